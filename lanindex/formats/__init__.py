@@ -2,11 +2,11 @@
 
 A format is a module (or a folder) with
 
-- ``read(file, told, wanted) -> Motion``,
-- ``cutter(file, told) -> Cutter``, if clips can be cut out of its bytes, and
-  ``beside(file, told)`` if a second file belongs to each,
+- ``read(file, options, wanted) -> Motion``,
+- ``cutter(file, options) -> Cutter``, if clips can be cut out of its bytes, and
+  ``beside(file, options)`` if a second file belongs to each,
 - ``subjects(file)``, if it may hold several people,
-- ``companions(file, told)``, if it may be read with other files,
+- ``companions(file, options)``, if it may be read with other files,
 - ``write(motion) -> bytes``, if motions can be written in it,
 
 and a line in `FORMATS`. Nothing else knows one format from another.
@@ -71,7 +71,7 @@ class Format:
     certain: bool = True
     # whether a file may hold several people: its module has ``subjects(file)``, their names
     several: bool = False
-    # whether it may be read with other files: its module has ``companions(file, told)``
+    # whether it may be read with other files: its module has ``companions(file, options)``
     joined: bool = False
     named: bool = False  # whether its files are known by their names alone
 
@@ -149,20 +149,20 @@ def captures_in(path: str) -> tuple[str, ...]:
     return tuple(path + SUBJECT + name for name in names) or (path,)
 
 
-def names_in(file: File, told: Reading | None = None) -> tuple[str, ...]:
+def names_in(file: File, options: Reading | None = None) -> tuple[str, ...]:
     """Return the names of the people in a file, where there are several and none is meant."""
-    if not file.name.lower().endswith(_SEVERAL) or (told and told.columns):
+    if not file.name.lower().endswith(_SEVERAL) or (options and options.columns):
         return ()
     form = known(file)
     names: tuple[str, ...] = form.does.subjects(file) if form.several and not file.subject else ()
     return names if len(names) > 1 else ()
 
 
-def companions(file: File, told: Reading) -> tuple[File, ...]:
+def companions(file: File, options: Reading) -> tuple[File, ...]:
     """Return the other files that are read with one: a skeleton, buffers, those of the options."""
-    form = _form(file, told)
-    own: tuple[File, ...] = form.does.companions(file, told) if form.joined else ()
-    files = (told.body, told.columns, told.tempo)
+    form = _form(file, options)
+    own: tuple[File, ...] = form.does.companions(file, options) if form.joined else ()
+    files = (options.body, options.columns, options.tempo)
     return (*own, *(opened(it) for it in files if it and os.path.isfile(it)))
 
 
@@ -200,14 +200,14 @@ def read(
     path : str or path
         The file.
     unit : str, optional
-        ``mm``, ``cm``, ``m``, ``inch``, ``inch/0.45``; else told from the size of the body.
+        ``mm``, ``cm``, ``m``, ``inch``, ``inch/0.45``; else found from the size of the body.
     up : str, optional
-        The vertical axis, ``y``, ``z``, ``x``, ``-y``, ``-z``, ``-x``; else told from the body.
+        The vertical axis, ``y``, ``z``, ``x``, ``-y``, ``-z``, ``-x``; else found from the body.
     rate : Fraction, float or str, optional
         Frames a second, instead of what the file says.
     compose : str, optional
         ``parent``: a joint's turn follows its parent's, as BVH has it. ``child``: it precedes it,
-        as one exporter has it. Else told from the names of the joints.
+        as one exporter has it. Else found from the names of the joints.
     skeleton : str, optional
         The ASF of an AMC file that has none beside it.
     body : str, optional
@@ -233,7 +233,7 @@ def read(
     BodyError
         It holds no human skeleton.
     UsageError
-        What is told of it is not understood.
+        An option is not understood.
 
     Examples
     --------
@@ -247,11 +247,11 @@ def read(
     from lanindex.model import Reading
 
     file = opened(path) if data is None else File(os.fspath(path), data)
-    told = Reading(unit, up, rate, compose, skeleton, body, columns, take)
-    return read_file(file, told, Wanted(body_only))
+    options = Reading(unit, up, rate, compose, skeleton, body, columns, take)
+    return read_file(file, options, Wanted(body_only))
 
 
-def check(told: Reading) -> None:
+def check(options: Reading) -> None:
     """Refuse options of reading that no reader would understand, before any file is read."""
     from pathlib import Path
 
@@ -261,44 +261,44 @@ def check(told: Reading) -> None:
     from lanindex.formats.rates import told_rate
     from lanindex.notation import beats
 
-    if told.unit is not None:
-        calibration.told_unit(told.unit)
-    if told.up is not None:
-        calibration.told_up(told.up)
-    if told.rate is not None:
-        told_rate(told.rate)
-    if told.body is not None:
-        told_body(told.body)
-    if told.tempo not in (None, beats.AUTO):
-        beats.read(Path(told.tempo))
-    if told.compose not in (None, *COMPOSE):
-        raise UsageError(f"compose {told.compose!r}", wanted=" or ".join(COMPOSE))
+    if options.unit is not None:
+        calibration.told_unit(options.unit)
+    if options.up is not None:
+        calibration.told_up(options.up)
+    if options.rate is not None:
+        told_rate(options.rate)
+    if options.body is not None:
+        told_body(options.body)
+    if options.tempo not in (None, beats.AUTO):
+        beats.read(Path(options.tempo))
+    if options.compose not in (None, *COMPOSE):
+        raise UsageError(f"compose {options.compose!r}", wanted=" or ".join(COMPOSE))
 
 
-def read_file(file: File, told: Reading, wanted: Wanted) -> Motion:
+def read_file(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a capture: see `read`."""
-    check(told)
-    motion: Motion = _form(file, told).does.read(file, told, wanted)
+    check(options)
+    motion: Motion = _form(file, options).does.read(file, options, wanted)
     return motion
 
 
-def _form(file: File, told: Reading | None) -> Format:
-    """Return the format of a file; one whose columns are told is a table."""
+def _form(file: File, options: Reading | None) -> Format:
+    """Return the format of a file; one whose columns are given is a table."""
     tables = (form for form in FORMATS if form.name == "csv")
-    return next(tables) if told and told.columns else known(file)
+    return next(tables) if options and options.columns else known(file)
 
 
-def cutter(file: File, told: Reading | None = None) -> Cutter | None:
+def cutter(file: File, options: Reading | None = None) -> Cutter | None:
     """Return what cuts clips out of a file, its bytes looked through once.
 
     None: in this format no clip can be cut, only written in another.
     """
-    does = _form(file, told).does
-    cut: Cutter | None = does.cutter(file, told) if hasattr(does, "cutter") else None
+    does = _form(file, options).does
+    cut: Cutter | None = does.cutter(file, options) if hasattr(does, "cutter") else None
     return cut
 
 
-def beside(file: File, told: Reading) -> tuple[tuple[str, bytes], ...]:
+def beside(file: File, options: Reading) -> tuple[tuple[str, bytes], ...]:
     """Return what has to lie beside a clip of a file, each with its ending: a skeleton."""
-    does = _form(file, told).does
-    return tuple(does.beside(file, told)) if hasattr(does, "beside") else ()
+    does = _form(file, options).does
+    return tuple(does.beside(file, options)) if hasattr(does, "beside") else ()

@@ -26,7 +26,7 @@ from lanindex.formats.points import usual
 from lanindex.model import Motion, Skeleton
 
 
-def whole(motion: Motion) -> Motion:
+def complete(motion: Motion) -> Motion:
     """Return a motion of one skeleton in which every joint is known in every frame."""
     unknown = _unknown(motion)
     roots = int((motion.skeleton.parents < 0).sum())
@@ -116,7 +116,9 @@ def _without(motion: Motion, left: NDArray[np.bool_]) -> Motion:
 Floats = NDArray[np.float64]
 
 
-def resting(motion: Motion, offsets: NDArray[Any], turned: Floats) -> dict[str, tuple[int, Floats]]:
+def rest_of_axes(
+    motion: Motion, offsets: NDArray[Any], turned: Floats
+) -> dict[str, tuple[int, Floats]]:
     """Return where axes point at rest that a motion knows, and the joints that they turn with.
 
     Takes `offsets` (J, 3), `turned` (S, J, 3, 3).
@@ -133,7 +135,7 @@ def resting(motion: Motion, offsets: NDArray[Any], turned: Floats) -> dict[str, 
     return {name: it for name, it in found.items() if name in motion.axes}
 
 
-def aim(
+def turn_to_axes(
     rest: Mapping[str, tuple[int, Floats]],
     axes: Mapping[str, NDArray[np.float32]],
     frames: slice,

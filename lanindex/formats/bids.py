@@ -1,4 +1,4 @@
-"""Motion-BIDS: positions in ``*_motion.tsv`` without a header, told of by files beside it.
+"""Motion-BIDS: positions in ``*_motion.tsv`` without a header, described by files beside it.
 
 Source: Brain Imaging Data Structure, "Motion": https://bids-specification.readthedocs.io.
 """
@@ -66,7 +66,7 @@ class _Channels:
     frame: str  # what the channels call the space that they are measured in
 
 
-def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read positions of Motion-BIDS: see `lanindex.formats.read_file`.
 
     Channels of the type POS are read, of points that have all three axes.
@@ -86,14 +86,14 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     rates = (said.get(key) for key in ("SamplingFrequencyEffective", "SamplingFrequency"))
     rate = next((str(it) for it in rates if isinstance(it, int | float) and it > 0), "")
     times = heads[:, 0] if channels.latency else np.zeros(0)
-    hertz, doubts = rate_by(told, rate, times, f"{_stem(file)}{SIDECAR}")
+    hertz, doubts = rate_by(options, rate, times, f"{_stem(file)}{SIDECAR}")
     places, up, turned = _upright(places, _axes(file, channels, said))
     points = Points(channels.names, places, hertz, Stated(channels.unit, up),
                     doubts=(*doubts, *turned))  # fmt: skip
-    return motion_of(points, file, "bids", told, wanted)
+    return motion_of(points, file, "bids", options, wanted)
 
 
-def companions(file: File, told: Reading) -> tuple[File, ...]:
+def companions(file: File, options: Reading) -> tuple[File, ...]:
     """Return the files beside one that it is read with."""
     found = (_beside(file, ending) for ending in (CHANNELS, SIDECAR, FRAMES))
     return tuple(it for it in found if it is not None)
@@ -187,7 +187,7 @@ def _axes(file: File, channels: _Channels, said: dict[str, Any]) -> str:
 def _upright(
     places: NDArray[np.float32], axes: str
 ) -> tuple[NDArray[np.float32], str | None, tuple[str, ...]]:
-    """Return places with axes to the left, up and ahead, where it is told how theirs lead."""
+    """Return places with axes to the left, up and ahead, where the files say how theirs lead."""
     if not axes:
         return places, None, ("where its axes lead is not told: taken for right-handed",)
     ways = np.array([_WAYS[it] for it in axes], np.float32)
@@ -199,7 +199,7 @@ def files(motion: Motion, path: Path) -> Iterator[tuple[Path, bytes]]:
     match = _NAME.fullmatch(path.name)
     if match is None:
         raise UsageError(f'"{path.name}"', wanted=_WANTED)
-    names, places = tables.shown(motion)
+    names, places = tables.points_of(motion)
     form = "\t".join(["%.7f"] * (3 * len(names))) + "\n"
     out = io.StringIO()
     for row in places:

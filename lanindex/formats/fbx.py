@@ -21,20 +21,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body.rig import Rig
-from lanindex.body.understand import Stated, find_body, sampled
-from lanindex.errors import BodyError, CaptureError
+from lanindex.body.understand import Stated, sampled
+from lanindex.errors import CaptureError
 from lanindex.formats.file import File, Wanted
-from lanindex.formats.people import distinct, named, others, person, take_doubt
+from lanindex.formats.people import distinct, is_human, named, others, person, take_doubt
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import nearest_rate, told_rate
-from lanindex.formats.turning import inverse, product, unit, worlds
+from lanindex.formats.turning import ancestry, from_parents, inverse, product, unit, worlds
 from lanindex.model import Motion, Reading
 
 MOST = 20_000_000
 """Nodes times frames that are looked at."""
 
-PATIENCE = 600
+TIMEOUT = 600
 """Seconds that a file may take."""
 
 WIDTH = 10
@@ -47,17 +46,17 @@ Floats = NDArray[np.float64]
 class Scene:
     """An FBX file in one of its takes."""
 
-    told: Mapping[str, Any]  # what `fbx_child` says in words
+    answer: Mapping[str, Any]  # what `fbx_child` answers, as JSON
     still: Floats  # (N, 10), the nodes while nothing moves them
     moving: Mapping[int, Floats]  # (T, 10) by node, those that move
 
     @property
     def parents(self) -> list[int]:
         """The node that each is in, -1 for the root."""
-        return [parent for _, parent, _ in self.told["nodes"]]
+        return [parent for _, parent, _ in self.answer["nodes"]]
 
 
-def asked(file: File, take: str | None) -> Scene:
+def run_child(file: File, take: str | None) -> Scene:
     """Have an FBX file read."""
     if find_spec("ufbx") is None:
         raise CaptureError(
@@ -66,27 +65,27 @@ def asked(file: File, take: str | None) -> Scene:
             wanted="ufbx",
             remedy="Install it: pip install 'lanindex[fbx]'",
         )
-    question = json.dumps({"take": take, "most": max(MOST, len(file.content) // 4)})
+    query = json.dumps({"take": take, "most": max(MOST, len(file.content) // 4)})
     command = [sys.executable, "-P", str(Path(__file__).with_name("fbx_child.py"))]
     try:
         done = subprocess.run(
             command,
-            input=b"%s\n%b" % (question.encode(), file.content[:]),
+            input=b"%s\n%b" % (query.encode(), file.content[:]),
             capture_output=True,
-            timeout=PATIENCE,
+            timeout=TIMEOUT,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise _unread(file, f"took ufbx more than {PATIENCE} seconds") from None
+        raise _unread(file, f"took ufbx more than {TIMEOUT} seconds") from None
     line, _, numbers = done.stdout.partition(b"\n")
     if done.returncode or not line:
         raise _unread(file, f"ended ufbx ({done.returncode})")
-    told = json.loads(line)
-    if "error" in told:
-        raise _unread(file, f"ufbx says {told['error']}")
-    if told["take"] < 0:
-        _no_take(file, told, take)
-    return _scene(told, np.frombuffer(numbers).reshape(-1, WIDTH), file)
+    answer = json.loads(line)
+    if "error" in answer:
+        raise _unread(file, f"ufbx says {answer['error']}")
+    if answer["take"] < 0:
+        _no_take(file, answer, take)
+    return _scene(answer, np.frombuffer(numbers).reshape(-1, WIDTH), file)
 
 
 def _unread(file: File, found: str) -> CaptureError:
@@ -98,22 +97,22 @@ def _unread(file: File, found: str) -> CaptureError:
     )
 
 
-def _no_take(file: File, told: Mapping[str, Any], take: str | None) -> None:
-    if told.get("count", 0) < 0:
+def _no_take(file: File, answer: Mapping[str, Any], take: str | None) -> None:
+    if answer.get("count", 0) < 0:
         found, wanted = "has more frames than such a file can hold", "frames of an hour or so"
-    elif not told["takes"]:
+    elif not answer["takes"]:
         found, wanted = "has no animation", "an animation of a skeleton"
     elif take is None:
         found, wanted = "no take moves anything", "one that moves a skeleton"
     else:
-        found, wanted = f"has no take {take!r}", others(told["takes"])
+        found, wanted = f"has no take {take!r}", others(answer["takes"])
     raise CaptureError(found, place=file.name, wanted=wanted)
 
 
-def _scene(told: Mapping[str, Any], numbers: Floats, file: File) -> Scene:
+def _scene(answer: Mapping[str, Any], numbers: Floats, file: File) -> Scene:
     """Share the numbers out among the nodes."""
-    count, moved = told["count"], set(told["moved"])
-    still = np.empty((len(told["nodes"]), WIDTH))
+    count, moved = answer["count"], set(answer["moved"])
+    still = np.empty((len(answer["nodes"]), WIDTH))
     moving = dict[int, Floats]()
     at = 0
     for node in range(len(still)):
@@ -124,7 +123,7 @@ def _scene(told: Mapping[str, Any], numbers: Floats, file: File) -> Scene:
             at += count
     if at != len(numbers) or not (np.abs(numbers) < 1e12).all():
         raise _unread(file, "has places that are not finite")
-    return Scene(told, still, moving)
+    return Scene(answer, still, moving)
 
 
 UNITS = {0.001: "mm", 0.01: "cm", 1.0: "m", 0.0254: "inch"}
@@ -143,29 +142,26 @@ class Skeleton:
     parents: tuple[int, ...]  # (J) joints by their places in this list, -1 for a root
 
 
-def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read an FBX file: see `lanindex.formats.read_file`.
 
     Of several people the one is read that the file's name tells behind ``#``, else the first; of
-    several takes the one that is told, else the first that moves something.
+    several takes the one that is named, else the first that moves something.
 
     The bones and the nodes below them, in frames of the file's rate.
     """
-    scene = file.once(_first) if told.take is None else asked(file, told.take)
+    scene = file.once(_first) if options.take is None else run_child(file, options.take)
     found = _people(scene)
     if not found:
         raise CaptureError("has no skeleton", place=file.name, wanted="bones that move")
     name, doubts = person(file, list(found))
-    whose, takes = found[name], scene.told["takes"]
+    whose, takes = found[name], scene.answer["takes"]
     rest, upright = _placed(scene, whose, None)
-    offsets = rest[0].copy()
-    for joint, parent in enumerate(whose.parents):
-        if parent >= 0:
-            offsets[joint] = rest[0, joint] - rest[0, parent]
-    count, size = scene.told["count"], 1.0
+    offsets = from_parents(rest[0], whose.parents)
+    count, size = scene.answer["count"], 1.0
     stated = _stated(scene, file)
     if stated.unit is None:
-        size, stated = scene.told["metres"], Stated("m", stated.up)
+        size, stated = scene.answer["metres"], Stated("m", stated.up)
     places = np.empty((count, len(whose.joints), 3), np.float32)
     turns = np.empty((count, len(whose.joints), 4), np.float32)
     back = inverse(upright)
@@ -173,19 +169,19 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         frames = np.arange(start, min(start + BLOCK, count))
         points, turned = _placed(scene, whose, frames)
         places[frames], turns[frames] = points * size, product(turned, back)
-    rate = nearest_rate(Fraction(scene.told["rate"]).limit_denominator(10**6))
-    read_take = takes[scene.told["take"]]
+    rate = nearest_rate(Fraction(scene.answer["rate"]).limit_denominator(10**6))
+    read_take = takes[scene.answer["take"]]
     points_of = Points(
         whose.names,
         places,
-        rate if told.rate is None else told_rate(told.rate),
+        rate if options.rate is None else told_rate(options.rate),
         stated,
         whose.parents,
         offsets * size,
         turns,
-        (*doubts, *take_doubt(takes, read_take, told.take)),
+        (*doubts, *take_doubt(takes, read_take, options.take)),
     )
-    return motion_of(points_of, file, "fbx", told, wanted)
+    return motion_of(points_of, file, "fbx", options, wanted)
 
 
 def subjects(file: File) -> tuple[str, ...]:
@@ -195,14 +191,14 @@ def subjects(file: File) -> tuple[str, ...]:
 
 
 def _first(file: File) -> Scene:
-    return asked(file, None)
+    return run_child(file, None)
 
 
 def _stated(scene: Scene, file: File) -> Stated:
     """Return unit and vertical axis."""
-    right, up, front = scene.told["axes"]
+    right, up, front = scene.answer["axes"]
     if not all(0 <= axis < len(AXES) for axis in (right, up, front)):
-        return Stated(_unit(scene.told["metres"]))
+        return Stated(_unit(scene.answer["metres"]))
     across = np.cross(_axis(right), _axis(up))
     if across @ _axis(front) < 0:
         raise CaptureError(
@@ -211,7 +207,7 @@ def _stated(scene: Scene, file: File) -> Stated:
             wanted="right-handed ones",
             remedy="Export it again so.",
         )
-    return Stated(_unit(scene.told["metres"]), AXES[up])
+    return Stated(_unit(scene.answer["metres"]), AXES[up])
 
 
 def _axis(code: int) -> Floats:
@@ -229,7 +225,7 @@ def _people(scene: Scene) -> dict[str, Skeleton]:
     Bones under one node are one skeleton, under the root each top one its own. Where nothing is
     called a bone, all nodes that show nothing stand in for them.
     """
-    nodes, parents = scene.told["nodes"], scene.parents
+    nodes, parents = scene.answer["nodes"], scene.parents
     kinds = [kind for *_, kind in nodes]
     boned = "bone" in kinds
     owner = dict[int, int]()
@@ -244,12 +240,17 @@ def _people(scene: Scene) -> dict[str, Skeleton]:
     moved = set(scene.moving)
     found = list[tuple[str, Skeleton]]()
     for top, joints in members.items():
-        if moved.intersection(_above(parents, joints)):
+        if moved & ancestry(joints, parents):
             space, colon, _ = nodes[joints[0]][0].rpartition(":")
             name = space if colon else nodes[top][0]
             found.append((name, _skeleton(nodes, parents, joints)))
+
+    def human(whose: Skeleton) -> bool:
+        poses, _ = _placed(scene, whose, sampled(scene.answer["count"]))
+        return is_human(whose.names, whose.parents, poses)
+
     if len(found) > 1:
-        found = [one for one in found if _human(scene, one[1])] or found[:1]
+        found = [one for one in found if human(one[1])] or found[:1]
     names = distinct([name for name, _ in found], range(1, len(found) + 1))
     return named(dict(zip(names, (one for _, one in found), strict=True)))
 
@@ -266,25 +267,6 @@ def _skeleton(nodes: list[list[str]], parents: list[int], joints: list[int]) -> 
     return Skeleton(tuple(joints), names, tuple(above))
 
 
-def _above(parents: list[int], joints: list[int]) -> list[int]:
-    """Return nodes and all above them, parents before children."""
-    needed = set[int]()
-    for node in joints:
-        while node >= 0 and node not in needed:
-            needed.add(node)
-            node = parents[node]
-    return sorted(needed)
-
-
-def _human(scene: Scene, whose: Skeleton) -> bool:
-    poses, _ = _placed(scene, whose, sampled(scene.told["count"]))
-    try:
-        find_body(Rig(whose.names, whose.parents, poses))
-    except BodyError:
-        return False
-    return True
-
-
 def _placed(
     scene: Scene, whose: Skeleton, frames: NDArray[np.int64] | None
 ) -> tuple[Floats, Floats]:
@@ -299,7 +281,7 @@ def _placed(
         rows = moving[node][frames] if node in moving else scene.still[node][None]
         return rows[:, :3], unit(rows[:, 3:7]), rows[:, 7:]
 
-    needed = [(node, parents[node]) for node in _above(parents, list(whose.joints))]
+    needed = [(node, parents[node]) for node in sorted(ancestry(whose.joints, parents))]
     for node, point, turn in worlds(needed, standing):
         if node in place:
             points[:, place[node]], turned[:, place[node]] = point, turn

@@ -1,8 +1,8 @@
 """What reads an FBX file by ``ufbx``, in a process of its own: a C library may crash.
 
 It is run as a script, imports nothing of LanIndex, takes the file from its standard input behind a
-line of JSON, and answers by a line of JSON and numbers (float64). Whatever it asks of ``ufbx`` it
-keeps in a variable, for objects that are asked of passing ones may be gone.
+line of JSON, and answers by a line of JSON and numbers (float64). Whatever ``ufbx`` returns it
+keeps in a variable, for objects that hang on unnamed ones may be gone.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ UNPACKED = 64
 
 def main() -> None:
     """Answer one question."""
-    asked = json.loads(sys.stdin.buffer.readline())
+    query = json.loads(sys.stdin.buffer.readline())
     data = sys.stdin.buffer.read()
     _limit(MARGIN + UNPACKED * len(data))
     numbers = array("d")
     try:
-        answer = _answer(data, asked, numbers)
+        answer = _answer(data, query, numbers)
     except Exception as error:
         answer = {"error": f"{type(error).__name__}: {error}"[:300]}
     sys.stdout.buffer.write(json.dumps(answer).encode() + b"\n")
@@ -43,7 +43,7 @@ def _limit(size: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (size, hard))
 
 
-def _answer(data: bytes, asked: dict[str, Any], numbers: array[float]) -> dict[str, Any]:
+def _answer(data: bytes, query: dict[str, Any], numbers: array[float]) -> dict[str, Any]:
     import ufbx
 
     less = {"ignore_geometry": True, "ignore_embedded": True, "load_external_files": False}
@@ -52,35 +52,35 @@ def _answer(data: bytes, asked: dict[str, Any], numbers: array[float]) -> dict[s
     nodes, takes = _listed(scene.nodes), _listed(scene.anim_stacks)
     settings = scene.settings
     axes = settings.axes
-    told = {
+    answer = {
         "rate": settings.frames_per_second,
         "metres": settings.unit_meters,
         "axes": [int(axes.right), int(axes.up), int(axes.front)],
         "nodes": [_told(node) for node in nodes],
     }
-    told["takes"] = [take.name for take in takes]
+    answer["takes"] = [take.name for take in takes]
     moving = [_moving(ufbx, take, nodes) for take in takes]
     first = next((number for number, moved in enumerate(moving) if moved), -1)
-    named = [number for number, name in enumerate(told["takes"]) if name == asked["take"]]
-    told["take"] = number = first if asked["take"] is None else named[0] if named else -1
+    named = [number for number, name in enumerate(answer["takes"]) if name == query["take"]]
+    answer["take"] = number = first if query["take"] is None else named[0] if named else -1
     if number < 0:
-        return told
+        return answer
     take, moved = takes[number], moving[number]
-    begin, end, rate = take.time_begin, take.time_end, told["rate"]
+    begin, end, rate = take.time_begin, take.time_end, answer["rate"]
     if end <= begin:
         begin, end = _keyed(scene)
-    if not rate > 0 or not end - begin < asked["most"] / rate:
-        return {**told, "take": -1, "count": -1}
+    if not rate > 0 or not end - begin < query["most"] / rate:
+        return {**answer, "take": -1, "count": -1}
     count = max(round((end - begin) * rate), 0) + 1
-    told |= {"count": count, "moved": sorted(moved)}
-    if count * len(moved) > asked["most"]:
-        return {**told, "count": -1}
+    answer |= {"count": count, "moved": sorted(moved)}
+    if count * len(moved) > query["most"]:
+        return {**answer, "count": -1}
     times = [begin + frame / rate for frame in range(count)]
     for place, node in enumerate(nodes):
         _lay(numbers, node.local_transform)
         for moment in times if place in moved else ():
             _lay(numbers, ufbx.evaluate_transform(take.anim, node, moment))
-    return told
+    return answer
 
 
 def _listed(found: Any) -> list[Any]:

@@ -8,7 +8,7 @@ import os
 import stat
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from pathlib import PurePath, PurePosixPath
+from pathlib import PurePosixPath
 from typing import Any, Protocol, TypeVar
 
 from lanindex.errors import CaptureError
@@ -39,7 +39,7 @@ class File:
 
     name: str  # a path, as given; messages show it
     content: Content  # all of it; ``content[:]`` has it in memory
-    # whom of several people in it is meant, where that is told; its name ends with it
+    # whom of several people in it is meant, where that is named; its name ends with it
     subject: str = ""
     # what was made of the content, by what made it: the same for each of its people
     made: dict[Callable[..., Any], Any] = field(default_factory=dict, repr=False, compare=False)
@@ -50,15 +50,6 @@ class File:
             self.made[make] = make(self)
         found: T = self.made[make]
         return found
-
-    def beside(self, suffix: str) -> File:
-        """Return a second file that a format needs, of the same name with another ending."""
-        own = archives.split(self.name)[1] or on_disk(self.name)
-        wanted = f"{PurePath(own).stem}{suffix}".lower()
-        for path in siblings(self.name, suffix):
-            if PurePath(path).name.lower() == wanted:
-                return opened(path)
-        raise CaptureError(f"no {wanted} beside it", place=self.name)
 
     def sha256(self) -> str:
         """Return what tells this content from any other."""

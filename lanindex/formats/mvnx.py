@@ -63,7 +63,7 @@ _SLOWEST = 1  # frames a second
 _UNIT = (0.5, 2.0)  # lengths of quaternions that tell a turn
 
 
-def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read an MVNX file: see `lanindex.formats.read_file`.
 
     A joint is where a segment begins, and has its name; hands, toes and the head end in one
@@ -71,7 +71,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     """
     people = walk(file, True)
     subject = chosen(people, file)
-    rate = _rate(subject, file, told)
+    rate = _rate(subject, file, options)
     joints, doubts = _joints(subject)
     places, turns, offsets = _placed(subject, joints)
     others = ", ".join(quoted(one.name) for one in people[:20] if one is not subject)
@@ -90,7 +90,7 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         doubts,
         not subject.said.get("configuration", "").endswith("NoHands"),
     )
-    return motion_of(points, file, "mvnx", told, wanted)
+    return motion_of(points, file, "mvnx", options, wanted)
 
 
 class _Joint(NamedTuple):
@@ -159,9 +159,9 @@ def _taken(rows: list[Row]) -> Rows:
     return array
 
 
-def _rate(subject: Subject, file: File, told: Reading) -> Fraction:
-    if told.rate is not None:
-        return told_rate(told.rate)
+def _rate(subject: Subject, file: File, options: Reading) -> Fraction:
+    if options.rate is not None:
+        return told_rate(options.rate)
     said = subject.said.get("frameRate", "")
     digits = re.fullmatch(r"\s*(\d{1,6}(?:[.,]\d{1,12})?)\s*", said)
     rate = Fraction(digits.group(1).replace(",", ".")) if digits else Fraction(0)
@@ -395,7 +395,7 @@ def subjects(file: File) -> tuple[str, ...]:
     return tuple(subject.name for subject in walk(file, False))
 
 
-def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
+def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of an MVNX file, which is looked through once.
 
     What is kept is the source's, byte for byte: frames keep their numbers and times, which tell

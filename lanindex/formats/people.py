@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from lanindex.errors import CaptureError, quoted
+from numpy.typing import NDArray
+
+from lanindex.errors import BodyError, CaptureError, quoted
 from lanindex.formats.file import File
 
 T = TypeVar("T")
@@ -29,9 +31,41 @@ def person(file: File, names: Sequence[str]) -> tuple[str, tuple[str, ...]]:
     return name, (f"{name} is read; it holds also {others(names, name)}",)
 
 
-def take_doubt(names: Sequence[str], read: str, told: str | None) -> tuple[str, ...]:
-    """Return a doubt where there are other takes than the one that is read, and none is told."""
-    if told is not None or len(names) < 2:
+def subject_points(file: File, subjects: Mapping[str, T], whole: T) -> tuple[T, tuple[str, ...]]:
+    """Return the points of the subject that is meant, and a doubt where there are others.
+
+    Without a subject that makes a body all points are meant.
+    """
+    if file.subject:
+        if file.subject not in subjects:
+            raise CaptureError(
+                f"has no subject {quoted(file.subject)} that makes a body",
+                place=file.name,
+                wanted=" or ".join(filter(None, subjects)) or "none: its subjects have no names",
+            )
+        return subjects[file.subject], ()
+    if not subjects:
+        return whole, ()
+    first, *rest = subjects
+    doubt = f"{first or 'the first subject'} is read; it holds also {', '.join(rest)}"
+    return subjects[first], (doubt,) if rest else ()
+
+
+def is_human(names: tuple[str, ...], parents: tuple[int, ...], poses: NDArray[Any]) -> bool:
+    """Tell whether joints in some poses (S, J, 3) make a body."""
+    from lanindex.body.rig import Rig
+    from lanindex.body.understand import find_body
+
+    try:
+        find_body(Rig(names, parents, poses))
+    except BodyError:
+        return False
+    return True
+
+
+def take_doubt(names: Sequence[str], read: str, take: str | None) -> tuple[str, ...]:
+    """Return a doubt where there are other takes than the one that is read, and none is named."""
+    if take is not None or len(names) < 2:
         return ()
     return (f"the take {read} is read; it holds also {others(names, read)}",)
 

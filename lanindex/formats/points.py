@@ -81,15 +81,15 @@ class Points:
     palms_down: bool = False  # whether the format says that at rest palms face down
 
 
-def motion_of(points: Points, file: File, form: str, told: Reading, wanted: Wanted) -> Motion:
+def motion_of(points: Points, file: File, form: str, options: Reading, wanted: Wanted) -> Motion:
     """Return a motion of points."""
-    made = _made(points.names, told) if points.parents is None else None
+    made = _made(points.names, options) if points.parents is None else None
     names, stated = points.names, points.stated
     if made is not None:
         names = made.joints
         stated = replace(points.stated, body=_numbered(names))
-    places = _places(points, made, told)
-    found = _understood(names, places, points, stated, told, file.name)
+    places = _places(points, made, options)
+    found = _understood(names, places, points, stated, options, file.name)
     skeleton, order = _skeleton(names, places, points, found)
     whole = skeleton
     if wanted.body_only:
@@ -152,23 +152,23 @@ def _turns(
     return rotations[:, order.tolist().index(joint)]
 
 
-def _made(names: tuple[str, ...], told: Reading) -> Making | Clusters | None:
+def _made(names: tuple[str, ...], options: Reading) -> Making | Clusters | None:
     """Return how joints are made of points, if they are markers."""
-    if not told.body:
+    if not options.body:
         return making_of(names)
     try:
-        return making_of(names, told_body(told.body))
+        return making_of(names, told_body(options.body))
     except BodyError as error:
-        raise BodyError(error.found, place=told.body, wanted=error.wanted) from error
+        raise BodyError(error.found, place=options.body, wanted=error.wanted) from error
 
 
-def _places(points: Points, made: Making | Clusters | None, told: Reading) -> Places:
+def _places(points: Points, made: Making | Clusters | None, options: Reading) -> Places:
     """Return what tells where the joints are: the points, or what is made of them."""
     if isinstance(points.places, Places):
         return points.places
     if made is None:
         return _held(points.places, points.rotations)
-    scale = _millimetres(points.places, points.stated, told)
+    scale = _millimetres(points.places, points.stated, options)
     if len(points.places) <= BLOCK:
         found = made.places(points.places, scale)
         return _held(found[:, [JOINT_CODES[joint] for joint in made.joints]])
@@ -184,9 +184,9 @@ def _held(places: NDArray[Any], rotations: NDArray[Any] | None = None) -> Places
     return Places(np.isfinite(places).all(axis=2), at)
 
 
-def _millimetres(places: NDArray[Any], stated: Stated, told: Reading) -> float:
+def _millimetres(places: NDArray[Any], stated: Stated, options: Reading) -> float:
     """Return the millimetres in a unit of markers: as is said, else by how far they reach."""
-    _, size, doubts = unit_of({}, told.unit, stated.unit)
+    _, size, doubts = unit_of({}, options.unit, stated.unit)
     some = places[:: max(len(places) // POSES, 1)]
     known = np.isfinite(some).all(axis=2)
     if not doubts or not known.any():
@@ -224,7 +224,7 @@ def _understood(
     places: Places,
     points: Points,
     stated: Stated,
-    told: Reading,
+    options: Reading,
     path: str,
 ) -> Understanding:
     """Find the body among those points that are known somewhere."""
@@ -246,7 +246,7 @@ def _understood(
         places.at(chosen, there)[0].astype(np.float64),
         places.at(slice(BEGINNING), there)[0].astype(np.float64),
         points.rate,
-        told,
+        options,
         path,
         stated,
     )

@@ -90,7 +90,7 @@ UNEVEN = 0.5
 
 
 def rate_by(
-    told: Reading, said: str, times: NDArray[np.float64], place: str
+    options: Reading, said: str, times: NDArray[np.float64], place: str
 ) -> tuple[Fraction, tuple[str, ...]]:
     """Return the frames a second.
 
@@ -106,8 +106,8 @@ def rate_by(
     >>> rate_by(Reading(), "60", np.arange(9) / 30, "")[1]
     ('says 60 frames a second, its times say 30: the times believed',)
     """
-    if told.rate is not None:
-        return told_rate(told.rate), ()
+    if options.rate is not None:
+        return told_rate(options.rate), ()
     stated, (seen, doubts) = _number(said), _by_times(times)
     if stated is None and seen is None:
         found = f"a rate of {said[:40]!r}" if said else "nothing tells its rate"

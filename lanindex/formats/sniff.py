@@ -1,4 +1,4 @@
-"""Which capture format a file is of: told by its first bytes, or by an ending that is not read."""
+"""Which capture format a file is of: known by its first bytes, or by an ending that is not read."""
 
 from __future__ import annotations
 
@@ -44,13 +44,6 @@ def amc(head: bytes) -> bool:
     lines = (line.strip() for line in text(head).splitlines())
     first = next((line for line in lines if line and not line.startswith(b"#")), b"")
     return bool(_AMC.match(first))
-
-
-def asf(head: bytes) -> bool:
-    """Tell an ASF file."""
-    lines = (line.strip() for line in text(head).splitlines())
-    first = next((line for line in lines if line and not line.startswith(b"#")), b"")
-    return first[:8].lower() == b":version"
 
 
 def c3d(head: bytes) -> bool:
@@ -152,7 +145,7 @@ WITHOUT_PLACES = (".mot", ".sto")
 """Endings of files of angles, which tell no places without the OpenSim model that they are of."""
 
 COMPANIONS = (".mtl", ".xcp", ".vsk", ".system")
-"""Endings of files that lie beside captures and are never read: not to be told as left out."""
+"""Endings of files that lie beside captures and are never read: nobody misses them."""
 
 
 def unread(path: str) -> str:

@@ -138,7 +138,7 @@ def at_origin(
     ), places
 
 
-def shown(motion: Motion) -> tuple[tuple[str, ...], NDArray[np.float32]]:
+def points_of(motion: Motion) -> tuple[tuple[str, ...], NDArray[np.float32]]:
     """Return what a table of a motion shows: its markers, where it has them, or else its joints."""
     if motion.markers is not None:
         return motion.markers.names, motion.markers.positions
@@ -263,14 +263,14 @@ _PLACE = re.compile(r"[\W_]*(pos|position)$", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Layout:
+class TableLayout:
     """A table, before its numbers are read."""
 
     title: str  # whose table it is, as people call it
     names: tuple[str, ...]  # (M) its points
     table: Table  # where the numbers lie
     time: int | None = None  # which of the table's heads is the time
-    tick: float | None = 1.0  # seconds in one unit of it; None: to be told from how fast it grows
+    tick: float | None = 1.0  # seconds in one unit of it; None: found from how fast it grows
     rate: str = ""  # frames a second, as the file says; empty where it does not
     # the first of the heads that tell of each point whether it was seen: 0, not
     states: int | None = None
@@ -299,7 +299,7 @@ class Line:
         return [cell.strip().strip('"') for cell in row]
 
 
-def lines(file: File, first: int = 0) -> Iterator[Line]:
+def header_lines(file: File, first: int = 0) -> Iterator[Line]:
     """Yield the lines of a header, from a byte on, as far as a header may reach."""
     head = file.content[first : first + HEAD]
     end, at = newline(head), 0
@@ -354,11 +354,11 @@ def twice(names: Sequence[str], what: str) -> tuple[str, ...]:
     """
     again = [quoted(name) for name, many in Counter(names).items() if many > 1]
     more = f" and {len(again) - 3} others" if len(again) > 3 else ""
-    told = f"several {what} are called {', '.join(again[:3])}{more}: the first is read"
-    return (told,) if again else ()
+    doubt = f"several {what} are called {', '.join(again[:3])}{more}: the first is read"
+    return (doubt,) if again else ()
 
 
-def made(
+def table_of(
     file: File,
     rows: Lines,
     separator: bytes,
@@ -376,8 +376,8 @@ def made(
     return Table(rows, separator, width, tuple(heads), columns, comma)
 
 
-def counted(said: str, there: int) -> tuple[str, ...]:
-    """Return a warning where a header says another number of frames than there are."""
-    if not said or said == str(there):
+def count_doubt(text: str, count: int, what: str = "frames") -> tuple[str, ...]:
+    """Return a warning where a header gives another number of frames than there are."""
+    if not text or text == str(count):
         return ()
-    return (f"its header says {said[:20]!r} frames, the file has {there}",)
+    return (f"its header says {quoted(text)} {what}, the file has {count}",)

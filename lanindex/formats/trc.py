@@ -13,27 +13,27 @@ import io
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import PurePath
 
 import numpy as np
 
 from lanindex.body import Stated
-from lanindex.errors import CaptureError, quoted
+from lanindex.errors import CaptureError
 from lanindex.formats import tables
 from lanindex.formats.file import File, Wanted, clip, text_of
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import rate_by
-from lanindex.formats.tables import comma_of, twice
+from lanindex.formats.tables import comma_of, count_doubt, header_lines, twice
 from lanindex.model import Motion, Reading, Span
 
-_HEAD = 1 << 20  # bytes in which the header is looked for
 _WORD = re.compile(rb"[^\s,;]+")
 _MARKER = re.compile(rb"[xX]\d*")
 _FIRST = 2  # columns before the markers: number and time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Layout:
+class TrcHeader:
     """The bytes of a TRC file, and what its header says."""
 
     said: dict[str, str]  # by key in small letters: ``datarate``, ``numframes``, ``units``
@@ -44,23 +44,23 @@ class Layout:
     doubts: tuple[str, ...]  # what the header gets wrong
 
 
-def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a TRC file: see `lanindex.formats.read_file`.
 
-    The joints that its markers make, or are; the vertical axis is told from the body.
+    The joints that its markers make, or are; the vertical axis is found from the body.
     """
     layout = scan(file)
     heads, places = tables.read(file, layout.table)
     place, said = f"{file.name}:3", layout.said
-    rate, doubts = rate_by(told, said.get("datarate", ""), heads[:, 1], place)
+    rate, doubts = rate_by(options, said.get("datarate", ""), heads[:, 1], place)
     stated = Stated(unit=said.get("units"))
     gone, places = tables.at_origin(places, layout.names)
     doubts = (*layout.doubts, *twice(layout.names, "markers"), *doubts, *gone)
     points = Points(layout.names, places, rate, stated, doubts=doubts)
-    return motion_of(points, file, "trc", told, wanted)
+    return motion_of(points, file, "trc", options, wanted)
 
 
-def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
+def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a TRC file, which is looked through once.
 
     Header and lines are the source's, numbers and times of the frames too; only ``NumFrames`` is
@@ -77,10 +77,10 @@ def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
     return cut
 
 
-def scan(file: File) -> Layout:
+def scan(file: File) -> TrcHeader:
     """Find the frames of a TRC file without reading their numbers."""
-    head = file.content[:_HEAD]
-    above = _head_lines(head)
+    filled = (line for line in header_lines(file) if line.text.strip(b" \t\r\n,;"))
+    above = [(line.text, line.first) for line in islice(filled, 5)]
     if len(above) < 4:
         found = "the file ends in its header"
         raise CaptureError(found, place=file.name, wanted="five lines, then frames")
@@ -101,21 +101,9 @@ def scan(file: File) -> Layout:
     width = _FIRST + 3 * len(names)
     comma = comma_of(file.content[int(lines[0, 0]) : int(lines[0, 1])], separator)
     table = tables.Table(lines, separator, width, (0, 1), tuple(range(_FIRST, width)), comma)
-    doubts = _miscounted(said, "numframes", len(lines), "frames")
-    doubts += _miscounted(said, "nummarkers", len(names), "markers")
-    return Layout(said, count, names, table, doubts)
-
-
-def _head_lines(head: bytes) -> list[tuple[bytes, int]]:
-    """Return the first five lines that are not blank, with their ends, and where they begin."""
-    end, at = tables.newline(head), 0
-    lines: list[tuple[bytes, int]] = []
-    while at < len(head) and len(lines) < 5:
-        stop = head.find(end, at) + 1 or len(head)
-        if head[at:stop].strip(b" \t\r\n,;"):
-            lines.append((head[at:stop], at))
-        at = stop
-    return lines
+    doubts = count_doubt(said.get("numframes", ""), len(lines), "frames")
+    doubts += count_doubt(said.get("nummarkers", ""), len(names), "markers")
+    return TrcHeader(said, count, names, table, doubts)
 
 
 def _said(keys: bytes, values: bytes, at: int) -> tuple[dict[str, str], tuple[int, int]]:
@@ -143,16 +131,9 @@ def _names(cells: list[bytes], many: int, place: str) -> tuple[str, ...]:
     return tuple(text_of(word) or f"marker {number}" for number, word in enumerate(words, 1))
 
 
-def _miscounted(said: dict[str, str], key: str, there: int, what: str) -> tuple[str, ...]:
-    """Return a warning where the header counts otherwise than there are."""
-    if key not in said or said[key] == str(there):
-        return ()
-    return (f"its header says {quoted(said[key])} {what}, the file has {there}",)
-
-
 def write(motion: Motion) -> bytes:
     """Write a motion as TRC: millimetres, y up; its markers, or else its joints."""
-    names, places = tables.shown(motion)
+    names, places = tables.points_of(motion)
     names = tuple(re.sub(r"[\t\r\n]+", " ", name).strip() or "marker" for name in names)
     title = re.sub(r"\s+", " ", PurePath(motion.source.path).with_suffix(".trc").name)
     many, count = len(names), len(motion)

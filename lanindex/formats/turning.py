@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -156,6 +156,24 @@ def quaternions(turns: NDArray[Any]) -> Floats:
     return unit(np.take_along_axis(ways, best, axis=-2)[..., 0, :])
 
 
+def ancestry(joints: Iterable[int], parents: Sequence[int]) -> set[int]:
+    """Return nodes and all nodes above them."""
+    found = set[int]()
+    for node in joints:
+        while node >= 0 and node not in found:
+            found.add(node)
+            node = parents[node]
+    return found
+
+
+def from_parents(places: Floats, parents: Sequence[int]) -> Floats:
+    """Return places (J, 3) as seen from each joint's parent; of a root as they are."""
+    offsets = places.copy()
+    below = [joint for joint, parent in enumerate(parents) if parent >= 0]
+    offsets[below] -= places[[parents[joint] for joint in below]]
+    return offsets
+
+
 def worlds(
     nodes: Iterable[tuple[int, int]], standing: Callable[[int], tuple[Floats, Floats, Floats]]
 ) -> Iterator[tuple[int, Floats, Floats]]:
@@ -199,14 +217,14 @@ def _through(axes: Floats, points: Floats) -> Floats:
     return moved
 
 
-def steady(turns: Floats) -> Floats:
+def without_flips(turns: Floats) -> Floats:
     """Return turns (T, ..., 4), each of the sign that is nearer to the one before.
 
     Examples
     --------
     >>> import numpy as np
-    >>> from lanindex.formats.turning import steady
-    >>> steady(np.array([[1.0, 0, 0, 0], [-1, 0, 0, 0], [-1, 0, 0, 0]]))[:, 0]
+    >>> from lanindex.formats.turning import without_flips
+    >>> without_flips(np.array([[1.0, 0, 0, 0], [-1, 0, 0, 0], [-1, 0, 0, 0]]))[:, 0]
     array([1., 1., 1.])
     """
     flips = (turns[1:] * turns[:-1]).sum(axis=-1) < 0

@@ -96,9 +96,9 @@ def written(motion: Motion, form: str) -> tuple[bytes, tuple[str, ...]]:
     """Return a motion as a file, and what there is to say of it."""
     said: tuple[str, ...] = ()
     if form in ANIMATED:
-        from lanindex.formats.animation import whole
+        from lanindex.formats.animation import complete
 
-        made = whole(motion)
+        made = complete(motion)
         said, motion = made.warnings[len(motion.warnings) :], made
     content: bytes = importlib.import_module(f"lanindex.formats.{TARGETS[form]}").write(motion)
     return content, said

@@ -12,6 +12,7 @@ import pytest
 from lanindex import formats
 from lanindex.errors import CaptureError, LanindexError
 from lanindex.formats import archives, table
+from lanindex.formats.file import siblings
 from lanindex.pipeline import open_library
 from lanindex.pipeline.discover import discover
 
@@ -145,10 +146,9 @@ def test_whatever_the_bytes_only_own_errors(archive: Path, tmp_path: Path) -> No
 
 def test_a_sibling_is_found_in_the_same_folder_of_an_archive(tmp_path: Path) -> None:
     path = zipped(tmp_path / "a.zip", {"x/01_01.amc": b"a", "x/01_01.ASF": b"s", "01_01.asf": b"t"})
-    file = formats.opened(f"{path}!/x/01_01.amc")
-    assert file.beside(".asf").content[:] == b"s"
-    with pytest.raises(CaptureError, match=r"no 01_01.trc beside it"):
-        file.beside(".trc")
+    found = siblings(f"{path}!/x/01_01.amc", ".asf")
+    assert [formats.opened(it).content[:] for it in found] == [b"s"]
+    assert siblings(f"{path}!/x/01_01.amc", ".trc") == []
 
 
 def test_an_archive_names_a_capture_in_it(tmp_path: Path) -> None:

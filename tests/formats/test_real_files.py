@@ -14,7 +14,7 @@ from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import kinematics
 from lanindex.body.rig import Rig
 from lanindex.body.understand import find_body
-from lanindex.formats.bvh.layout import Layout, scan
+from lanindex.formats.bvh.layout import BvhLayout, scan
 from lanindex.formats.tables import number_rows
 from lanindex.model import Motion
 
@@ -184,7 +184,7 @@ def height(places: np.ndarray) -> float:
     return float(np.ptp(places[0], axis=0).max())
 
 
-def plain_places(path: Path, compose: str = "parent") -> tuple[Layout, np.ndarray]:
+def plain_places(path: Path, compose: str = "parent") -> tuple[BvhLayout, np.ndarray]:
     """Return positions in units and axes of the file."""
     data = path.read_bytes()
     layout = scan(data, str(path))

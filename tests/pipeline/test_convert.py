@@ -10,7 +10,7 @@ import lanindex
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.encode.heading import heading
 from lanindex.errors import ExportError, UsageError
-from lanindex.formats.animation import whole
+from lanindex.formats.animation import complete
 from lanindex.model import Skeleton, Span
 from lanindex.pipeline import open_library
 from lanindex.pipeline.convert import TARGETS, from_origin, stretch, target_of, written
@@ -79,20 +79,22 @@ def test_gaps_are_kept_or_said(compass, form: str) -> None:
 
 
 def test_one_skeleton_is_left_as_it_is(compass) -> None:
-    assert whole(compass) is compass
+    assert complete(compass) is compass
 
 
 def test_what_is_never_known_is_left_out(compass) -> None:
     places = compass.positions.copy()
     elbow = compass.skeleton.names.index("RightForeArm")
     places[:, elbow] = np.nan
-    found = whole(replace(compass, positions=places))
+    found = complete(replace(compass, positions=places))
     assert "RightForeArm" not in found.skeleton.names
     hand = found.skeleton.names.index("RightHand")
     above = found.skeleton.names[found.skeleton.parents[hand]]
     assert above == "RightArm"
     with pytest.raises(ExportError, match="no body to speak of"):
-        whole(replace(loose(compass), positions=np.full((5, 20, 3), np.nan, np.float32), axes={}))
+        complete(
+            replace(loose(compass), positions=np.full((5, 20, 3), np.nan, np.float32), axes={})
+        )
 
 
 def test_the_origin_is_below_and_ahead_is_forward(compass) -> None:

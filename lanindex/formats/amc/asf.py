@@ -236,10 +236,10 @@ _ENDING = ".asf"
 _MOST_STEMS = 8
 
 
-def skeleton_of(file: File, told: Reading) -> tuple[File, tuple[str, ...]]:
+def skeleton_of(file: File, options: Reading) -> tuple[File, tuple[str, ...]]:
     """Return the skeleton of a motion, and what is doubtful about it."""
-    if told.skeleton is not None:
-        return opened(told.skeleton), ()
+    if options.skeleton is not None:
+        return opened(options.skeleton), ()
     stems = _stems(PurePath(file.name).stem)
     any_name = os.path.join(os.path.dirname(file.name), "_")
     found = _skeletons(any_name, _changed(any_name))
@@ -259,9 +259,9 @@ def skeleton_of(file: File, told: Reading) -> tuple[File, tuple[str, ...]]:
     )
 
 
-def companions(file: File, told: Reading) -> tuple[File, ...]:
+def companions(file: File, options: Reading) -> tuple[File, ...]:
     """Return the skeleton of a motion."""
-    return (skeleton_of(file, told)[0],)
+    return (skeleton_of(file, options)[0],)
 
 
 def _stems(stem: str) -> list[str]:

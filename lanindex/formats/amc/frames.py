@@ -32,7 +32,7 @@ Places = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Layout:
+class AmcLayout:
     """The bytes of an AMC file."""
 
     header: bytes  # what stands before the first frame
@@ -57,7 +57,7 @@ class Layout:
         return None
 
 
-def scan(data: Content, path: str) -> Layout:
+def scan(data: Content, path: str) -> AmcLayout:
     """Find the frames of an AMC file without reading their numbers."""
     rows: list[tuple[int, int, int]] = []
     for start in range(0, len(data), PIECE):
@@ -80,7 +80,7 @@ def scan(data: Content, path: str) -> Layout:
         raise CaptureError("no frames", place=path, wanted=wanted, remedy=remedy)
     starts, stops, numbers = np.array(rows, np.int64).T
     ends = np.append(starts[1:], len(data))
-    return Layout(data[: rows[0][0]], starts, stops, ends, numbers)
+    return AmcLayout(data[: rows[0][0]], starts, stops, ends, numbers)
 
 
 def _numbered(piece: bytes, first: bool) -> list[int]:
@@ -202,7 +202,7 @@ class Numbers:
         left.discard(name)
 
 
-def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
+def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of an AMC file, which is looked through once.
 
     The header and the lines of the frames are the source's; frames count from 1. The skeleton is

@@ -17,7 +17,7 @@ from lanindex.body import Stated
 from lanindex.body.calibration import UNITS
 from lanindex.errors import CaptureError
 from lanindex.formats.amc.asf import Bone, Bones, parse, skeleton_of
-from lanindex.formats.amc.frames import Layout, Numbers, scan
+from lanindex.formats.amc.frames import AmcLayout, Numbers, scan
 from lanindex.formats.file import File, Wanted, holding, line_of
 from lanindex.formats.points import END, Points, motion_of
 from lanindex.formats.rates import nearest_rate, told_rate
@@ -37,16 +37,16 @@ _INCH = 25.4
 _SAME = 0.01  # of a unit: two of its names
 
 
-def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read an AMC file with the skeleton beside it: see `lanindex.formats.read_file`.
 
     A joint is where a bone begins, and has its name; where the last ones end there is one
     more, ``head End``.
     """
     layout = scan(file.content, file.name)
-    asf, doubts = skeleton_of(file, told)
+    asf, doubts = skeleton_of(file, options)
     skeleton = parse(asf)
-    rate, rate_doubts = _rate(layout, told)
+    rate, rate_doubts = _rate(layout, options)
     names, parents, offsets = joints_of(skeleton.bones)
     numbers = Numbers(skeleton.bones)
     radians = not skeleton.degrees if layout.radians is None else layout.radians
@@ -66,12 +66,12 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     doubts += (*skeleton.doubts, *_order_doubt(skeleton), *_count_doubt(layout), *rate_doubts)
     stated = Stated(_unit(skeleton.inches), "y")
     points = Points(names, places, rate, stated, parents, offsets, turns, doubts)
-    return motion_of(points, file, "amc", told, wanted)
+    return motion_of(points, file, "amc", options, wanted)
 
 
-def beside(file: File, told: Reading | None = None) -> tuple[tuple[str, bytes], ...]:
+def beside(file: File, options: Reading | None = None) -> tuple[tuple[str, bytes], ...]:
     """Return what has to lie beside a clip: the skeleton, by the ending of its name."""
-    skeleton, _ = skeleton_of(file, told or Reading())
+    skeleton, _ = skeleton_of(file, options or Reading())
     return ((".asf", skeleton.content[:]),)
 
 
@@ -85,9 +85,9 @@ class _Places:
         return f"{self._file.name}:{line_of(self._file.content, self._first + at)}"
 
 
-def _rate(layout: Layout, told: Reading) -> tuple[Fraction, tuple[str, ...]]:
-    if told.rate is not None:
-        return told_rate(told.rate), ()
+def _rate(layout: AmcLayout, options: Reading) -> tuple[Fraction, tuple[str, ...]]:
+    if options.rate is not None:
+        return told_rate(options.rate), ()
     if layout.rate is not None:
         return nearest_rate(layout.rate), ()
     doubt = f"it does not tell its rate: {USUAL_RATE} frames a second. If that is wrong, give --fps"
@@ -113,7 +113,7 @@ def _order_doubt(skeleton: Bones) -> tuple[str, ...]:
     return ()
 
 
-def _count_doubt(layout: Layout) -> tuple[str, ...]:
+def _count_doubt(layout: AmcLayout) -> tuple[str, ...]:
     """Return a warning where frames are missing, by their numbers."""
     jumps = np.flatnonzero(np.diff(layout.numbers) != 1)
     if not len(jumps):

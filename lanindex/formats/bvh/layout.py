@@ -28,7 +28,7 @@ Places = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Layout:
+class BvhLayout:
     """The bytes of a BVH file.
 
     A clip is ``data[: count[0]]``, its own number of frames, ``data[count[1] : first]``, and
@@ -48,7 +48,7 @@ class Layout:
     newline: bytes  # the line end of the ``Frames:`` line
 
 
-def scan(data: Content, path: str = "") -> Layout:
+def scan(data: Content, path: str = "") -> BvhLayout:
     """Find the frames of a BVH file without reading their numbers."""
     hierarchy, count, time, newline, first = _header(data, path)
     frames, ends = _lines(data, first, hierarchy.width)
@@ -58,7 +58,7 @@ def scan(data: Content, path: str = "") -> Layout:
             place=f"{path}:{line_of(data, first)}",
             wanted=f"lines of {hierarchy.width} numbers behind MOTION",
         )
-    return Layout(
+    return BvhLayout(
         hierarchy,
         count.span(1),
         int(count.group(1)),
@@ -147,7 +147,7 @@ def _breaks(data: Content, first: int) -> tuple[Places, NDArray[np.bool_]]:
     return np.concatenate(breaks), np.concatenate(pairs)
 
 
-def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
+def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a BVH file, which is looked through once."""
     data, layout = file.content, scan(file.content, file.name)
     before, after = layout.count

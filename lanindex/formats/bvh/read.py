@@ -17,7 +17,7 @@ from lanindex.body.kinematics import positions as positions_of
 from lanindex.body.names import exporter_of
 from lanindex.body.palms import measured, rest_palms
 from lanindex.errors import CaptureError
-from lanindex.formats.bvh.layout import Layout, scan
+from lanindex.formats.bvh.layout import BvhLayout, scan
 from lanindex.formats.file import File, Wanted, holding, line_of
 from lanindex.formats.rates import rate_doubt, rate_of
 from lanindex.formats.tables import fault, number_rows
@@ -29,20 +29,20 @@ BLOCK = 4096
 Floats = NDArray[np.float64]
 
 
-def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a BVH file: see `lanindex.formats.read_file`.
 
     Every joint and End Site, or those of the body.
     """
     path, layout = file.name, scan(file.content, file.name)
     place = f"{path}:{line_of(file.content, layout.time_line[0])}"
-    rate = rate_of(layout.time, place, told.rate)
+    rate = rate_of(layout.time, place, options.rate)
     joints = layout.hierarchy
-    order, reason = _order(told.compose, joints.names)
+    order, reason = _order(options.compose, joints.names)
     work = plan(joints.parents, joints.offsets, joints.channels, order == "child")
     frames = _Frames(file, layout, work)
     values, poses, first = frames.looked_at()
-    found = understand(joints.names, joints.parents, poses, first, rate, told, path)
+    found = understand(joints.names, joints.parents, poses, first, rate, options, path)
     offsets = found.oriented(np.array(joints.offsets, np.float64))
     skeleton = Skeleton(joints.names, np.array(joints.parents, np.int16), offsets, found.body)
     kept = None
@@ -82,20 +82,20 @@ def _turning(
         own = aimed(work, joints.channels, joint, np.eye(3))
         return np.swapaxes(positions_of(own, values)[:, -3:], 1, 2)
 
-    told = rest_palms(joints.names, joints.parents, joints.offsets, body)
+    known = rest_palms(joints.names, joints.parents, joints.offsets, body)
     played = {name: int(body[JOINT_CODES[name]]) for name in TURNING}
     if min(played.values()) >= 0:
         rest = rest_axes(joints.parents, joints.offsets, body)
         if rest is None:
             rest = seen_axes(joints.parents, body, poses, turned)
-        told |= {name: (joint, rest) for name, joint in played.items() if rest is not None}
-    return {name: aimed(work, joints.channels, *it) for name, it in told.items()}
+        known |= {name: (joint, rest) for name, joint in played.items() if rest is not None}
+    return {name: aimed(work, joints.channels, *it) for name, it in known.items()}
 
 
-def _order(told: str | None, names: tuple[str, ...]) -> tuple[str, str]:
+def _order(compose: str | None, names: tuple[str, ...]) -> tuple[str, str]:
     """Return whose turn stands first, a joint's parent's or its own, and who says so."""
-    if told:
-        return told, "as told"
+    if compose:
+        return compose, "as told"
     exporter = exporter_of(names)
     if "compose" in exporter:
         return exporter["compose"], f"its joints are named as {exporter['name']} names them"
@@ -107,7 +107,7 @@ class _Frames:
     """The numbers of a file as places of its joints, block by block."""
 
     file: File  # the file
-    layout: Layout  # where its frames lie
+    layout: BvhLayout  # where its frames lie
     work: Plan  # what leads from channels to places
     # (T, C) and (T, J, 3) float64: of a short file everything, read once
     kept: tuple[Floats, Floats] | None = None
@@ -169,7 +169,7 @@ def _side_by_side(lines: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.stack((np.append(0, stops[:-1]), stops), axis=1)
 
 
-def _count_doubt(layout: Layout) -> tuple[str, ...]:
+def _count_doubt(layout: BvhLayout) -> tuple[str, ...]:
     if layout.declared == len(layout.frames):
         return ()
     return (f"Frames: says {layout.declared}, the file has {len(layout.frames)}",)

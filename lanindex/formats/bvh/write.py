@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lanindex.body import sampled
 from lanindex.errors import ExportError
-from lanindex.formats.animation import aim, resting
+from lanindex.formats.animation import rest_of_axes, turn_to_axes
 from lanindex.formats.points import END
 from lanindex.model import Motion, Skeleton
 from lanindex.rotation import euler, rotations
@@ -41,8 +41,8 @@ def write(motion: Motion) -> bytes:
     _check(motion, points)
     turns = rotations(points, skeleton.offsets.astype(float), skeleton.parents.astype(int))
     if motion.axes:
-        rest = resting(motion, skeleton.offsets, turns[sampled(len(motion))])
-        aim(rest, motion.axes, slice(None), turns)
+        rest = rest_of_axes(motion, skeleton.offsets, turns[sampled(len(motion))])
+        turn_to_axes(rest, motion.axes, slice(None), turns)
     places, angles = _channels(points, turns, skeleton.parents.astype(int))
     stiff = bool(np.abs(places[:, 1:] - skeleton.offsets[1:]).max(initial=0) <= RIGID)
     ends = _ends(skeleton)

@@ -30,7 +30,7 @@ _ALIKE = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class C3dLayout:
     """Where the numbers of a file lie."""
 
     parameters: Parameters  # what it says of itself
@@ -75,7 +75,7 @@ class Turns:
         return self.ratio * self.count * TURN * 4
 
 
-def scan(file: File) -> Layout:
+def scan(file: File) -> C3dLayout:
     """Find out where the numbers of a file lie."""
     size = len(file.content)
     section, processor = _section(file)
@@ -83,28 +83,28 @@ def scan(file: File) -> Layout:
     words = [word & FULL for word in processor.ints(head, 12).tolist()]
     scale, rate = (processor.floats(head, 1, at).tolist()[0] for at in (12, 20))
     blocks = max(file.content[section + 2 : section + 3][0], words[8] - section // BLOCK - 1)
-    told = Parameters(file.content[section : section + BLOCK * blocks], processor)
-    channels = told.count("ANALOG:USED")
-    begins = (_byte(words[8]), _byte(told.count("POINT:DATA_START")))
-    scales = (*told.numbers("POINT:SCALE")[:1], scale)
+    parameters = Parameters(file.content[section : section + BLOCK * blocks], processor)
+    channels = parameters.count("ANALOG:USED")
+    begins = (_byte(words[8]), _byte(parameters.count("POINT:DATA_START")))
+    scales = (*parameters.numbers("POINT:SCALE")[:1], scale)
     options = {
         "that its data begin at byte": _choices(at for at in begins if section < at <= size),
-        "points in a frame": _choices((words[1], told.count("POINT:USED"))),
+        "points in a frame": _choices((words[1], parameters.count("POINT:USED"))),
         "analog numbers in a frame": _choices((words[2], channels and channels * words[9])),
         "a scale": _choices(max(it, -1.0) for it in scales if it and math.isfinite(it)),
     }
     for what, choices in options.items():
         if not choices:
             raise _error(file, f"does not say {what}")
-    turns = _turns(told, size)
-    first, said, vague = _said(words, told)
+    turns = _turns(parameters, size)
+    first, said, vague = _said(words, parameters)
     counts = list(said.values())
     believed, frames = _believed(list(options.values()), counts, vague, turns, size)
     doubts = _contradictions(options, believed, said, frames)
-    seconds = _rate(told, rate, doubts)
+    seconds = _rate(parameters, rate, doubts)
     start, points, analog, step = believed
-    layout = Layout(
-        *(told, section, int(start), int(points), int(analog), step, frames, first),
+    layout = C3dLayout(
+        *(parameters, section, int(start), int(points), int(analog), step, frames, first),
         *(seconds, turns, doubts),
     )
     if not (points or turns):
@@ -139,14 +139,14 @@ def _choices(values: Iterable[float | None]) -> list[float]:
     return list(dict.fromkeys(value for value in values if value is not None))
 
 
-def _said(words: list[int], told: Parameters) -> tuple[int, dict[str, int], list[int]]:
+def _said(words: list[int], parameters: Parameters) -> tuple[int, dict[str, int], list[int]]:
     """Return the number of the first frame, and how many there are by whoever says it.
 
     Last come the counts that may mean as many or more, for there is no room for more.
     """
     first, last = words[3:5]
-    counts = {who: told.count(f"POINT:{who}") or 0 for who in ("LONG_FRAMES", "FRAMES")}
-    start, stop = (told.count(f"TRIAL:ACTUAL_{end}_FIELD") for end in ("START", "END"))
+    counts = {who: parameters.count(f"POINT:{who}") or 0 for who in ("LONG_FRAMES", "FRAMES")}
+    start, stop = (parameters.count(f"TRIAL:ACTUAL_{end}_FIELD") for end in ("START", "END"))
     said, vague = {"POINT:LONG_FRAMES": counts["LONG_FRAMES"]}, []
     if start is not None and stop is not None and stop >= start:
         first, said = start, {"TRIAL": stop - start + 1, **said}
@@ -208,18 +208,18 @@ def _contradictions(
     return doubts
 
 
-def _turns(told: Parameters, size: int) -> Turns | None:
+def _turns(parameters: Parameters, size: int) -> Turns | None:
     """Return where rotations lie, if there are any."""
-    start, count = _byte(told.count("ROTATION:DATA_START")), told.count("ROTATION:USED")
-    turns = Turns(start, count or 0, max(told.count("ROTATION:RATIO") or 1, 1))
+    start, count = _byte(parameters.count("ROTATION:DATA_START")), parameters.count("ROTATION:USED")
+    turns = Turns(start, count or 0, max(parameters.count("ROTATION:RATIO") or 1, 1))
     return turns if start > 0 and turns.frame and start + turns.frame <= size else None
 
 
-def _rate(told: Parameters, header: float, doubts: list[str]) -> float | None:
+def _rate(parameters: Parameters, header: float, doubts: list[str]) -> float | None:
     """Return the frames a second, which the parameters tell better than the header."""
     rates = [
         rate
-        for rate in (*told.numbers("POINT:RATE")[:1], header)
+        for rate in (*parameters.numbers("POINT:RATE")[:1], header)
         if math.isfinite(rate) and rate > 0
     ]
     if len(rates) > 1 and abs(rates[0] - rates[1]) > _ALIKE * rates[0]:

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from lanindex.body.markers import making_of
 from lanindex.body.understand import Stated
-from lanindex.errors import CaptureError, quoted
-from lanindex.formats.c3d.layout import TURN, Layout, Turns, scan
+from lanindex.errors import CaptureError
+from lanindex.formats.c3d.layout import TURN, C3dLayout, Turns, scan
 from lanindex.formats.file import PIECE, Content, File, Wanted, holding
-from lanindex.formats.people import named
+from lanindex.formats.people import named, subject_points
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import nearest_rate, told_rate
 from lanindex.model import Motion, Reading
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 _SLOWEST = 1
 
 
-def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a C3D file: see `lanindex.formats.read_file`.
 
     Points that are no places, as a model's angles and forces are, are left out. Of several
@@ -38,24 +38,25 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     the rotations of segments, these where each begins.
     """
     layout = file.once(scan)
-    rate = _rate(file, layout, told)
-    names, doubts = _chosen(file, layout)
-    used = _needed(names) if wanted.body_only and not told.body else names
+    rate = _rate(file, layout, options)
+    every = names_of(layout)
+    names, doubts = subject_points(file, people(layout, every), every)
+    used = _needed(names) if wanted.body_only and not options.body else names
     if len(used) < layout.points or layout.segments:
         there = places(file.content, layout, np.array(list(used), np.int64))
     else:
         there = places(file.content, layout)
     doubts = (*layout.doubts, *layout.parameters.doubts, *doubts)
     points = Points(tuple(used.values()), there, rate, _stated(layout), doubts=doubts)
-    motion = motion_of(points, file, "c3d", told, wanted)
+    motion = motion_of(points, file, "c3d", options, wanted)
     if used is names:
         return motion
     return replace(motion, source=replace(motion.source, joints=tuple(names.values())))
 
 
-def _rate(file: File, layout: Layout, told: Reading) -> Fraction:
-    if told.rate is not None:
-        return told_rate(told.rate)
+def _rate(file: File, layout: C3dLayout, options: Reading) -> Fraction:
+    if options.rate is not None:
+        return told_rate(options.rate)
     if layout.rate is None or not _SLOWEST <= layout.rate <= 1e6:
         raise CaptureError(
             "says no rate" if layout.rate is None else f"a rate of {layout.rate:g}",
@@ -64,25 +65,6 @@ def _rate(file: File, layout: Layout, told: Reading) -> Fraction:
             remedy="Give the rate with --fps.",
         )
     return nearest_rate(Fraction(layout.rate).limit_denominator(10**6))
-
-
-def _chosen(file: File, layout: Layout) -> tuple[dict[int, str], tuple[str, ...]]:
-    """Return the points of one subject by their numbers, and who else there is."""
-    names = names_of(layout)
-    found = people(layout, names)
-    if file.subject:
-        if file.subject not in found:
-            raise CaptureError(
-                f"has no subject {quoted(file.subject)} that makes a body",
-                place=file.name,
-                wanted=" or ".join(filter(None, found)) or "none: its subjects have no names",
-            )
-        return found[file.subject], ()
-    if len(found) < 2:
-        return next(iter(found.values()), names), ()
-    first, *others = found
-    doubt = f"{first or 'the first subject'} is read; it holds also {', '.join(others)}"
-    return found[first], (doubt,)
 
 
 def _needed(names: dict[int, str]) -> dict[int, str]:
@@ -99,11 +81,11 @@ def _needed(names: dict[int, str]) -> dict[int, str]:
     return used if same else names
 
 
-def _stated(layout: Layout) -> Stated:
+def _stated(layout: C3dLayout) -> Stated:
     """Return unit and vertical axis, as far as the file tells them."""
-    told = layout.parameters
-    unit = next(iter(told.texts("POINT:UNITS")), "") or None
-    screen = next(iter(told.texts("POINT:Y_SCREEN")), "").lower()
+    parameters = layout.parameters
+    unit = next(iter(parameters.texts("POINT:UNITS")), "") or None
+    screen = next(iter(parameters.texts("POINT:Y_SCREEN")), "").lower()
     up = screen.removeprefix("+") if screen.strip("+-") in ("x", "y", "z") else None
     return Stated(unit, up)
 
@@ -116,22 +98,22 @@ TURNED = "_4X4"
 """Ends the name of a segment."""
 
 
-def names_of(layout: Layout) -> dict[int, str]:
+def names_of(layout: C3dLayout) -> dict[int, str]:
     """Return the names of the points that are places, by their number in a frame.
 
     A point that has no name is called by its number, a segment without what ends its name.
     """
-    told = layout.parameters
+    parameters = layout.parameters
     if layout.segments:
-        called = told.texts("ROTATION:LABELS")
+        called = parameters.texts("ROTATION:LABELS")
         return {number: name.removesuffix(TURNED)
                 for number, name in enumerate(_all(called, layout.segments.count))}  # fmt: skip
-    groups = told.texts("POINT:TYPE_GROUPS")
+    groups = parameters.texts("POINT:TYPE_GROUPS")
     listed = [group.upper() for group, kind in zip(groups[::2], groups[1::2], strict=False)
               if kind.upper() not in _PLACES]  # fmt: skip
     lists = dict.fromkeys((*NO_PLACES, *listed))
-    outputs = {name for one in lists for name in told.texts(f"POINT:{one}")}
-    points = _all(told.texts("POINT:LABELS"), layout.points)
+    outputs = {name for one in lists for name in parameters.texts(f"POINT:{one}")}
+    points = _all(parameters.texts("POINT:LABELS"), layout.points)
     return {number: name for number, name in enumerate(points) if name not in outputs}
 
 
@@ -141,11 +123,11 @@ def _all(called: tuple[str, ...], count: int) -> list[str]:
     return named + [f"*{number}" for number in range(len(named) + 1, count + 1)]
 
 
-def people(layout: Layout, names: Mapping[int, str]) -> dict[str, dict[int, str]]:
+def people(layout: C3dLayout, names: Mapping[int, str]) -> dict[str, dict[int, str]]:
     """Return the points of each subject that makes a body."""
-    told = layout.parameters
-    called = told.texts("SUBJECTS:NAMES")
-    before = told.texts("SUBJECTS:LABEL_PREFIXES")
+    parameters = layout.parameters
+    called = parameters.texts("SUBJECTS:NAMES")
+    before = parameters.texts("SUBJECTS:LABEL_PREFIXES")
     subject = {prefix: name for prefix, name in zip(before, called, strict=False) if prefix}
     groups: dict[str, dict[int, str]] = {}
     for number, name in names.items():
@@ -178,7 +160,7 @@ _TRANSLATION = 12
 
 
 def places(
-    content: Content, layout: Layout, chosen: NDArray[np.int64] | None = None
+    content: Content, layout: C3dLayout, chosen: NDArray[np.int64] | None = None
 ) -> NDArray[np.float32]:
     """Return where points are.
 
@@ -204,7 +186,7 @@ def places(
 def _points(
     data: bytes,
     at: int,
-    layout: Layout,
+    layout: C3dLayout,
     chosen: NDArray[np.int64] | None,
     out: NDArray[np.float32],
 ) -> None:
@@ -226,18 +208,18 @@ def _points(
         _take_out(out, nothing & (out[..., 1] == 0) & (out[..., 2] == 0))
 
 
-def _numbers(data: bytes, at: int, layout: Layout, frames: int) -> NDArray[Any]:
+def _numbers(data: bytes, at: int, layout: C3dLayout, frames: int) -> NDArray[Any]:
     """Return the numbers of some frames, (T, N): a view unless they are DEC's floats."""
     processor = layout.parameters.processor
     count = frames * layout.frame // layout.number
-    told = processor.floats if layout.scale < 0 else processor.ints
-    return told(data, count, at).reshape(frames, -1)
+    numbers = processor.floats if layout.scale < 0 else processor.ints
+    return numbers(data, count, at).reshape(frames, -1)
 
 
 def _segments(
     data: bytes,
     at: int,
-    layout: Layout,
+    layout: C3dLayout,
     turns: Turns,
     chosen: NDArray[np.int64] | None,
     out: NDArray[np.float32],

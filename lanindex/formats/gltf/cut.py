@@ -18,14 +18,14 @@ from lanindex.formats.gltf.write import Pack, glb
 from lanindex.model import Reading, Span
 
 
-def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
+def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a glTF or GLB file, which is looked through once.
 
     A clip holds the animation that is read, in keys for each of its frames from second 0 on, and
     everything else of the file but its other animations. A GLB makes a GLB, a glTF file a glTF
     file with its numbers in it.
     """
-    found, _ = chosen(file, told.take if told else None)
+    found, _ = chosen(file, options.take if options else None)
     return _Source(found).cut
 
 
@@ -41,20 +41,20 @@ class _Source:
             number for number, track in enumerate(self.tracks)
             if (track.node, track.path) in moving
         )  # fmt: skip
-        told: dict[str, Any] = self.document.root.value
-        self.told = {key: value for key, value in told.items() if key != "animations"}
+        root: dict[str, Any] = self.document.root.value
+        self.other = {key: value for key, value in root.items() if key != "animations"}
         samplers = _samplers(self.document)
-        elsewhere = set(_accessors(self.told))
+        elsewhere = set(_accessors(self.other))
         self.free = sorted(samplers - elsewhere)
-        self.pack, self.free_views = self._rest(told)
+        self.pack, self.free_views = self._rest(root)
 
-    def _rest(self, told: dict[str, Any]) -> tuple[Pack, list[int]]:
+    def _rest(self, root: dict[str, Any]) -> tuple[Pack, list[int]]:
         """Lay down what is not animation; return it, and which buffer views are free then."""
-        accessors: list[Any] = deepcopy(told.get("accessors") or [])
+        accessors: list[Any] = deepcopy(root.get("accessors") or [])
         others = [one for number, one in enumerate(accessors) if number not in set(self.free)]
         used = set(_called(others, "bufferView"))
-        used |= set(_called({**self.told, "accessors": None}, "bufferView"))
-        views: list[Any] = deepcopy(told.get("bufferViews") or [])
+        used |= set(_called({**self.other, "accessors": None}, "bufferView"))
+        views: list[Any] = deepcopy(root.get("bufferViews") or [])
         pack = Pack(views, accessors)
         for number in sorted(used):
             where = Value(number, "a bufferView", self.document.file.name)
@@ -85,18 +85,18 @@ class _Source:
         take["samplers"] = samplers
         take["extras"] = self._extras(span)
         pack.fill(once)
-        told = {
-            **self.told,
+        root = {
+            **self.other,
             "animations": [take],
             "accessors": pack.accessors,
             "bufferViews": pack.views,
             "buffers": [{"byteLength": pack.size}],
         }
         if self.document.is_glb:
-            return glb(told, pack.numbers())
+            return glb(root, pack.numbers())
         data = base64.b64encode(pack.numbers()).decode()
-        told["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{data}"
-        return json.dumps(told, allow_nan=False).encode()
+        root["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{data}"
+        return json.dumps(root, allow_nan=False).encode()
 
     def _values(self, track: Track, frames: Any) -> Any:
         values = track.at(frames, exactly=True)
@@ -105,12 +105,12 @@ class _Source:
         return values.astype(np.float32)
 
     def _extras(self, span: Span) -> dict[str, Any]:
-        """Return what is told beside the animation, of these frames."""
+        """Return what stands beside the animation, of these frames."""
         old = self.found.take.get("extras").value
-        told = dict(old) if isinstance(old, dict) else {}
-        told |= {"frames": len(span), "rate": str(rate_of(self.found))}
+        beside = dict(old) if isinstance(old, dict) else {}
+        beside |= {"frames": len(span), "rate": str(rate_of(self.found))}
         if "unknown" in extras(self.found):
-            told["unknown"] = {
+            beside["unknown"] = {
                 self.found.person.names[joint]: [
                     [max(start, span.start) - span.start, min(stop, span.stop) - span.start]
                     for start, stop in gaps
@@ -118,7 +118,7 @@ class _Source:
                 ]
                 for joint, gaps in unknown(self.found).items()
             }
-        return told
+        return beside
 
 
 def _samplers(document: Document) -> set[int]:
@@ -144,11 +144,11 @@ def _called(value: Any, name: str) -> Iterator[int]:
             waiting.extend(one)
 
 
-def _accessors(told: Any) -> Iterator[int]:
+def _accessors(value: Any) -> Iterator[int]:
     """Yield the accessors that meshes, skins and extensions use."""
     for name in ("indices", "inverseBindMatrices"):
-        yield from _called(told, name)
-    waiting = [told]
+        yield from _called(value, name)
+    waiting = [value]
     while waiting:
         one = waiting.pop()
         if isinstance(one, dict):

@@ -236,8 +236,8 @@ def _beside(file: File, uri: Value) -> str:
 
 def opened_document(file: File) -> Document:
     """Return what a glTF or GLB file is made of."""
-    told, binary = file.once(_told)
-    root = Value(told, "", file.name)
+    value, binary = file.once(_parsed)
+    root = Value(value, "", file.name)
     version = root.get("asset").get("version").text()
     if version.split(".")[0] != "2":
         root.get("asset").get("version").wrong("2.0")
@@ -246,7 +246,7 @@ def opened_document(file: File) -> Document:
     return Document(file, root, binary)
 
 
-def companions(file: File, told: Reading) -> tuple[File, ...]:
+def companions(file: File, options: Reading) -> tuple[File, ...]:
     """Return the files of numbers that a glTF file names, as far as they are there."""
     found: list[File] = []
     for buffer in opened_document(file).root.get("buffers"):
@@ -256,7 +256,7 @@ def companions(file: File, told: Reading) -> tuple[File, ...]:
     return tuple(found)
 
 
-def _told(file: File) -> tuple[Any, tuple[int, int]]:
+def _parsed(file: File) -> tuple[Any, tuple[int, int]]:
     """Return the JSON, and where the numbers of a GLB lie."""
     content, binary = file.content, (0, 0)
     if content[:4] == MAGIC:
@@ -368,7 +368,7 @@ def numbers(document: Document, number: Value) -> NDArray[Any]:
 
 def _elements(
     document: Document,
-    told: Value,
+    accessor: Value,
     view: Value,
     kind: np.dtype[Any],
     count: int,
@@ -380,15 +380,16 @@ def _elements(
     buffer, first, length, stride = document.view(view)
     size = kind.itemsize * width
     step = stride if strided and stride is not None else size
-    offset = told.get("byteOffset", 0).whole()
+    offset = accessor.get("byteOffset", 0).whole()
     if step < size or offset + step * (count - 1) + size > length:
         raise CaptureError(
-            f"{told.where} needs {count} elements of {size} bytes, {step} apart from {offset} on",
+            f"{accessor.where} needs {count} elements of {size} bytes, "
+            f"{step} apart from {offset} on",
             place=document.file.name,
             wanted=f"what lies in the {length} bytes of its bufferView",
         )
     start = first + offset
-    document.spend(size * count, told)
+    document.spend(size * count, accessor)
     data = document.bytes(buffer, start, start + step * (count - 1) + size)
     return np.ndarray((count, width), kind, data, strides=(step, kind.itemsize))
 

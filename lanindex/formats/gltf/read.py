@@ -11,17 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body.rig import Rig
-from lanindex.body.understand import Stated, find_body, sampled
-from lanindex.errors import BodyError, CaptureError, UsageError, quoted
+from lanindex.body.understand import Stated, sampled
+from lanindex.errors import CaptureError, UsageError, quoted
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.gltf.document import Document, Value, opened_document
 from lanindex.formats.gltf.scene import Nodes, Person, nodes_of, people
 from lanindex.formats.gltf.tracks import Clock, Track, clock, moved, takes, timed, tracks
-from lanindex.formats.people import distinct, named, others, person, take_doubt
+from lanindex.formats.people import distinct, is_human, named, others, person, take_doubt
 from lanindex.formats.points import BLOCK, Frames, Places, Points, motion_of
 from lanindex.formats.rates import told_rate
-from lanindex.formats.turning import inverse, product, worlds
+from lanindex.formats.turning import ancestry, from_parents, inverse, product, worlds
 from lanindex.model import Motion, Reading
 
 MOST = 20_000_000
@@ -49,18 +48,14 @@ class Performance:
     def human(self) -> bool:
         """Tell whether the joints make a body."""
         poses, _ = self.placed(sampled(self.clock.count))
-        try:
-            find_body(Rig(self.person.names, self.person.parents, poses))
-        except BodyError:
-            return False
-        return True
+        return is_human(self.person.names, self.person.parents, poses)
 
 
-def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a glTF or GLB file: see `lanindex.formats.read_file`.
 
     Of several people the one is read that the file's name tells behind ``#``, else the first; of
-    several animations the one that is told, else the first that moves them. At rest joints are as
+    several animations the one that is named, else the first that moves them. At rest joints are as
     the nodes stand while nothing is animated. A GLB that LanIndex wrote tells where joints were
     unknown.
 
@@ -70,14 +65,11 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     ----------
     Khronos Group, glTF 2.0 Specification, 2021: 3.6 (accessors), 3.7 (skins), 3.11 (animations).
     """
-    found, doubts = chosen(file, told.take)
+    found, doubts = chosen(file, options.take)
     whose, ticks = found.person, found.clock
-    rate = rate_of(found) if told.rate is None else told_rate(told.rate)
+    rate = rate_of(found) if options.rate is None else told_rate(options.rate)
     rest, upright = placed(found.nodes, whose.joints)
-    offsets = rest[0].copy()
-    for joint, parent in enumerate(whose.parents):
-        if parent >= 0:
-            offsets[joint] = rest[0, joint] - rest[0, parent]
+    offsets = from_parents(rest[0], whose.parents)
     gaps = unknown(found)
     known = _known((ticks.count, len(whose.joints)), gaps)
     every = np.arange(ticks.count)
@@ -105,9 +97,9 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
         whose.parents,
         offsets,
         turns,
-        doubts=(*doubts, *(ticks.doubts if told.rate is None else ())),
+        doubts=(*doubts, *(ticks.doubts if options.rate is None else ())),
     )
-    return motion_of(points_of, file, "gltf", told, wanted)
+    return motion_of(points_of, file, "gltf", options, wanted)
 
 
 def _known(shape: tuple[int, int], gaps: Mapping[int, list[tuple[int, int]]]) -> NDArray[np.bool_]:
@@ -135,26 +127,26 @@ def _check(
 
 def rate_of(found: Performance) -> Fraction:
     """Return the rate; a single key tells none, LanIndex's own files do."""
-    told = extras(found)
-    if found.clock.count == 1 and isinstance(told.get("rate"), str):
+    beside = extras(found)
+    if found.clock.count == 1 and isinstance(beside.get("rate"), str):
         with suppress(UsageError):
-            return told_rate(told["rate"])
+            return told_rate(beside["rate"])
     return found.clock.rate
 
 
 def extras(found: Performance) -> dict[str, Any]:
     """Return what LanIndex wrote beside an animation, if all its frames are there."""
-    told = found.take.get("extras").value
-    fits = isinstance(told, dict) and told.get("frames") == found.clock.count
-    return told if fits else {}
+    beside = found.take.get("extras").value
+    fits = isinstance(beside, dict) and beside.get("frames") == found.clock.count
+    return beside if fits else {}
 
 
 def unknown(found: Performance) -> dict[int, list[tuple[int, int]]]:
     """Return by joint in which frames LanIndex wrote that its place was unknown."""
-    told = extras(found).get("unknown")
+    spans_by_name = extras(found).get("unknown")
     place = {name: joint for joint, name in enumerate(found.person.names)}
     gaps = dict[int, list[tuple[int, int]]]()
-    for name, spans in told.items() if isinstance(told, dict) else ():
+    for name, spans in spans_by_name.items() if isinstance(spans_by_name, dict) else ():
         for span in spans if isinstance(spans, list) and name in place else ():
             if isinstance(span, list) and [type(it) for it in span] == [int, int]:
                 gaps.setdefault(place[name], []).append((max(span[0], 0), max(span[1], 0)))
@@ -227,11 +219,7 @@ Floats = NDArray[np.float64]
 
 def above(nodes: Nodes, joints: Iterable[int]) -> list[int]:
     """Return joints and all nodes above them, parents before children."""
-    needed = set[int]()
-    for node in joints:
-        while node >= 0 and node not in needed:
-            needed.add(node)
-            node = nodes.parents[node]
+    needed = ancestry(joints, nodes.parents)
     return [node for node in nodes.order if node in needed]
 
 

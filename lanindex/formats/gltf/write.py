@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.body import sampled
-from lanindex.formats.animation import aim, resting
+from lanindex.formats.animation import rest_of_axes, turn_to_axes
 from lanindex.formats.gltf.document import BINARY_CHUNK, JSON_CHUNK, MAGIC
-from lanindex.formats.turning import inverse, matrices, product, quaternions, steady, unit
+from lanindex.formats.turning import inverse, matrices, product, quaternions, unit, without_flips
 from lanindex.model import Motion
 from lanindex.rotation import rotations
 
@@ -68,7 +68,7 @@ def write(motion: Motion) -> bytes:
     nodes.append({"name": "bones", "mesh": 0, "skin": 0})
     animation = _animation(pack, motion, ways / METRE, turned, offsets / METRE)
     animation |= _extras(motion, unknown)
-    told = {
+    root = {
         "asset": {"version": "2.0", "generator": "LanIndex"},
         "scene": 0,
         "scenes": [{"nodes": [*roots, len(nodes) - 1]}],
@@ -85,7 +85,7 @@ def write(motion: Motion) -> bytes:
         "bufferViews": pack.views,
         "buffers": [{"byteLength": pack.size}],
     }
-    return glb(told, pack.numbers())
+    return glb(root, pack.numbers())
 
 
 def _rounded(values: Floats) -> list[float]:
@@ -130,11 +130,11 @@ def _turned(motion: Motion, points: Floats, parents: NDArray[np.int_]) -> tuple[
         offsets[below] -= pose[parents[below]]
     turns = np.empty((*points.shape[:2], 4))
     some = points[sampled(len(points))] if motion.axes else points[:0]
-    rest = resting(motion, offsets, rotations(some, offsets, parents)) if motion.axes else {}
+    rest = rest_of_axes(motion, offsets, rotations(some, offsets, parents)) if motion.axes else {}
     for start in range(0, len(points), BLOCK):
         part = slice(start, start + BLOCK)
         block = rotations(points[part], offsets, parents)
-        aim(rest, motion.axes, part, block)
+        turn_to_axes(rest, motion.axes, part, block)
         turns[part] = quaternions(block)
     return turns, offsets
 
@@ -149,7 +149,7 @@ def _within(points: Floats, turns: Floats, parents: NDArray[np.int_]) -> tuple[F
         way = points[:, joint] - points[:, parent]
         ways[:, joint] = np.einsum("tij,tj->ti", matrices(back), way)
         turned[:, joint] = product(back, turns[:, joint])
-    return ways, steady(unit(turned))
+    return ways, without_flips(unit(turned))
 
 
 def _animation(
@@ -179,12 +179,12 @@ def _animation(
 
 def _extras(motion: Motion, unknown: NDArray[np.bool_]) -> dict[str, Any]:
     """Return what keys do not tell: the rate of a single pose, and what was unknown."""
-    told: dict[str, Any] = {"frames": len(motion), "rate": str(motion.rate)}
+    extras: dict[str, Any] = {"frames": len(motion), "rate": str(motion.rate)}
     gaps = {}
     for joint in np.flatnonzero(unknown.any(axis=0)).tolist():
         edges = np.flatnonzero(np.diff(unknown[:, joint].astype(np.int8), prepend=0, append=0))
         gaps[motion.skeleton.names[joint]] = edges.reshape(-1, 2).tolist()
-    return {"extras": {**told, "unknown": gaps} if gaps else told}
+    return {"extras": {**extras, "unknown": gaps} if gaps else extras}
 
 
 def _binding(pack: Pack, offsets: Floats, parents: NDArray[np.int_]) -> int:
@@ -287,11 +287,11 @@ class Pack:
 
     def fill(self, number: int) -> None:
         """Let what is free yet be the same as an accessor."""
-        told = self.accessors[number]
+        entry = self.accessors[number]
         for free in self.free[0]:
-            self.accessors[free] = told
+            self.accessors[free] = entry
         for free in self.free[1]:
-            self.views[free] = self.views[told["bufferView"]]
+            self.views[free] = self.views[entry["bufferView"]]
 
     def numbers(self) -> bytes:
         """Return the numbers."""
@@ -307,9 +307,9 @@ class Pack:
 
     def view(self, data: bytes, target: int | None = None) -> int:
         """Add a buffer view; return its number."""
-        told = self.lay(data)
-        told = told if target is None else {**told, "target": target}
-        return _put(self.views, told, self.free[1])
+        entry = self.lay(data)
+        entry = entry if target is None else {**entry, "target": target}
+        return _put(self.views, entry, self.free[1])
 
     def accessor(
         self,
@@ -321,15 +321,15 @@ class Pack:
     ) -> int:
         """Add an accessor of (N, width) numbers; return its number."""
         rows = np.ascontiguousarray(values, kind).reshape(len(values), -1)
-        told: dict[str, Any] = {
+        entry: dict[str, Any] = {
             "bufferView": self.view(rows.tobytes(), target),
             "componentType": CODES[kind],
             "count": len(rows),
             "type": KINDS[rows.shape[1]],
         }
         if bounds:
-            told |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
-        return _put(self.accessors, told, self.free[0])
+            entry |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
+        return _put(self.accessors, entry, self.free[0])
 
 
 def _put(things: list[Any], thing: Any, free: list[int]) -> int:
@@ -341,9 +341,9 @@ def _put(things: list[Any], thing: Any, free: list[int]) -> int:
     return len(things) - 1
 
 
-def glb(told: dict[str, Any], data: bytes) -> bytes:
+def glb(root: dict[str, Any], data: bytes) -> bytes:
     """Return a GLB of its JSON and its numbers."""
-    text = json.dumps(told, separators=(",", ":"), allow_nan=False).encode()
+    text = json.dumps(root, separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     rest = -len(data) % 4
     binary = struct.pack("<I4s", len(data) + rest, BINARY_CHUNK) if data else b""

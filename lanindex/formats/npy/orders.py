@@ -86,7 +86,7 @@ class Order:
 
     title: str  # as people call it
     names: tuple[str, ...]  # (J) the joints
-    rate: str = ""  # frames a second that its files have, where none is told; empty: nobody knows
+    rate: str = ""  # frames a second that its files have, where none is given; empty: unknown
 
 
 ORDERS = (

@@ -48,7 +48,7 @@ _WANTED = "places of joints, (T, J, 3)"
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class MovementArray:
     """Which array holds the movement."""
 
     key: str  # its name
@@ -58,28 +58,28 @@ class Layout:
     doubts: tuple[str, ...] = ()  # what was guessed
 
 
-def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read an array, or a file of arrays: see `lanindex.formats.read_file`.
 
     Every joint; with its rotations where the file has them (AMASS).
     """
     found = arrays(file)
-    layout = laid(found)
+    layout = movement_of(found)
     form = "npz" if file.content[:2] == b"PK" else "npy"
-    points = {"places": _placed, "turns": _turned, "features": _recovered}[layout.kind](
-        found, layout, told
-    )
-    return motion_of(points, file, form, told, wanted)
+    points = {"places": _from_places, "turns": _from_turns, "features": _from_features}[
+        layout.kind
+    ](found, layout, options)
+    return motion_of(points, file, form, options, wanted)
 
 
-def laid(found: Arrays) -> Layout:
+def movement_of(found: Arrays) -> MovementArray:
     """Return where the movement is."""
     shapes = {name: header.shape for name, header in found.headers.items() if _number(header)}
     many = [name for name, shape in shapes.items() if _axis(shape) is not None]
     named = next((name for name in PLACES if name in many), None)
     poses, shift = shapes.get("poses", ()), shapes.get("trans", ())
     if named is None and len(poses) == 2 and poses[1] in smpl.WIDTHS and shift == (poses[0], 3):
-        return _filled(found, Layout("poses", 0, poses[0], "turns"))
+        return _filled(found, MovementArray("poses", 0, poses[0], "turns"))
     root, poses = shapes.get("root_orient", ()), shapes.get("pose_body", ())
     if (
         named is None
@@ -88,12 +88,12 @@ def laid(found: Arrays) -> Layout:
         and shift == root
         and poses == (root[0], 63)
     ):
-        return _filled(found, Layout("pose_body", 0, root[0], "turns"))
-    told = [
+        return _filled(found, MovementArray("pose_body", 0, root[0], "turns"))
+    rows = [
         name for name, shape in shapes.items() if len(shape) == 2 and shape[1] in features.TITLES
     ]
-    if named is None and not many and len(told) == 1:
-        return _filled(found, Layout(told[0], 0, shapes[told[0]][0], "features"))
+    if named is None and not many and len(rows) == 1:
+        return _filled(found, MovementArray(rows[0], 0, shapes[rows[0]][0], "features"))
     doubts: tuple[str, ...] = ()
     if named is None and len(many) == 1:
         named = many[0]
@@ -103,10 +103,10 @@ def laid(found: Arrays) -> Layout:
             _instead(found, shapes, many), place=found.place, wanted=_WANTED, remedy=_REMEDY
         )
     axis = _axis(shapes[named]) or 0
-    return _filled(found, Layout(named, axis, shapes[named][axis], doubts=doubts))
+    return _filled(found, MovementArray(named, axis, shapes[named][axis], doubts=doubts))
 
 
-def _filled(found: Arrays, layout: Layout) -> Layout:
+def _filled(found: Arrays, layout: MovementArray) -> MovementArray:
     if not layout.frames:
         raise CaptureError("no frames", place=found.place, wanted=_WANTED)
     return layout
@@ -165,7 +165,7 @@ def _stated(found: Arrays, unit: str | None = None, up: str | None = None) -> St
     return Stated(said.get("unit", unit), said.get("up", up))
 
 
-def _placed(found: Arrays, layout: Layout, told: Reading) -> Points:
+def _from_places(found: Arrays, layout: MovementArray, options: Reading) -> Points:
     """Return the points of an array of places."""
     places = found[layout.key]
     places = _sound(places[0] if layout.axis else places, layout.key, LARGEST, found.place)
@@ -186,21 +186,21 @@ def _placed(found: Arrays, layout: Layout, told: Reading) -> Points:
                 remedy="Save their names with them: numpy.savez(path, joints=..., joint_names=...)",
             )
         names = list(order.names)
-        rate, assumed = _assumed(rate, order, told)
+        rate, assumed = _assumed(rate, order, options)
         doubts += assumed
-    hertz, unsteady = rate_by(told, rate, np.zeros(0), found.place)
+    hertz, unsteady = rate_by(options, rate, np.zeros(0), found.place)
     return Points(tuple(names), places, hertz, _stated(found), doubts=(*doubts, *unsteady))
 
 
-def _assumed(rate: str, order: Order, told: Reading) -> tuple[str, tuple[str, ...]]:
+def _assumed(rate: str, order: Order, options: Reading) -> tuple[str, tuple[str, ...]]:
     """Return the rate, where nobody tells it that of such files, and a doubt where it is."""
-    if rate or not order.rate or told.rate is not None:
+    if rate or not order.rate or options.rate is not None:
         return rate, ()
     assumed = f"no rate in it: {order.rate} frames a second assumed, as {order.title} has it"
     return order.rate, (f"{assumed}. If that is wrong, give --fps",)
 
 
-def _recovered(found: Arrays, layout: Layout, told: Reading) -> Points:
+def _from_features(found: Arrays, layout: MovementArray, options: Reading) -> Points:
     """Return the points of features."""
     values = found[layout.key]
     title, many = features.TITLES[values.shape[1]], features.used(values.shape[1])
@@ -214,16 +214,16 @@ def _recovered(found: Arrays, layout: Layout, told: Reading) -> Points:
             wanted="features as they were computed",
             remedy="If they are normalised, multiply them by Std.npy and add Mean.npy.",
         )
-    rate, doubts = _assumed(_rate(found), order, told)
-    hertz, unsteady = rate_by(told, rate, np.zeros(0), found.place)
+    rate, doubts = _assumed(_rate(found), order, options)
+    hertz, unsteady = rate_by(options, rate, np.zeros(0), found.place)
     return Points(
         order.names, places, hertz, _stated(found, None, "y"), doubts=(*doubts, *unsteady)
     )
 
 
-def _turned(found: Arrays, layout: Layout, told: Reading) -> Points:
+def _from_turns(found: Arrays, layout: MovementArray, options: Reading) -> Points:
     """Return the points of poses of SMPL."""
-    hertz, doubts = rate_by(told, _rate(found), np.zeros(0), found.place)
+    hertz, doubts = rate_by(options, _rate(found), np.zeros(0), found.place)
     poses = np.concatenate(
         [_sound(found[name][:, : 3 * smpl.TURNED], name, _TURNS, found.place, known=True)
          for name in _PARTS[layout.key]], axis=1
@@ -254,19 +254,19 @@ def _sound(
 _NEVER = ("betas", "shape", "fps")
 
 
-def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
+def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of arrays, which are looked through once.
 
     Kinds, orders and packing are the source's; numbers are its numbers, byte for byte.
     """
     found = arrays(file)
-    layout = laid(found)
+    layout = movement_of(found)
     if "" in found.headers:
         return lambda span: _cut(found, "", layout.axis, span)
     return lambda span: _members(file, found, layout, span)
 
 
-def _members(file: File, found: Arrays, layout: Layout, span: Span) -> bytes:
+def _members(file: File, found: Arrays, layout: MovementArray, span: Span) -> bytes:
     """Return the ZIP with its arrays cut."""
     clip, packed = io.BytesIO(), archive(file)
     with zipfile.ZipFile(clip, "w") as out:
@@ -283,7 +283,7 @@ def _members(file: File, found: Arrays, layout: Layout, span: Span) -> bytes:
     return clip.getvalue()
 
 
-def _follows(name: str, header: Header, layout: Layout) -> bool:
+def _follows(name: str, header: Header, layout: MovementArray) -> bool:
     """Tell whether an array has a frame for each of the movement's."""
     if name == layout.key:
         return True

@@ -23,13 +23,13 @@ from lanindex.formats import sniff, tables
 from lanindex.formats.file import Content, File
 from lanindex.formats.tables import (
     Finish,
-    Layout,
     Line,
+    TableLayout,
     comma_of,
-    counted,
-    lines,
-    made,
+    count_doubt,
+    header_lines,
     separator_of,
+    table_of,
     triples,
     twice,
 )
@@ -56,9 +56,9 @@ _MOTIVE_ROWS = ("type", "name", "id")
 _LENGTHS = {"millimeters": "mm", "centimeters": "cm", "meters": "m"}
 
 
-def layout_of(file: File) -> Layout:
+def layout_of(file: File) -> TableLayout:
     """Return where the points of a table are, whosesoever it is."""
-    head = list(islice(lines(file), _NAME_ROWS))
+    head = list(islice(header_lines(file), _NAME_ROWS))
     first = next((line for line in head if line.text.strip(b" \t\r\n,;\xef\xbb\xbf")), None)
     if first is None:
         raise CaptureError("nothing but blanks", place=file.name, wanted="a table of points")
@@ -76,7 +76,7 @@ def _first(file: File, rows: tables.Lines) -> bytes:
     return file.content[int(rows[0, 0]) : int(rows[0, 1])] if len(rows) else b""
 
 
-def _kinect(file: File, first: Line) -> Layout | None:
+def _kinect(file: File, first: Line) -> TableLayout | None:
     """Return a table of LabanotationSuite: no header, ticks, then x, y, z and a state of each."""
     separator = separator_of(first.text)
     cells = first.text.strip().rstrip(separator).split(separator)
@@ -88,8 +88,8 @@ def _kinect(file: File, first: Line) -> Layout | None:
     heads = [0, *(at + 3 for at in starts)]
     comma = comma_of(first.text, separator)
     rows = tables.rows(file.content, first.first)
-    table = made(file, rows, separator, width, heads, points, comma)
-    return Layout("Kinect v2", KINECT, table, 0, _TICKS, states=1, stated=Stated("m", "y"))
+    table = table_of(file, rows, separator, width, heads, points, comma)
+    return TableLayout("Kinect v2", KINECT, table, 0, _TICKS, states=1, stated=Stated("m", "y"))
 
 
 def _is_number(cell: bytes) -> bool:
@@ -100,7 +100,7 @@ def _is_number(cell: bytes) -> bool:
     return True
 
 
-def _named(file: File, head: list[Line]) -> Layout:
+def _named(file: File, head: list[Line]) -> TableLayout:
     """Return a table whose header names the columns: ``time``, ``head_x``, ``head_y`` ..."""
     best: tuple[Line, list[str], bytes] | None = None
     most = 0
@@ -122,21 +122,23 @@ def _named(file: File, head: list[Line]) -> Layout:
     time = [number for number, cell in enumerate(cells) if _TIME.fullmatch(cell)]
     rows = tables.rows(file.content, line.stop)
     comma = comma_of(_first(file, rows), separator)
-    table = made(file, rows, separator, len(cells), time[:1], list(points.values()), comma)
+    table = table_of(file, rows, separator, len(cells), time[:1], list(points.values()), comma)
     said = _TIME.fullmatch(cells[time[0]]) if time else None
     tick = _UNITS[said[1].lower()] if said and said[1] else None
     when = 0 if time else None
     used = {cells[column] for point in points.values() for column in point}
     doubts = twice([cell for cell in cells if cell in used], "columns")
-    return Layout("a table", tuple(points), table, when, tick, stated=Stated(unit), doubts=doubts)
+    return TableLayout(
+        "a table", tuple(points), table, when, tick, stated=Stated(unit), doubts=doubts
+    )
 
 
-def _nexus(file: File, head: list[Line]) -> Layout:
+def _nexus(file: File, head: list[Line]) -> TableLayout:
     """Return the block ``Trajectories`` of an export of Vicon Nexus, else the model's segments."""
     at = block(file.content, b"Trajectories")
     outputs = block(file.content, b"Model Outputs") if at is None else None
     start = outputs if at is None else at
-    head = list(islice(lines(file, start), 5)) if start is not None else []
+    head = list(islice(header_lines(file, start), 5)) if start is not None else []
     if start is not None and len(head) < 5:
         raise CaptureError("ends in its header", place=file.name, wanted="five lines, then frames")
     found: tuple[tuple[str, ...], list[Triple], Finish | None] = ((), [], None)
@@ -157,8 +159,10 @@ def _nexus(file: File, head: list[Line]) -> Layout:
     rows = rows[: int(beyond[0]) + 1] if len(beyond) else rows
     unit = next((units[point[0]] for point in points if point[0] < len(units)), None)
     comma = comma_of(_first(file, rows), separator)
-    table = made(file, rows, separator, len(axes), [0], points, comma)
-    return Layout("Vicon Nexus", called, table, rate=rate[0], stated=Stated(unit), finish=finish)
+    table = table_of(file, rows, separator, len(axes), [0], points, comma)
+    return TableLayout(
+        "Vicon Nexus", called, table, rate=rate[0], stated=Stated(unit), finish=finish
+    )
 
 
 def _trajectories(names: list[str], axes: list[str]) -> tuple[tuple[str, ...], list[Triple], None]:
@@ -184,7 +188,7 @@ def block(content: Content, title: bytes) -> int | None:
     return None
 
 
-def _motive(file: File, head: list[Line]) -> Layout:
+def _motive(file: File, head: list[Line]) -> TableLayout:
     """Return an export of OptiTrack Motive: places of bones, where it has them, else of markers."""
     first = head[0].cells(b",")
     said = dict(zip(first[::2], first[1::2], strict=False))
@@ -215,13 +219,13 @@ def _motive(file: File, head: list[Line]) -> Layout:
     names, points = _motive_points(rows["name"], kinds, types, axes.cells(b","))
     lines_there = tables.rows(file.content, axes.stop)
     width = len(axes.cells(b","))
-    table = made(file, lines_there, b",", width, [1], points)
+    table = table_of(file, lines_there, b",", width, [1], points)
     unit = said.get("Length Units", "").lower()
     rate = said.get("Export Frame Rate") or said.get("Capture Frame Rate", "")
     count = said.get("Total Exported Frames", "")
-    doubts = counted(count, len(lines_there))
+    doubts = count_doubt(count, len(lines_there))
     stated = Stated(_LENGTHS.get(unit, unit or None), "y")
-    return Layout("Motive", names, table, 0, 1.0, rate, stated=stated, doubts=doubts)
+    return TableLayout("Motive", names, table, 0, 1.0, rate, stated=stated, doubts=doubts)
 
 
 def _motive_points(
@@ -243,7 +247,7 @@ def _motive_points(
     return tuple(chosen), list(chosen.values())
 
 
-def _qualisys(file: File, head: list[Line]) -> Layout:
+def _qualisys(file: File, head: list[Line]) -> TableLayout:
     """Return an export of Qualisys: keys, the names of the markers, then x, y, z of each."""
     said: dict[str, str] = {}
     names: list[str] = []
@@ -273,16 +277,16 @@ def _qualisys(file: File, head: list[Line]) -> Layout:
     points = [(at, at + 1, at + 2) for at in range(skip, skip + 3 * len(names), 3)]
     heads = [before.index("time")] if before and "time" in before else []
     comma = comma_of(_first(file, rows), b"\t")
-    table = made(file, rows, b"\t", skip + 3 * len(names), heads, points, comma)
-    doubts = counted(said.get("NO_OF_FRAMES", ""), len(rows))
+    table = table_of(file, rows, b"\t", skip + 3 * len(names), heads, points, comma)
+    doubts = count_doubt(said.get("NO_OF_FRAMES", ""), len(rows))
     when = 0 if heads else None
     rate = said.get("FREQUENCY", "")
-    return Layout(
+    return TableLayout(
         "Qualisys", tuple(names), table, when, 1.0, rate, stated=Stated("mm"), doubts=doubts
     )
 
 
-_KINDS: dict[bytes | tuple[bytes, ...], Callable[[File, list[Line]], Layout]] = {
+_KINDS: dict[bytes | tuple[bytes, ...], Callable[[File, list[Line]], TableLayout]] = {
     _NEXUS: _nexus,
     b"format version": _motive,
     (b"no_of_frames", b"file_version"): _qualisys,
@@ -406,11 +410,11 @@ def columns_of(path: str) -> dict[str, Any]:
     return said
 
 
-def given_layout(file: File, path: str) -> Layout:
+def given_layout(file: File, path: str) -> TableLayout:
     """Return where the points of a table are, as its user says."""
     said = columns_of(path)
     skip = said.get("skip", 1)
-    head = list(islice(lines(file), min(max(skip, 0), _MOST) + 1))
+    head = list(islice(header_lines(file), min(max(skip, 0), _MOST) + 1))
     header, first = head[skip - 1] if 0 < skip <= len(head) else None, head[-1:]
     text = (header or first[0]).text if head else b""
     separator = said.get("separator", "").encode() or separator_of(text)
@@ -429,12 +433,12 @@ def given_layout(file: File, path: str) -> Layout:
     comma = said.get("comma", comma_of(row, separator))
     width = max(len(tables.cells_of(row, separator)), max(used) + 1)
     points = [(x, y, z) for x, y, z in columns.values()]
-    table = made(file, rows, separator, width, time, points, comma)
+    table = table_of(file, rows, separator, width, time, points, comma)
     tick = float(said["tick"]) if "tick" in said else None
     stated = Stated(said.get("unit"), said.get("up"))
     when = 0 if time else None
     rate = str(said.get("rate", ""))
-    return Layout("a table", tuple(columns), table, when, tick, rate, stated=stated)
+    return TableLayout("a table", tuple(columns), table, when, tick, rate, stated=stated)
 
 
 def text_cells(line: bytes, separator: bytes) -> list[str]:

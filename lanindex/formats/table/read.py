@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from lanindex.body.by_name import LIMBS
 from lanindex.body.markers import making_of
 from lanindex.body.names import candidates
-from lanindex.errors import CaptureError, quoted
 from lanindex.formats import tables
 from lanindex.formats.file import File, Wanted, clip
-from lanindex.formats.people import named
+from lanindex.formats.people import named, subject_points
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import rate_by
 from lanindex.formats.table.kinds import given_layout, layout_of
-from lanindex.formats.tables import Layout, twice
+from lanindex.formats.tables import TableLayout, twice
 from lanindex.model import Motion, Reading, Span
 
 _TICKS = (("seconds", 1.0), ("milliseconds", 1e-3), ("microseconds", 1e-6),
@@ -28,14 +27,15 @@ _TICKS = (("seconds", 1.0), ("milliseconds", 1e-3), ("microseconds", 1e-6),
 _USUAL = (0.002, 0.2)  # seconds between frames
 
 
-def read(file: File, told: Reading, wanted: Wanted) -> Motion:
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a table of points: see `lanindex.formats.read_file`.
 
     Joints as the table has them, or made of its markers; of several subjects the one that is
     meant, else the first.
     """
-    layout = _layout(file, told)
-    chosen, whose = _chosen(file, layout)
+    layout = _layout(file, options)
+    every = list(range(len(layout.names)))
+    chosen, whose = subject_points(file, people(layout.names), every)
     heads, places = tables.read(file, layout.table)
     places = layout.finish(places) if layout.finish else places
     if layout.states is not None:
@@ -44,18 +44,18 @@ def read(file: File, told: Reading, wanted: Wanted) -> Motion:
     places = places if len(chosen) == len(layout.names) else places[:, chosen]
     gone, places = tables.at_origin(places, names)
     times, unsure = _seconds(layout, heads)
-    rate, doubts = rate_by(told, layout.rate, times, file.name)
-    unsure = unsure if told.rate is None else ()
+    rate, doubts = rate_by(options, layout.rate, times, file.name)
+    unsure = unsure if options.rate is None else ()
     doubts = (*layout.doubts, *twice(names, "points"), *whose, *unsure, *doubts, *gone)
     return motion_of(
-        Points(names, places, rate, layout.stated, doubts=doubts), file, "csv", told, wanted
+        Points(names, places, rate, layout.stated, doubts=doubts), file, "csv", options, wanted
     )
 
 
 def _seconds(
-    layout: Layout, heads: NDArray[np.float64]
+    layout: TableLayout, heads: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Return the times in seconds; where their unit is not told, in that which is usual."""
+    """Return the times in seconds; where their unit is unknown, in the usual one."""
     if layout.time is None:
         return np.zeros(0), ()
     times = heads[:, layout.time]
@@ -69,26 +69,6 @@ def _seconds(
             doubt = () if tick == 1 else (f"its times are taken for {name}",)
             return (times - times[0]) * tick, doubt
     return times, ()
-
-
-def _chosen(file: File, layout: Layout) -> tuple[list[int], tuple[str, ...]]:
-    """Return the points of one subject by their numbers, and who else there is."""
-    found = people(layout.names)
-    if file.subject:
-        if file.subject not in found:
-            raise CaptureError(
-                f"has no subject {quoted(file.subject)} that makes a body",
-                place=file.name,
-                wanted=" or ".join(filter(None, found)) or "none: its subjects have no names",
-            )
-        return found[file.subject], ()
-    if not found:
-        return list(range(len(layout.names))), ()
-    first, *others = found
-    if not others:
-        return found[first], ()
-    doubt = f"{first or 'the first subject'} is read; it holds also {', '.join(others)}"
-    return found[first], (doubt,)
 
 
 def people(names: tuple[str, ...]) -> dict[str, list[int]]:
@@ -119,17 +99,17 @@ def subjects(file: File) -> tuple[str, ...]:
     return tuple(name for name in people(file.once(layout_of).names) if name)
 
 
-def _layout(file: File, told: Reading | None) -> Layout:
-    named = told.columns if told else None
+def _layout(file: File, options: Reading | None) -> TableLayout:
+    named = options.columns if options else None
     return given_layout(file, named) if named else file.once(layout_of)
 
 
-def cutter(file: File, told: Reading | None = None) -> Callable[[Span], bytes]:
+def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a table, which is looked through once.
 
     Header and rows are the source's, byte for byte; of several blocks the one that is read.
     """
-    rows = _layout(file, told).table.lines
+    rows = _layout(file, options).table.lines
     head = 0, int(rows[0, 0])
     return lambda span: clip(
         file.content, (head, (int(rows[span.start, 0]), int(rows[span.stop - 1, 1])))
@@ -142,7 +122,7 @@ def write(motion: Motion) -> bytes:
     Frames count from 0, times are seconds; the points are its markers, or else its joints; what is
     unknown is left blank.
     """
-    names, places = tables.shown(motion)
+    names, places = tables.points_of(motion)
     names = tuple(re.sub(r'[,;"\s]+', " ", name).strip() or "point" for name in names)
     out = io.StringIO()
     columns = [f"{name}_{axis}" for name in names for axis in "xyz"]
