@@ -66,7 +66,7 @@ def test_damage_in_a_large_file_is_told_as_in_a_small_one(tmp_path, pieces):
 
 
 def test_lines_are_counted_across_pieces(monkeypatch):
-    monkeypatch.setattr("lanindex.formats.bvh.hierarchy.PIECE", 2)
+    monkeypatch.setattr("lanindex.formats.file.PIECE", 2)
     data = b"a\r\nb\nc\rd\r\n\r\ne"
     for offset in range(len(data) + 1):
         before = data[:offset]
