@@ -14,32 +14,36 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from lanindex.app import completion
+from lanindex.app.options import ungrouped
 from lanindex.app.output import end_progress, escaped, how_far, say_error
 from lanindex.errors import LanindexError, UsageError, guess
 
 VERBS = {
-    "demo": "See it all happen on the choreographies that come with it",
-    "ingest": "Read captures and scores into the library",
-    "search": "Find movement by pattern",
-    "similar": "Group the captures that are like each other",
-    "motifs": "List the sequences of symbols that recur",
-    "export": "Write hits as clips, in the format they came in",
-    "show": "Show the symbols of a capture",
-    "score": "Draw a capture or a score as a staff of Labanotation",
-    "diff": "Say what two captures or scores differ in",
-    "play": "Let a stick figure move beside its staff, as a film",
-    "list": "List the captures of the library",
-    "stats": "Say what the library holds",
-    "remove": "Take captures out of the library",
-    "inspect": "Say what a reader sees in a capture file",
-    "convert": "Write a capture down as LND, without a library",
-    "animate": "Let a standard body carry out a score",
-    "evaluate": "Measure patterns against labelled captures",
-    "db": "Look after the library: status, upgrade, check",
-    "words": "Show the dictionary of movement: names for patterns",
-    "language": "Show the language of patterns on a page",
-    "guide": "Read the guide, a topic at a time",
+    "demo": ("demo.run", "See everything at work on the bundled choreographies"),
+    "ingest": ("ingest.run", "Read captures and scores into the library"),
+    "search": ("search.run", "Find movement by pattern"),
+    "similar": ("overview.similar", "Group captures that are alike"),
+    "motifs": ("overview.motifs", "List sequences of symbols that recur"),
+    "export": ("export.run", "Write hits as clips, in their own format or another"),
+    "show": ("library.show", "Show the symbols of a capture"),
+    "score": ("pictures.score", "Draw a capture or a score as a staff of Labanotation"),
+    "diff": ("pictures.diff", "Compare two captures or scores, symbol by symbol"),
+    "play": ("pictures.play", "Film a stick figure beside its staff"),
+    "list": ("library.list_captures", "List the captures in the library"),
+    "stats": ("overview.stats", "Summarize the library and how movement is spread in it"),
+    "remove": ("library.remove", "Remove captures from the library"),
+    "inspect": ("files.inspect", "Show what a reader sees in a capture file"),
+    "convert": ("files.convert", "Write a capture as LND or in another format, without a library"),
+    "animate": ("files.animate", "Turn a score into motion of a standard body"),
+    "evaluate": ("evaluate.run", "Measure patterns against labelled captures"),
+    "db": ("library.db", "Maintain the library: status, upgrade, check"),
+    "words": ("words.words", "Show the dictionary of movement: names for patterns"),
+    "language": ("words.language", "Show the pattern language on one page"),
+    "guide": ("guide.run", "Read the guide, a topic at a time"),
 }
+"""By name: the function in `lanindex.app.commands`, and what the verb does."""
+
 SETTINGS: dict[str, Any] = {
     "add_completion": False,
     "rich_markup_mode": None,
@@ -47,15 +51,11 @@ SETTINGS: dict[str, Any] = {
     "context_settings": {"help_option_names": ["-h", "--help"]},
 }
 
-
-RARELY = 100_000
-"""Objects after which Python looks for garbage: rows and hits by the thousand hold none."""
-
-COMPLETE = "_LANINDEX_COMPLETE"
-"""The variable in which a shell asks what may come next."""
+GARBAGE_THRESHOLD = 100_000
+"""New objects before Python collects garbage: rows and hits by the thousand hold no cycles."""
 
 _BAD_CALL: Any = typer.BadParameter.__base__
-"""What the parser of arguments raises; only its child has a public name."""
+"""What the argument parser raises; only its child has a public name."""
 
 
 class Verbs(TyperGroup):
@@ -66,7 +66,7 @@ class Verbs(TyperGroup):
         return list(VERBS)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the verb that was typed; refuse what is none with the nearest one."""
+        """Return the verb; refuse an unknown one and suggest the nearest."""
         if args and args[0] not in VERBS and not ctx.resilient_parsing:
             near = guess(args[0].lower(), VERBS)
             remedy = f"Did you mean {near}?" if near else "All are shown by: lanindex --help"
@@ -77,12 +77,14 @@ class Verbs(TyperGroup):
         """Import a verb's module and return its command."""
         if cmd_name not in VERBS:
             return None
-        module = import_module(f"lanindex.app.commands.{cmd_name}")
-        if hasattr(module, "app"):
-            app = module.app
-        else:
-            app = typer.Typer(**SETTINGS)
-            app.command(cmd_name)(module.run)
+        module, _, function = VERBS[cmd_name][0].partition(".")
+        verb = getattr(import_module(f"lanindex.app.commands.{module}"), function)
+        app = typer.Typer(**SETTINGS)
+        for name, run in verb.items() if isinstance(verb, dict) else [(cmd_name, verb)]:
+            app.command(name)(ungrouped(run))
+        if isinstance(verb, dict):  # verbs below this one
+            app.info.no_args_is_help = True
+            app.info.help = VERBS[cmd_name][1] + "."
         command = typer.main.get_command(app)
         command.name = cmd_name
         return command
@@ -90,16 +92,16 @@ class Verbs(TyperGroup):
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the table of verbs without importing any."""
         with formatter.section("Verbs"):
-            formatter.write_dl(list(VERBS.items()))
+            formatter.write_dl([(verb, summary) for verb, (_, summary) in VERBS.items()])
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the options that stand before the verb."""
-        with _told(ctx):
+        """Read the options before the verb."""
+        with _errors_reported(ctx):
             return list(super().parse_args(ctx, args))
 
     def invoke(self, ctx: Any) -> Any:
         """Run a verb; turn errors into one message and an exit code."""
-        with _told(ctx):
+        with _errors_reported(ctx):
             _refuse_empty(ctx.args)
             result = super().invoke(ctx)
             sys.stdout.flush()
@@ -107,28 +109,28 @@ class Verbs(TyperGroup):
 
 
 @contextmanager
-def _told(ctx: Any) -> Iterator[None]:
-    """Tell errors in one message, and escape what the parser repeats of the arguments."""
+def _errors_reported(ctx: Any) -> Iterator[None]:
+    """Report an error in one message, and escape what the parser repeats of the arguments."""
     try:
         yield
     except _BAD_CALL as error:
-        lines = (error.message or "").split("\n")  # where nothing was asked, the help is in it
+        lines = (error.message or "").split("\n")  # without arguments, the help is in it
         error.message = "\n".join(map(escaped, lines))
         raise
     except (LanindexError, MemoryError, OSError, KeyboardInterrupt) as error:
-        far = how_far()
+        progress = how_far()
         end_progress()
-        raise typer.Exit(_reported(error, ctx.invoked_subcommand, far)) from error
+        raise typer.Exit(_report(error, ctx.invoked_subcommand, progress)) from error
 
 
-def _reported(error: BaseException, verb: str | None, far: str) -> int:
-    """Say what broke a verb off, and return its exit code."""
+def _report(error: BaseException, verb: str | None, progress: str) -> int:
+    """Print what stopped a verb, and return its exit code."""
     match error:
         case LanindexError():
             say_error(error)
             return 2
         case MemoryError():
-            say_error(f"out of memory{far}. Do it in parts: --in, --where or fewer files.")
+            say_error(f"out of memory{progress}. Do it in parts: --in, --where or fewer files.")
             return 2
         case BrokenPipeError():
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -138,12 +140,12 @@ def _reported(error: BaseException, verb: str | None, far: str) -> int:
             return 2
         case _:
             kept = "; what was finished is kept" if verb == "ingest" else ""
-            say_error(f"interrupted{far}{kept}")
+            say_error(f"interrupted{progress}{kept}")
             return 130
 
 
 def _refuse_empty(words: Sequence[str]) -> None:
-    """Refuse an empty argument: mostly a variable of the shell that is not set."""
+    """Refuse an empty argument: usually an unset variable of the shell."""
     for before, word in pairwise(["", *words]):
         if not word or (word.startswith("--") and word.find("=") == len(word) - 1):
             option = (word or before).rstrip("=")
@@ -151,25 +153,21 @@ def _refuse_empty(words: Sequence[str]) -> None:
             raise UsageError("an empty argument", place=place, wanted="something in it")
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
-        import lanindex
+def _version() -> None:
+    import lanindex
 
-        print(f"lanindex {lanindex.__version__}")
-        raise typer.Exit
+    print(f"lanindex {lanindex.__version__}")
 
 
-def _complete(doing: str) -> Callable[[bool], None]:
-    """Return what installs or shows the completion of a shell."""
+def _flag(name: str, action: Callable[[], None], help: str) -> Any:
+    """Return an option that acts and ends the program."""
 
     def act(wanted: bool) -> None:
         if wanted:
-            from lanindex.app import completion
-
-            getattr(completion, doing)()
+            action()
             raise typer.Exit
 
-    return act
+    return typer.Option(name, callback=act, is_eager=True, help=help)
 
 
 app = typer.Typer(cls=Verbs, no_args_is_help=True, **SETTINGS)
@@ -177,47 +175,39 @@ app = typer.Typer(cls=Verbs, no_args_is_help=True, **SETTINGS)
 
 @app.callback()
 def lanindex(
-    version: Annotated[
-        bool,
-        typer.Option("--version", callback=_version, is_eager=True, help="Say which version."),
-    ] = False,
+    version: Annotated[bool, _flag("--version", _version, "Print the version.")] = False,
     install_completion: Annotated[
         bool,
-        typer.Option(
-            "--install-completion",
-            callback=_complete("install"),
-            is_eager=True,
-            help="Let your shell complete verbs and options.",
-        ),
+        _flag("--install-completion", completion.install, "Let your shell complete the command."),
     ] = False,
     show_completion: Annotated[
-        bool,
-        typer.Option(
-            "--show-completion",
-            callback=_complete("show"),
-            is_eager=True,
-            help="Show what that installs.",
-        ),
+        bool, _flag("--show-completion", completion.show, "Print what that installs.")
     ] = False,
 ) -> None:
     """Find human movement by what it is.
 
-    Motion captures are written down as Labanotation; a pattern such as "r_arm right mid -> high"
+    Motion captures are written as Labanotation; a pattern such as "r_arm right mid -> high"
     finds the clips, to the frame.
     """
 
 
-def _read_as_unicode() -> None:
-    """Begin again where the locale cannot spell what archives hold: names beyond ASCII."""
-    if sys.getfilesystemencoding() == "ascii" and "utf8" not in sys._xoptions:
-        os.execv(sys.executable, [sys.executable, "-X", "utf8", *sys.orig_argv[1:]])
+def run(arguments: Sequence[str]) -> int:
+    """Run the command in this process, and return its exit code."""
+    words = (f" {word}" if word.startswith("->") else word for word in arguments)
+    try:
+        app(list(words), prog_name="lanindex")  # a pattern may begin with an arrow: no option
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    return 0
 
 
 def main() -> None:
-    """Run the command."""
-    _read_as_unicode()
-    gc.set_threshold(RARELY)
-    if COMPLETE in os.environ:
+    """Run the command as a process of its own."""
+    if sys.getfilesystemencoding() == "ascii" and "utf8" not in sys._xoptions:
+        # the locale cannot spell names beyond ASCII, which archives hold: start again with UTF-8
+        os.execv(sys.executable, [sys.executable, "-X", "utf8", *sys.orig_argv[1:]])
+    gc.set_threshold(GARBAGE_THRESHOLD)
+    if completion.VARIABLE in os.environ:  # a shell asks for completions
         from typer._completion_classes import completion_init
 
         completion_init()
@@ -225,5 +215,4 @@ def main() -> None:
         if getattr(sys, name) is None:  # the caller has closed it
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 (lasts as long as we do)
         getattr(sys, name).reconfigure(errors="backslashreplace")
-    words = (f" {word}" if word.startswith("->") else word for word in sys.argv[1:])
-    app(list(words), prog_name="lanindex")  # a pattern may begin with an arrow, and is no option
+    sys.exit(run(sys.argv[1:]))

@@ -1,4 +1,4 @@
-"""Columns on a terminal: how wide text is, cut in the middle where there is no room."""
+"""Columns that fit a terminal: long text is cut in the middle."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 
 LEAST = 12
-"""Cells that a column of words keeps, however narrow the terminal is."""
+"""Least cells of a column of words, however narrow the terminal is."""
 
 
 def width(text: str) -> int:
-    """Return how many cells of a terminal a text takes.
+    """Return how many cells of a terminal a text takes: wide characters take two.
 
     Examples
     --------
@@ -29,7 +29,7 @@ def _cells(character: str) -> int:
 
 
 def cut(text: str, most: int) -> str:
-    """Return a text that takes `most` cells at the most: its middle gives way.
+    """Return a text of at most `most` cells, with ``…`` for its middle if it is longer.
 
     Examples
     --------
@@ -41,7 +41,7 @@ def cut(text: str, most: int) -> str:
         return text
     room = most - 1
     tail = _first(text[::-1], room // 2)[::-1]
-    while tail and not _cells(tail[0]):  # it belongs to what is cut
+    while tail and not _cells(tail[0]):  # a mark on a character that is cut
         tail = tail[1:]
     return f"{_first(text, room - room // 2)}…{tail}"
 
@@ -56,7 +56,7 @@ def _first(text: str, most: int) -> str:
 
 
 def wrapped(pieces: Iterable[str], most: int) -> list[str]:
-    """Return pieces, commas between them, on lines that take `most` cells if they can.
+    """Return pieces joined by commas, on lines of at most `most` cells if possible.
 
     Examples
     --------
@@ -75,11 +75,11 @@ def wrapped(pieces: Iterable[str], most: int) -> list[str]:
     return lines
 
 
-def laid_out(lines: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Yield lines of cells as columns, numbers to the right, that fit the terminal.
+def aligned(lines: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Yield lines of cells, the head first, as columns that fit the terminal.
 
-    The first line is the head. The widest columns of words give way first, none to less than
-    `LEAST`; a number is never cut. Where that is not enough, the gaps between them do.
+    Numbers are aligned to the right and never cut. The widest columns of words shrink first, none
+    below `LEAST`; if that is not enough, the gaps between columns do.
     """
     widths = _fitted(list(zip(*lines, strict=True)))
     gap = "  " if sum(widths) + 2 * (len(widths) - 1) <= room() else " "

@@ -1,9 +1,9 @@
-"""How hits, symbols and captures look: for a person, in a pipe, as JSON lines."""
+"""How hits, traces and staves are printed: on a terminal, to a pipe, as JSON lines."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -13,21 +13,17 @@ from lanindex.app.output import Output
 from lanindex.model.capture import in_words
 
 if TYPE_CHECKING:
-    from lanindex.model import Hit, Symbol
+    from lanindex.draw.text import Line, Staff
+    from lanindex.model import Capture, Hit, Track
+    from lanindex.pipeline import Library
     from lanindex.search.explain import Trace
 
-
 NARROW = 24
-"""Cells that the symbols of a hit need at least, to hang below each other."""
-
-
-def words(symbols: Iterable[Symbol]) -> str:
-    """Return symbols in short: a part is named where it changes."""
-    return ", ".join(in_words(symbols))
+"""Least cells for the symbols of a hit to be wrapped below each other."""
 
 
 def hits(out: Output, found: Iterable[Hit], pattern: str) -> None:
-    """Print the hits of a pattern: grouped by capture on a terminal, a line each elsewhere."""
+    """Print hits: grouped by capture on a terminal, else a line each."""
     if out.json:
         for hit in found:
             out.record(records.of_hit(hit, pattern))
@@ -36,7 +32,7 @@ def hits(out: Output, found: Iterable[Hit], pattern: str) -> None:
             capture, (start, stop) = hit.capture, (hit.start, hit.stop)
             times = records.seconds(capture, start), records.seconds(capture, stop)
             fit = round(hit.fit, 3)
-            out.row([capture.path, start, stop, *times, fit, words(hit.symbols)])
+            out.row([capture.path, start, stop, *times, fit, ", ".join(in_words(hit.symbols))])
     else:
         for index, (_, group) in enumerate(groupby(found, key=lambda hit: hit.capture.id)):
             if index:
@@ -60,34 +56,67 @@ def _group(out: Output, found: list[Hit]) -> None:
             out.line(" " * before + other)
 
 
-def trace(out: Output, seen: Trace) -> None:
-    """Print what a pattern met with in one capture: its steps, or where it came to an end."""
+def trace(out: Output, trace: Trace) -> None:
+    """Print how a pattern met one capture: the steps of its hits, or where it failed."""
     from lanindex.search.explain.why import doubts
 
-    out.line(out.paint(seen.capture.path, "path"))
-    for hit, steps in seen.hits:
+    out.line(out.paint(trace.capture.path, "path"))
+    for hit, steps in trace.hits:
         out.line(out.paint(hit.when, "place"), f"  fit {hit.fit:.2f}")
         width = max(len(it.step) for it in steps)
         for matched in steps:
-            said = "; ".join(f"{it}, {doubts(it)}" for it in matched.symbols)
-            out.line("  ", matched.step.ljust(width), "  " if width else "", said or "left out")
-    for stop in seen.stops:
+            symbols = "; ".join(f"{it}, {doubts(it)}" for it in matched.symbols)
+            step = matched.step.ljust(width)
+            out.line("  ", step, "  " if width else "", symbols or "left out")
+    for stop in trace.stops:
         if stop.reached:
             out.line("found:      ", stop.reached)
         out.line("not found:  ", stop.wanted)
         out.line("  ", stop.reason)
 
 
-def duration(value: float) -> str:
-    """Return a time as a person says it: 3.2 s, 4:05 min, 2:10 h."""
-    if value < 60:
-        return f"{value:.1f} s"
-    whole = round(value)
-    if whole < 3600:
-        return f"{whole // 60}:{whole % 60:02d} min"
-    return f"{whole // 3600}:{whole % 3600 // 60:02d} h"
+def staff(
+    out: Output, capture: Capture, tracks: dict[str, Track], parts: Sequence[str] | None
+) -> None:
+    """Print the staff of a capture: of some parts, or of those that move."""
+    staff = _staff_of(out, capture, tracks)
+    out.line(out.paint(capture.path, "path"))
+    _print_staff(out, staff.lines(parts=parts, width=_width(out)))
+    out.note(staff.signs.legend)
 
 
-def counted(number: int, noun: str) -> str:
-    """Return ``1 hit``, ``2 hits``."""
-    return f"{number:,} {noun}" + ("" if number == 1 else "s")
+def hits_with_staves(out: Output, library: Library, hits_: Iterable[Hit], pad: str) -> None:
+    """Print hits, each with the staff of the symbols around it."""
+    from lanindex.pipeline.export import pad_frames, padded
+
+    number, staff = -1, None
+    for hit in hits_:
+        capture = hit.capture
+        if staff is None or capture.id != number:
+            ((_, tracks),) = library.tracks([capture.id])
+            number, staff = capture.id, _staff_of(out, capture, tracks)
+        hits(out, [hit], "")
+        span = padded(hit.span, pad_frames(pad, capture.rate), capture.frames)
+        lines = staff.lines(span.start, span.stop, marked=hit.symbols, width=_width(out))
+        _print_staff(out, lines)
+        out.line()
+    if staff is not None:
+        out.note(staff.signs.legend)
+
+
+def _staff_of(out: Output, capture: Capture, tracks: dict[str, Track]) -> Staff:
+    """Return a capture's staff, in characters that standard output can print."""
+    from lanindex.draw.text import ASCII, UNICODE, Staff
+    from lanindex.model import Score
+
+    score = Score(capture.rate, capture.frames, capture.meter, tracks)
+    return Staff(score, UNICODE if out.unicode else ASCII)
+
+
+def _width(out: Output) -> int | None:
+    return room() if out.terminal else None
+
+
+def _print_staff(out: Output, lines: Iterable[Line]) -> None:
+    for line in lines:
+        out.line(*(out.paint(text, style) if style else text for text, style in line))

@@ -1,7 +1,7 @@
-"""Where results and notes go: standard output and standard error, for people and for pipes.
+"""What reaches standard output and standard error, for people and for pipes.
 
-This is the one place that decides what reaches a terminal: whatever comes from files, tables,
-names or arguments is escaped here, so that no character of it can steer the terminal.
+Whatever comes from files, tables, names or arguments is escaped here, so that no character of it
+can steer the terminal.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ ESCAPED = {code: f"\\x{code:02x}" for code in _CONTROLS} | {
     code: f"\\u{code:04x}" for code in _UNSEEN
 }
 ESCAPED |= {0xDC00 + byte: f"\\x{byte:02x}" for byte in range(0x80, 0x100)}
-"""Characters that would steer a terminal (C0, DEL, C1) or turn and break its lines without being
-seen (bidirectional marks, line and paragraph separators), bytes of a file's name that are no UTF-8,
-and how they are shown instead."""
+"""Characters that would steer a terminal (C0, DEL, C1) or invisibly turn and break its lines
+(bidirectional marks, line and paragraph separators), and bytes of a file's name that are not UTF-8,
+each with what is shown instead."""
 
 _IN_JSON = {code: f"\\u{code:04x}" for code in ESCAPED if code >= 0x7F}
 
@@ -35,19 +35,19 @@ STYLES = {"path": "35", "place": "32", "match": "1;31", "dim": "2", "warn": "33"
 """Terminal styles by meaning (ECMA-48)."""
 
 PATIENCE = 0.5
-"""Seconds after which it is shown how far a job is."""
+"""Seconds before a job's progress is shown."""
 
 _bars: list[Bar] = []
 
 
 class Painted(str):
-    """Text that is escaped already and carries the program's own colours."""
+    """Text already escaped, with the program's own colours."""
 
     __slots__ = ()
 
 
 def escaped(text: str) -> str:
-    r"""Return text that may be printed: what would steer a terminal is escaped.
+    r"""Return text that is safe to print: what would steer a terminal is escaped.
 
     Examples
     --------
@@ -69,27 +69,27 @@ class Output:
 
     def __post_init__(self) -> None:
         """Check the choice of colour."""
-        one_of("--color", self.color, ("auto", "always", "never"))
+        choice("--color", self.color, ("auto", "always", "never"))
 
     @property
     def terminal(self) -> bool:
-        """Whether a person reads standard output as it is."""
+        """Whether standard output is a terminal and not JSON."""
         return sys.stdout.isatty() and not self.json
 
     @property
     def unicode(self) -> bool:
-        """Whether standard output has all characters."""
-        return _unicode(sys.stdout)
+        """Whether standard output can print every character."""
+        return (sys.stdout.encoding or "").lower().startswith("utf")
 
     def paint(self, text: str, style: str) -> str:
-        """Return text in a style, where colours are wanted."""
+        """Return text in a style, if colours are on."""
         wanted = self.color == "always" or (
             self.color == "auto" and self.terminal and not os.environ.get("NO_COLOR")
         )
         return Painted(f"\x1b[{STYLES[style]}m{escaped(text)}\x1b[0m") if wanted else text
 
     def line(self, *pieces: str) -> None:
-        """Print a line of results; a painted piece stands by itself among the others."""
+        """Print a line of results, made of plain and painted pieces."""
         _say("".join(map(escaped, pieces)), sys.stdout)
 
     def text(self, text: str) -> None:
@@ -98,60 +98,60 @@ class Output:
             self.line(line)
 
     def content(self, text: str) -> None:
-        """Print a file: as it is in a pipe, as lines where a person reads it."""
+        """Print a file: unchanged to a pipe, escaped to a terminal."""
         if self.terminal:
             self.text(text.removesuffix("\n"))
         else:
             _say(text.removesuffix("\n"), sys.stdout)
 
     def record(self, values: dict[str, Any]) -> None:
-        """Print a result as a line of JSON."""
-        spelled = _encode(ascii=not self.unicode)(values)
-        plain = spelled.isascii() and "\x7f" not in spelled  # JSON escapes all before the space
-        if not plain and not spelled.isprintable():
-            spelled = spelled.translate(_IN_JSON)
-        _say(spelled, sys.stdout)
+        """Print a result as a JSON line."""
+        line = _encode(ascii=not self.unicode)(values)
+        plain = line.isascii() and "\x7f" not in line  # JSON escapes all before the space
+        if not plain and not line.isprintable():
+            line = line.translate(_IN_JSON)
+        _say(line, sys.stdout)
 
     def row(self, values: Iterable[Any]) -> None:
-        """Print a result as fields between tabs."""
+        """Print a result as tab-separated fields."""
         texts = list(map(str, values))
         if not "".join(texts).isprintable():
             texts = list(map(escaped, texts))
         _say("\t".join(texts), sys.stdout)
 
     def note(self, line: str) -> None:
-        """Say something beside the results, unless it shall be quiet."""
+        """Print a note on standard error, unless --quiet."""
         if not self.quiet:
             _say(escaped(line), sys.stderr)
 
     def detail(self, line: str) -> None:
-        """Say something that only the curious want to know."""
+        """Print a note on standard error if --verbose."""
         if self.verbose:
             _say(escaped(line), sys.stderr)
 
     def table(self, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-        """Print rows in columns as wide as the terminal; tab-separated in a pipe."""
+        """Print rows: as columns that fit the terminal, tab-separated to a pipe."""
         lines = [[escaped(str(cell)) for cell in row] for row in [head, *rows]]
         if not self.terminal:
             for line in lines:
                 self.row(line)
             return
-        from lanindex.app.columns import laid_out
+        from lanindex.app.columns import aligned
 
-        for index, text in enumerate(laid_out(lines)):
+        for index, text in enumerate(aligned(lines)):
             self.line(self.paint(text, "dim") if index == 0 else text)
 
     def watch(self, noun: str, done: int, total: int) -> None:
-        """Take note of how far a job is, and show it if it takes a while and a person looks on."""
-        _job.told(noun, done, total, shown=self.watched, colors=self.color != "never")
+        """Note how far a job is; show it on a terminal if the job takes a while."""
+        _job.update(noun, done, total, shown=self.watched, colors=self.color != "never")
 
     @property
     def watched(self) -> bool:
-        """Whether a person sees what goes on."""
+        """Whether progress can be shown: on a terminal, unless --quiet."""
         return not self.quiet and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
     def progress(self, things: Iterator[Any], total: int, noun: str) -> Iterator[Any]:
-        """Yield things and, on a terminal, show on standard error how far they are."""
+        """Yield things, with a progress bar on standard error if that is a terminal."""
         if total < 2 or not self.watched:
             yield from things
             return
@@ -171,21 +171,21 @@ class Output:
 
 
 class _Job:
-    """The long job that goes on: how far it is, and the bar that shows it."""
+    """The running job: how far it is, and the bar that shows it."""
 
     def __init__(self) -> None:
         self.noun, self.done, self.total = "", 0, 0
         self.begun: float | None = None
         self.bar: Bar | None = None
 
-    def told(self, noun: str, done: int, total: int, *, shown: bool, colors: bool) -> None:
-        """Take note of how far it is; what goes on for a while is shown on a terminal."""
-        other, now = (noun, total) != (self.noun, self.total), monotonic()
+    def update(self, noun: str, done: int, total: int, *, shown: bool, colors: bool) -> None:
+        """Note how far the job is, and show it after `PATIENCE`."""
+        is_new, now = (noun, total) != (self.noun, self.total), monotonic()
         self.noun, self.done, self.total = noun, done, total
         self.begun = now if self.begun is None else self.begun
         if not shown or now - self.begun < PATIENCE:
             return
-        if self.bar is None or other:
+        if self.bar is None or is_new:
             from lanindex.app.progress import Bar
 
             self.hide()
@@ -195,7 +195,7 @@ class _Job:
         self.bar.reach(done)
 
     def hide(self) -> None:
-        """Take it from the terminal."""
+        """Remove the bar from the terminal."""
         if self.bar is not None:
             self.bar.hide()
             if self.bar in _bars:
@@ -203,7 +203,7 @@ class _Job:
         self.bar = None
 
     def end(self) -> None:
-        """Forget it."""
+        """Forget the job."""
         self.hide()
         self.noun, self.done, self.total, self.begun = "", 0, 0, None
 
@@ -212,7 +212,7 @@ _job = _Job()
 
 
 def how_far() -> str:
-    """Return how far the job is that goes on: `` after 12 of 300 captures``; empty: there is none.
+    """Return how far the running job is: `` after 12 of 300 captures``; empty if there is none.
 
     Examples
     --------
@@ -228,25 +228,40 @@ def how_far() -> str:
 
 
 def say_error(error: Exception | str) -> None:
-    """Print an error as people see it, on standard error: one line, or a pattern's drawing."""
-    said, drawing = str(error), error if isinstance(error, PatternError) else None
+    """Print an error on standard error: one line, or a pattern with a caret below the word."""
+    text, drawing = str(error), error if isinstance(error, PatternError) else None
     if isinstance(error, Exception) and isinstance(error.__cause__, PatternError):
-        drawing, said = error.__cause__, said.removesuffix(f"\n{error.__cause__}")
+        drawing, text = error.__cause__, text.removesuffix(f"\n{error.__cause__}")
     if drawing is not error:
-        _say(f"lanindex: {escaped(said)}", sys.stderr)
+        _say(f"lanindex: {escaped(text)}", sys.stderr)
     if drawing is not None:
         _say(_drawn(drawing), sys.stderr)
 
 
+def duration(seconds: float) -> str:
+    """Return a readable time: 3.2 s, 4:05 min, 2:10 h."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    whole = round(seconds)
+    if whole < 3600:
+        return f"{whole // 60}:{whole % 60:02d} min"
+    return f"{whole // 3600}:{whole % 3600 // 60:02d} h"
+
+
+def counted(number: int, noun: str) -> str:
+    """Return ``1 hit``, ``2 hits``."""
+    return f"{number:,} {noun}" + ("" if number == 1 else "s")
+
+
 def end_progress() -> None:
-    """Take what is shown of a job's progress from the terminal: it will not go on."""
+    """Remove all progress from the terminal and forget the job."""
     for bar in _bars:
         bar.hide()
     _bars.clear()
     _job.end()
 
 
-def one_of(name: str, value: str, choices: Sequence[str]) -> str:
+def choice(name: str, value: str, choices: Sequence[str]) -> str:
     """Return `value` if it is one of the choices."""
     if value not in choices:
         raise UsageError(f'"{value}"', place=name, wanted=" or ".join(choices))
@@ -254,7 +269,7 @@ def one_of(name: str, value: str, choices: Sequence[str]) -> str:
 
 
 def _say(line: str, stream: TextIO) -> None:
-    for bar in _bars:  # what tells progress steps aside
+    for bar in _bars:  # bars step aside
         bar.hide()
     print(line, file=stream, flush=stream is sys.stderr or bool(_bars))
     for bar in _bars:
@@ -263,18 +278,14 @@ def _say(line: str, stream: TextIO) -> None:
 
 @cache
 def _encode(*, ascii: bool) -> Callable[[Any], str]:
-    """Return what spells a value as JSON; `json.dumps` makes it anew for each one."""
+    """Return a JSON encoder; `json.dumps` would make one for each value."""
     from json import JSONEncoder
 
     return JSONEncoder(ensure_ascii=ascii, check_circular=False).encode
 
 
-def _unicode(stream: TextIO) -> bool:
-    return (stream.encoding or "").lower().startswith("utf")
-
-
 def _drawn(error: PatternError) -> str:
-    """Return a pattern error with its caret below the word, however wide that is shown."""
+    """Return a pattern error with its caret below the word, counting wide characters."""
     from lanindex.app.columns import width
 
     line, start, stop = error.line()

@@ -411,7 +411,7 @@ class TestOthers:
         assert (place / "all.jsonl").read_text() == lines
         refused(filled("show", "--all", "-o", "all.csv"), "exists already")
         assert filled("show", "raise.bvh", "-o", "all.csv", "--force").returncode == 0
-        refused(filled("show", "--all", "-o", "all.lnd"), "an ending of csv, jsonl, parquet")
+        refused(filled("show", "--all", "-o", "all.lnd"), "an ending of csv, jsonl or parquet")
         refused(filled("show", "--all", "-o", "a.csv", "--json"), "one of them")
         refused(filled("show", "--all", "--force"), "wanted --output beside it")
         nothing = filled("show", "--all", "--where", "label=none", "-o", "none.csv")

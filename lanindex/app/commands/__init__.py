@@ -1,1 +1,1 @@
-"""One verb a file."""
+"""The verbs by subject; `lanindex.app.cli.VERBS` says which module has which verb."""

@@ -1,4 +1,4 @@
-"""``lanindex demo``: see it all happen on the choreographies that come with it."""
+"""``lanindex demo``: see everything at work on the bundled choreographies."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.output import Output
+from lanindex.app.output import Output, counted, duration
 from lanindex.errors import LanindexError
 
 if TYPE_CHECKING:
@@ -21,26 +21,27 @@ SEARCHES = (
     ("r_arm place high -> hold 1s+", "the right arm arrives overhead and stays"),
     ("r_arm high with l_arm low", "the right arm up while the left goes down"),
 )
-"""Patterns, and what each says."""
+"""Patterns, and what each means."""
 
 
 def run(
     folder: Annotated[
         Path | None,
-        typer.Option("--folder", metavar="FOLDER", help="Where to work; else a temporary one."),
+        typer.Option(
+            "--folder", metavar="FOLDER", help="Where to work; by default a temporary folder."
+        ),
     ] = None,
     color: options.Color = "auto",
 ) -> None:
-    """See it all happen on the choreographies that come with LanIndex.
+    """See everything at work on the bundled choreographies.
 
     Ingests them into a library of its own, searches three times and exports clips.
     """
     out = Output(color=color)
-    from lanindex.app import formatting
     from lanindex.pipeline import open_library
     from lanindex.search.hits import hits_in
 
-    begun = time.monotonic()
+    start = time.monotonic()
     place = folder or Path(tempfile.mkdtemp(prefix="lanindex-demo-"))
     place.mkdir(parents=True, exist_ok=True)
     db, source = place / "demo.db", corpus()
@@ -48,7 +49,7 @@ def run(
         done = library.ingest(*sorted(source.glob("*.bvh")), labels=source / "labels.csv")
         stats = library.stats()
         out.line(
-            f"Read {len(done)} choreographies ({formatting.duration(stats.seconds)} of movement) "
+            f"Read {len(done)} choreographies ({duration(stats.seconds)} of movement) "
             f"and wrote them down: {stats.symbols:,} symbols."
         )
         for pattern, meaning in SEARCHES:
@@ -58,12 +59,10 @@ def run(
             hits_in(library.search(pattern)), place / "clips", pad="0.5s", force=True
         )
     out.line()
-    out.line(
-        f'Exported {formatting.counted(len(clips), "clip")} of "{pattern}" to {place / "clips"}:'
-    )
+    out.line(f'Exported {counted(len(clips), "clip")} of "{pattern}" to {place / "clips"}:')
     for clip in clips[:3]:
         out.line(f"  {clip['clip']}  (frames {clip['clip_start_frame']}-{clip['clip_end_frame']})")
-    out.line(f"All in {time.monotonic() - begun:.1f} s. Now type:")
+    out.line(f"All in {time.monotonic() - start:.1f} s. Now type:")
     out.line(f'  lanindex search "r_arm rising x2" --db {db}')
     out.line(f"  lanindex show 1 --db {db}")
     out.line("  lanindex ingest YOUR_FOLDER    # then search without --db")
@@ -71,7 +70,6 @@ def run(
 
 def _search(out: Output, library: Library, pattern: str, meaning: str) -> None:
     from lanindex.app import formatting
-    from lanindex.app.formatting import counted
     from lanindex.search.hits import hits_in
 
     found = hits_in(library.search(pattern))

@@ -1,22 +1,25 @@
-"""``lanindex export``: write hits as clips."""
+"""``lanindex export``: write hits as clips or, with --dataset, as a data set to train on."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lanindex.app import meaning, options
-from lanindex.app.output import Output, end_progress
+from lanindex.app import completion, options
+from lanindex.app.commands.words import pattern_of
+from lanindex.app.output import Output, counted, duration, end_progress
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
-    from lanindex.app.dataset import Range
     from lanindex.pipeline import Library
-    from lanindex.pipeline.requests import Request
+    from lanindex.pipeline.dataset import Found, Made
+
+    Stretch = tuple[str | None, int | None, int | None]  # a capture, its first frame and its end
 
 
 def run(
@@ -25,11 +28,11 @@ def run(
         typer.Argument(
             metavar="PATTERN|-",
             help="A pattern, or - for hits from search --json.",
-            autocompletion=options.offered("patterns"),
+            autocompletion=completion.patterns,
         ),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Where to: clips.")
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Where to write: clips.")
     ] = None,
     capture: Annotated[
         str | None,
@@ -37,7 +40,7 @@ def run(
             "--capture",
             metavar="PATH|ID",
             help="Cut from this capture.",
-            autocompletion=options.offered("captures"),
+            autocompletion=completion.captures,
         ),
     ] = None,
     begin: Annotated[
@@ -47,11 +50,12 @@ def run(
         int | None, typer.Option("--to", metavar="FRAME", min=1, help="Frame after the last.")
     ] = None,
     format: Annotated[
-        str, typer.Option(metavar="native|bvh|c3d|...|lnd", help="What to write: --format ? tells.")
+        str,
+        typer.Option(
+            metavar="native|bvh|c3d|...|lnd", help="The format to write; --format ? lists them."
+        ),
     ] = "native",
-    origin: Annotated[
-        bool, typer.Option("--origin", help="Begin at the floor's origin, facing forward.")
-    ] = False,
+    origin: options.Origin = False,
     preview: Annotated[
         str | None,
         typer.Option("--preview", metavar="webp|gif|mp4", help="Write a film beside each clip."),
@@ -65,21 +69,22 @@ def run(
     ] = None,
     patterns: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Its labels, each a pattern, as evaluate has them."),
+        typer.Option(metavar="FILE", help="Its labels, each with its pattern, as for evaluate."),
     ] = None,
     layout: Annotated[
-        str | None, typer.Option(metavar="npz|humanml3d", help="How a data set lies in its folder.")
+        str | None, typer.Option(metavar="npz|humanml3d", help="The files of a data set.")
     ] = None,
     fps: Annotated[
-        str | None, typer.Option(metavar="RATE", help="Frames a second of a data set.")
+        str | None, typer.Option(metavar="RATE", help="Frame rate of a data set.")
     ] = None,
     split: Annotated[
-        str | None, typer.Option(metavar="80/10/10", help="Per cent to train, validate and test.")
+        str | None,
+        typer.Option(metavar="80/10/10", help="Per cent for training, validation, test."),
     ] = None,
     split_by: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="What is in one split: performer.")
+        str | None, typer.Option(metavar="COLUMN", help="What must stay in one split: performer.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(metavar="N", help="Another choice of splits.")] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Seed of the splits.")] = None,
     within: options.In = None,
     where: options.Where = None,
     overlaps: options.Overlaps = "none",
@@ -88,105 +93,221 @@ def run(
     near: options.Near = False,
     fuzzy: options.Fuzzy = None,
     words: options.Words = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
+    force: options.Force = False,
     db: options.Db = options.DB,
-    json: options.Json = False,
-    quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
-    color: options.Color = "auto",
+    *,
+    out: options.Out,
 ) -> None:
-    """Write hits as clips, in the format they came in or another.
+    """Write hits as clips, in their own format or another.
 
-    A clip in its source's format is cut out of it, byte for byte where the format allows that; in
-    another (--format), or at the origin (--origin), it is written anew. Beside each stands its
-    score (.lnd), with --preview a film, and a manifest lists them all. With --dataset they become
-    arrays of joints, symbols and words, in splits, with a card; without a pattern, whole captures
-    do.
+    A clip in its source's format is cut out of it, byte for byte where the format allows that. In
+    another format (--format), or at the origin (--origin), it is written anew. Each clip comes
+    with its score (.lnd) and, with --preview, a film; a manifest lists them all. With --dataset,
+    hits become arrays of joints, symbols and words, in splits, with a card; without a pattern,
+    whole captures do.
     """
-    out = Output(json, quiet, verbose, color)
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
     how |= {"near": near, "fuzzy": fuzzy, "within": within, "where": options.where(where)}
-    wished = {"layout": layout, "rate": fps, "shares": split, "split_by": split_by, "seed": seed}
-    span = (capture, begin, end)
-    if dataset is not None:
-        others = {"--output": output is not None, "--format": format != "native"}
-        others |= {"--origin": origin, "--preview": preview is not None}
-        _refused(others, "nothing of the kind beside --dataset")
-        from lanindex.app import dataset as job
-
-        wished |= {"pad": pad, "force": force}
-        job.run(out, db, dataset, wished, what, patterns, span, how, words)
-        return
-    named: dict[str, Any] = {
+    stretch = (capture, begin, end)
+    of_dataset: dict[str, Any] = {
         "--patterns": patterns,
         "--layout": layout,
         "--fps": fps,
         "--split": split,
     }
-    named |= {"--split-by": split_by, "--seed": seed}
-    _refused({name: it is not None for name, it in named.items()}, "--dataset beside it")
-    output = output or Path("clips")
-    _one_thing(what, capture)
-    _refused({"--from and --to": capture is None and span != _NOWHERE}, "--capture beside them")
-    apart = (where or within is not None) and (capture is not None or what == "-")
-    _refused({"--in and --where": apart}, "a pattern beside them")
+    of_dataset |= {"--split-by": split_by, "--seed": seed}
+    if dataset is None:
+        _refuse({name: it is not None for name, it in of_dataset.items()}, "--dataset beside it")
+    else:
+        of_clips = {"--output": output is not None, "--format": format != "native"}
+        of_clips |= {"--origin": origin, "--preview": preview is not None}
+        _refuse(of_clips, "nothing of the kind beside --dataset")
+    _check_source(what, patterns, stretch, how, whole=dataset is not None)
     from lanindex.pipeline import open_library
-    from lanindex.pipeline.export import export
 
     with open_library(db, readonly=True) as library:
         library.tell, library.watch, library.words = out.note, out.watch, words
-        wanted = _wanted(out, library, what, span, how)
-        forms: dict[str, Any] = {"format": format, "origin": origin, "preview": preview}
-        manifest = export(library, wanted, output, pad=pad, force=force, **forms)
-    _tell(out, manifest, output)
-    if library.refused or not manifest:
+        if dataset is None:
+            written = _clips(
+                out, library, what, stretch, how, output or Path("clips"),
+                {"pad": pad, "force": force, "format": format, "origin": origin,
+                 "preview": preview},
+            )  # fmt: skip
+        else:
+            wishes: dict[str, Any] = {
+                "layout": layout,
+                "rate": fps and options.rate(fps),
+                "shares": split,
+            }
+            wishes |= {"split_by": split_by, "seed": seed, "pad": pad, "force": force}
+            written = _dataset(out, library, what, patterns, stretch, how, dataset, wishes)
+    if library.refused or not written:
         raise typer.Exit(2 if library.refused else 1)
 
 
-_NOWHERE = (None, None, None)
+def _refuse(given: Mapping[str, bool], wanted: str) -> None:
+    """Refuse the first option that is given."""
+    for name, is_given in given.items():
+        if is_given:
+            raise UsageError(name, wanted=wanted)
 
 
-def _wanted(
-    out: Output, library: Library, what: str | None, span: Range, how: dict[str, Any]
-) -> Iterable[Request]:
-    """Return what is to be cut."""
+def _check_source(
+    what: str | None, patterns: Path | None, stretch: Stretch, how: dict[str, Any], *, whole: bool
+) -> None:
+    """Refuse several sources of clips, or none; a data set may be of `whole` captures."""
+    capture = stretch[0]
+    named = {"a pattern": what, "--patterns": patterns, "--capture": capture}
+    given = [name for name, value in named.items() if value is not None]
+    if not whole and len(given) != 1:
+        found = "two things to export" if given else "nothing to export"
+        raise UsageError(found, wanted="a pattern, - or --capture")
+    if len(given) > 1:
+        raise UsageError(" and ".join(given), wanted="one of them")
+    if capture is None and stretch != (None, None, None):
+        raise UsageError("--from and --to", wanted="--capture beside them")
+    filtered = how["where"] or how["within"] is not None
+    if filtered and (capture is not None or what == "-"):
+        wanted = "patterns, or whole captures, beside them" if whole else "a pattern beside them"
+        raise UsageError("--in and --where", wanted=wanted)
+
+
+def _clips(
+    out: Output,
+    library: Library,
+    what: str | None,
+    stretch: Stretch,
+    how: dict[str, Any],
+    folder: Path,
+    form: dict[str, Any],
+) -> int:
+    """Write clips, and return how many."""
+    from lanindex.pipeline.export import export
     from lanindex.pipeline.requests import from_hits, from_lines, from_range
     from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
 
-    capture, begin, end = span
+    capture, begin, end = stretch
     if capture is not None:
-        return [from_range(library, options.which(capture), begin, end)]
-    if what == "-":
-        return from_lines(library, sys.stdin.buffer if sys.stdin else ())
-    pattern = meaning.of(out, library, pattern_in(str(what)), library.words)
-    found = library.search(pattern, **how)
-    end_progress()
-    return from_hits(hits_in(found), found.pattern)
-
-
-def _tell(out: Output, manifest: list[dict[str, Any]], folder: Path) -> None:
-    """Say what was written."""
-    from lanindex.app.formatting import counted
-
+        requests = iter([from_range(library, options.capture_id(capture), begin, end)])
+    elif what == "-":
+        requests = iter(from_lines(library, sys.stdin.buffer if sys.stdin else ()))
+    else:
+        pattern = pattern_of(out, library, pattern_in(str(what)), library.words)
+        found = library.search(pattern, **how)
+        end_progress()
+        requests = iter(from_hits(hits_in(found), found.pattern))
+    manifest = export(library, requests, folder, **form)
     for row in manifest:
         if out.json:
             out.record(row)
         else:
             out.line(str(folder / row["clip"]))
     out.note(f"{counted(len(manifest), 'clip')} in {folder}")
+    return len(manifest)
 
 
-def _refused(given: dict[str, Any], wanted: str) -> None:
-    """Refuse options that do not apply."""
-    for name, is_given in given.items():
-        if is_given:
-            raise UsageError(name, wanted=wanted)
+def _dataset(
+    out: Output,
+    library: Library,
+    what: str | None,
+    patterns: Path | None,
+    stretch: Stretch,
+    how: dict[str, Any],
+    folder: Path,
+    wishes: dict[str, Any],
+) -> int:
+    """Write a data set, and return its size in bytes."""
+    from lanindex.pipeline.dataset import Wishes, of_captures, write
+
+    given = {name: value for name, value in wishes.items() if value is not None}
+    if patterns is not None:
+        found = list(_of_labels(library, patterns, how))
+    elif stretch[0] is not None or what == "-":
+        found = _of_requests(library, stretch)
+    elif what is not None:
+        found = [_of_pattern(out, library, what, how)]
+    else:
+        found = [of_captures(library.captures(how["within"], how["where"]))]
+    end_progress()
+    made = write(library, found, folder, replace(Wishes(how=dict(_on_card(how))), **given))
+    end_progress()
+    _report(out, made, folder)
+    return len(made.clips)
 
 
-def _one_thing(what: str | None, capture: str | None) -> None:
-    if (what is None) == (capture is None):
-        raise UsageError(
-            "nothing to export" if what is None else "two things to export",
-            wanted="a pattern, - or --capture",
-        )
+def _on_card(how: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield how clips were searched for, as a card has it."""
+    names = {"within": "captures", "where": "captures where", "fuzzy": "edits allowed"}
+    for name, value in how.items():
+        if name == "where":
+            value = ", ".join(f"{key}={glob}" for key, glob in value)
+        if value or name == "tolerance":
+            yield names.get(name, name), f"{value:g} s" if name == "tolerance" else str(value)
+
+
+def _of_pattern(out: Output, library: Library, what: str, how: dict[str, Any]) -> Found:
+    """Return the hits of one pattern, with a sentence for it."""
+    from lanindex.pipeline.dataset import of_hits
+    from lanindex.pipeline.dataset.texts import of_pattern
+    from lanindex.pipeline.words import meant, named
+    from lanindex.search.hits import hits_in
+    from lanindex.search.language.score import pattern_in
+
+    text = pattern_in(what)
+    entry = meant(text, library.words)
+    pattern = pattern_of(out, library, text, library.words)
+    found = hits_in(library.search(pattern, **how))
+    sentence = of_pattern(str(pattern), named(str(pattern), library.words))
+    return of_hits(found, sentence=entry.sentence if entry else sentence)
+
+
+def _of_labels(library: Library, patterns: Path, how: dict[str, Any]) -> Iterator[Found]:
+    """Yield the hits of each pattern in a file, and the captures that should have some."""
+    from lanindex.evaluate import read_patterns
+    from lanindex.pipeline.dataset import of_hits
+    from lanindex.pipeline.dataset.texts import of_pattern
+    from lanindex.search.hits import hits_in
+    from lanindex.search.language.score import pattern_in
+
+    labels = library.called("label")
+    for label in read_patterns(patterns):
+        text = pattern_in(label.text, patterns.parent)
+        found = of_hits(hits_in(library.search(text, **how)), label.name, of_pattern(text))
+        wanted = frozenset(number for number, it in labels.items() if label.wants(it))
+        yield replace(found, expected=wanted)
+
+
+def _of_requests(library: Library, stretch: Stretch) -> list[Found]:
+    """Return a stretch of a capture, or the hits on standard input by their pattern."""
+    from lanindex.pipeline.dataset import of_requests
+    from lanindex.pipeline.dataset.texts import of_pattern
+    from lanindex.pipeline.requests import from_lines, from_range
+
+    capture, begin, end = stretch
+    if capture is not None:
+        return [of_requests([from_range(library, options.capture_id(capture), begin, end)])]
+    requests = from_lines(library, sys.stdin.buffer if sys.stdin else ())
+    return [
+        of_requests((it for it in requests if it.pattern == pattern), sentence=of_pattern(pattern))
+        for pattern in dict.fromkeys(request.pattern for request in requests)
+    ]
+
+
+def _report(out: Output, made: Made, folder: Path) -> None:
+    """Say what was written, and what was left out."""
+    from json import loads
+
+    if out.json:
+        for line in made.clips.splitlines():
+            out.record(loads(line))
+    card = made.card
+    for found in card["found"]:
+        if found["label"]:
+            out.note(f"{found['label']}: {counted(found['clips'], 'clip')}")
+    for why, number in card["left_out"].items():
+        out.note(f"left out: {counted(number, 'clip')}: {why}")
+    splits = ", ".join(f"{split['clips']} {name}" for name, split in card["by_split"].items())
+    time = duration(card["hours"] * 3600)
+    out.note(f"{counted(card['clips'], 'clip')}, {time}, in {folder}: {splits}")
+    out.note(f"splits by {card['split_by']}. {card['split_note']}".rstrip())

@@ -5,16 +5,17 @@ from __future__ import annotations
 import os
 import time
 from collections import Counter
+from contextlib import nullcontext
+from dataclasses import replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lanindex.app import options
-from lanindex.app.output import Output, say_error
+from lanindex.app.output import Output, counted, duration, say_error
 
 if TYPE_CHECKING:
-    from lanindex.pipeline.labels import Labels
     from lanindex.pipeline.prepare import Outcome
 
 MANY = 16
@@ -25,115 +26,95 @@ def run(
     paths: Annotated[
         list[str], typer.Argument(metavar="PATH...", help="Captures, scores, folders.")
     ],
-    jobs: Annotated[
-        int | None,
-        typer.Option("--jobs", "-j", min=1, help="Processes; as many as there are processors."),
-    ] = None,
+    jobs: options.Jobs = None,
     profile: options.Profile = "default",
     labels: Annotated[
         str | None,
         typer.Option(metavar="CSV", help="A table with columns file, label and any others."),
     ] = None,
-    unit: options.Unit = None,
-    up: options.Up = None,
-    fps: options.Fps = None,
-    compose: options.Compose = None,
-    skeleton: options.Skeleton = None,
-    body: options.Body = None,
-    columns: options.Columns = None,
-    take: options.Take = None,
+    *,
+    reading: options.Reading,
     tempo: options.Tempo = None,
     force: Annotated[bool, typer.Option("--force", help="Read unchanged files again.")] = False,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Read and say what would be done; store nothing.")
     ] = False,
     db: options.Db = options.DB,
-    json: options.Json = False,
-    quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
-    color: options.Color = "auto",
+    out: options.Out,
 ) -> None:
     """Read captures and scores into the library.
 
-    Folders are searched through; what is unchanged is skipped. A file that cannot be read is
+    Folders are searched through; unchanged files are skipped. A file that cannot be read is
     reported, the others go in, and the exit code is 2.
     """
-    out = Output(json, quiet, verbose, color)
-    from contextlib import nullcontext
-
     from lanindex.encode.profile import load
     from lanindex.formats import check, parted
     from lanindex.pipeline import open_library
     from lanindex.pipeline.discover import discover
     from lanindex.pipeline.ingest import ingest
-    from lanindex.pipeline.labels import unfitting
+    from lanindex.pipeline.labels import check_fit, read_labels, unfitting
 
-    named = {"skeleton": skeleton, "body": body, "columns": columns, "take": take, "tempo": tempo}
-    chosen, told = load(profile), options.reading(unit, up, fps, compose, **named)
-    check(told)
+    chosen, reading = load(profile), replace(reading, tempo=tempo)
+    check(reading)
     others: list[str] = []
     files = list(discover(paths, others, apart=False))
     if not files:
-        _nothing(out, paths, _left_out(others, labels, db))
-    how: dict[str, Any] = {"force": force, "dry_run": dry_run}
-    words = _labels(labels, files)
-    how |= {"labels": words, "jobs": _processes(out, files, jobs)}
-    tally, read, beside, begun = Counter[str](), list[str](), set[str](), time.monotonic()
-    unmade = dry_run and not os.path.exists(db)
-    with nullcontext() if unmade else open_library(db, create=True, readonly=dry_run) as library:
+        left_out = _left_out(others, labels, db)
+        but = f", but {left_out}" if left_out else ""
+        out.note(f"no capture or score in {' '.join(paths)}{but}")
+        raise typer.Exit(1)
+    table = {} if labels is None else read_labels(labels)
+    if labels is not None:
+        check_fit(table, files, labels)
+    jobs = _processes(out, files, jobs)
+    tally, read, beside = Counter[str](), list[str](), set[str]()
+    start, division = time.monotonic(), chosen.meter.division
+    no_library = dry_run and not os.path.exists(db)
+    opened = nullcontext() if no_library else open_library(db, create=True, readonly=dry_run)
+    with opened as library:
         if library:
             library.tell = out.note
             library.watch = out.watch if out.watched else library.watch
-        done = ingest(library, files, chosen, reading=told, **how)
-        by_file = groupby(done, key=lambda outcome: parted(outcome.path)[0])
-        for _, outcomes in out.progress(by_file, len(files), "files"):
-            for outcome in outcomes:
-                _count(tally, outcome, chosen.meter.division)
+        how: dict[str, Any] = {"force": force, "dry_run": dry_run, "labels": table, "jobs": jobs}
+        outcomes = ingest(library, files, chosen, reading=reading, **how)
+        by_file = groupby(outcomes, key=lambda outcome: parted(outcome.path)[0])
+        for _, of_file in out.progress(by_file, len(files), "files"):
+            for outcome in of_file:
+                _count(tally, outcome, division)
                 _report(out, outcome)
                 read.append(outcome.path)
                 beside.update(outcome.beside)
-    if said := unfitting(words, read):
-        out.note(f"{labels}: {said}")
-    _summary(out, tally, len(read), time.monotonic() - begun, dry_run)
-    _afterwards(out, tally, _left_out(others, labels, db, *beside), chosen.meter.division, dry_run)
+    if unused := unfitting(table, read):
+        out.note(f"{labels}: {unused}")
+    _summary(out, tally, len(read), time.monotonic() - start, dry_run)
+    if rest := _left_out(others, labels, db, *beside):
+        out.note(f"left out: {rest}")
+    if tally["warnings"] and not (out.verbose or out.json):
+        more = "-v shows" if dry_run else "lanindex list --doubts tells"
+        out.note(f"{counted(tally['warnings'], 'warning')}: {more} more")
+    if tally["finer"]:
+        out.detail(f"grid finer than 1/{division} of a unit: {counted(tally['finer'], 'score')}")
     if tally["failed"]:
         raise typer.Exit(2)
 
 
-def _processes(out: Output, files: list[str], told: int | None) -> int:
+def _processes(out: Output, files: list[str], requested: int | None) -> int:
     """Return how many processes are worth their start and have room in memory."""
     from lanindex.pipeline.memory import affordable, size_of
 
-    wanted = told or (os.cpu_count() or 1 if len(files) >= MANY else 1)
-    found = affordable(map(size_of, files), wanted)
-    if found < wanted:
-        out.detail(f"{found} of {wanted} processes: the largest files leave no room for more")
-    return found
-
-
-def _labels(table: str | None, files: list[str]) -> Labels:
-    """Read the table of labels; refuse one that speaks of none of the files."""
-    from lanindex.pipeline.labels import check_fit, read_labels
-
-    if table is None:
-        return {}
-    labels = read_labels(table)
-    check_fit(labels, files, table)
-    return labels
+    wanted = requested or (os.cpu_count() or 1 if len(files) >= MANY else 1)
+    possible = affordable(map(size_of, files), wanted)
+    if possible < wanted:
+        out.detail(f"{possible} of {wanted} processes: the largest files leave no room for more")
+    return possible
 
 
 def _left_out(others: list[str], *own: str | None) -> str:
-    """Say what was passed over; library, table of labels and what was read are none of it."""
+    """Say which files were passed over, but for the library, the labels and what was read."""
     from lanindex.pipeline.discover import left_out
 
     known = {os.path.abspath(path) + end for path in own if path for end in ("", "-wal", "-shm")}
     return left_out(path for path in others if os.path.abspath(path) not in known)
-
-
-def _nothing(out: Output, paths: list[str], rest: str) -> None:
-    said = f", but {rest}" if rest else ""
-    out.note(f"no capture or score in {' '.join(paths)}{said}")
-    raise typer.Exit(1)
 
 
 def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
@@ -146,43 +127,8 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
     tally["finer"] += outcome.division > division
 
 
-def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_run: bool) -> None:
-    from lanindex.app.formatting import counted, duration
-
-    if tally["unchanged"] == files and not (tally["labelled"] or tally["moved"]):
-        out.note(f"nothing new: {counted(files, 'file')} unchanged")
-        return
-    would = "would be " if dry_run else ""
-    counts = {
-        f"{would}added": tally["added"] - tally["anew"],
-        f"{would}written anew": tally["anew"],
-        "unchanged": tally["unchanged"] - tally["moved"],
-        "moved": tally["moved"],
-        "labelled anew": tally["labelled"],
-        "failed": tally["failed"],
-    }
-    said = ", ".join(f"{number} {word}" for word, number in counts.items() if number)
-    out.note(
-        f"{counted(files, 'file')}: {said or 'nothing to do'}; "
-        f"{duration(tally['milliseconds'] / 1000)} of movement, "
-        f"{counted(tally['symbols'], 'symbol')}, in {elapsed:.1f} s"
-    )
-
-
-def _afterwards(out: Output, tally: Counter[str], rest: str, division: int, dry_run: bool) -> None:
-    from lanindex.app.formatting import counted
-
-    if rest:
-        out.note(f"left out: {rest}")
-    if tally["warnings"] and not (out.verbose or out.json):
-        shown = "-v shows" if dry_run else "lanindex list --doubts tells"
-        out.note(f"{counted(tally['warnings'], 'warning')}: {shown} more")
-    if tally["finer"]:
-        finer = counted(tally["finer"], "score")
-        out.detail(f"grid finer than 1/{division} of a unit: {finer}")
-
-
 def _report(out: Output, outcome: Outcome) -> None:
+    """Print what became of a file."""
     if out.json:
         record: dict[str, Any] = {
             "capture": outcome.path,
@@ -202,3 +148,24 @@ def _report(out: Output, outcome: Outcome) -> None:
         out.detail(f"{outcome.path}: was {outcome.moved} before")
     for warning in outcome.warnings:
         out.detail(f"{outcome.path}: {warning}")
+
+
+def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_run: bool) -> None:
+    if tally["unchanged"] == files and not (tally["labelled"] or tally["moved"]):
+        out.note(f"nothing new: {counted(files, 'file')} unchanged")
+        return
+    would = "would be " if dry_run else ""
+    counts = {
+        f"{would}added": tally["added"] - tally["anew"],
+        f"{would}written anew": tally["anew"],
+        "unchanged": tally["unchanged"] - tally["moved"],
+        "moved": tally["moved"],
+        "labelled anew": tally["labelled"],
+        "failed": tally["failed"],
+    }
+    changes = ", ".join(f"{number} {word}" for word, number in counts.items() if number)
+    out.note(
+        f"{counted(files, 'file')}: {changes or 'nothing to do'}; "
+        f"{duration(tally['milliseconds'] / 1000)} of movement, "
+        f"{counted(tally['symbols'], 'symbol')}, in {elapsed:.1f} s"
+    )

@@ -1,49 +1,101 @@
-"""``lanindex words``: the dictionary of movement, and one word of it."""
+"""The verbs about patterns: words (the dictionary of movement) and language."""
 
 from __future__ import annotations
 
+from os import PathLike
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lanindex.app import options
-from lanindex.app.output import Output
+from lanindex.app.output import Output, counted
 from lanindex.errors import UsageError, guess
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lanindex.search.dictionary import Entry, Measured
+    from lanindex.pipeline import Library
+    from lanindex.search.dictionary import Entry
 
 
-def run(
+_MEASURED = {
+    "precision": "precision",
+    "recall": "recall",
+    "found_rightly": "right",
+    "found_wrongly": "wrong",
+    "missed": "missed",
+    "clips": "clips",
+    "collections": "collections",
+}
+"""Keys of a record, and the measured counts they hold."""
+
+
+def language(color: options.Color = "auto") -> None:
+    """Show the pattern language on one page: parts, directions, heights, times and all else."""
+    from importlib.resources import files
+
+    page = files("lanindex.search").joinpath("LANGUAGE.md").read_text(encoding="utf-8")
+    Output(color=color).content(page)
+
+
+def words(
     word: Annotated[
         str | None, typer.Argument(metavar="WORD", help="Show this one: walk, hands_up.")
     ] = None,
     words: options.Words = None,
-    json: options.Json = False,
-    quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
-    color: options.Color = "auto",
+    *,
+    out: options.Out,
 ) -> None:
     """Show the dictionary of movement.
 
     Each word stands for a pattern, and can be searched: lanindex search walk. Precision and recall
     were measured on labelled captures. What patterns are made of: lanindex language.
     """
-    out = Output(json, quiet, verbose, color)
     from lanindex.search.dictionary import entries, load
 
     known = load(words)
     chosen = entries(known) if word is None else [_named(known, word)]
-    if json:
+    if out.json:
         for entry in chosen:
             out.record(_record(entry, known))
     elif word is None:
         _table(out, chosen)
         out.note("one in full: lanindex words walk; the language of patterns: lanindex language")
     else:
-        _whole(out, chosen[0], known)
+        _in_full(out, chosen[0], known)
+
+
+def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[str] | None) -> str:
+    """Return the pattern that a query stands for, and say which word of the dictionary it is."""
+    from lanindex.pipeline.words import absent, hints, meant, unknown
+
+    entry = meant(query, words)
+    if entry is not None:
+        sentence = f": {entry.sentence}" if entry.sentence else ""
+        out.note(f"{entry.name}{sentence} (lanindex words {entry.name})")
+        _labelled(out, library, entry.name)
+        return entry.pattern
+    if name := unknown(query):
+        why = absent(name) or "lanindex words"
+        out.note(f'no word "{name}" in the dictionary of movement: {why}')
+        _labelled(out, library, name)
+    for hint in hints(query, words):
+        out.note(hint)
+    return query
+
+
+def _labelled(out: Output, library: Library, name: str) -> None:
+    """Say which captures are labelled with a word."""
+    from lanindex.pipeline.words import glob_of, said_by
+
+    labelled = library.numbers(where=[("label", glob_of(name))])
+    if labelled:
+        label = said_by(library.called("label", labelled).values(), glob_of(name))
+        verb = "is" if len(labelled) == 1 else "are"
+        out.note(
+            f'{counted(len(labelled), "capture")} {verb} labelled "{label}": '
+            f'lanindex list --where "label={label}"'
+        )
 
 
 def _named(known: Mapping[str, Entry], word: str) -> Entry:
@@ -62,7 +114,6 @@ def _named(known: Mapping[str, Entry], word: str) -> Entry:
 def _record(entry: Entry, known: Mapping[str, Entry]) -> dict[str, Any]:
     from lanindex.search.dictionary import mirror_image
 
-    counts = entry.measured
     return {
         "name": entry.name,
         "names": list(entry.names),
@@ -70,13 +121,7 @@ def _record(entry: Entry, known: Mapping[str, Entry]) -> dict[str, Any]:
         "pattern": entry.pattern,
         "mirror_image": mirror_image(entry, known) or None,
         "labels": list(entry.labels),
-        "precision": counts.precision if counts else None,
-        "recall": counts.recall if counts else None,
-        "found_rightly": counts.right if counts else None,
-        "found_wrongly": counts.wrong if counts else None,
-        "missed": counts.missed if counts else None,
-        "clips": counts.clips if counts else None,
-        "collections": counts.collections if counts else None,
+        **{key: getattr(entry.measured, name, None) for key, name in _MEASURED.items()},
     }
 
 
@@ -108,8 +153,8 @@ def _figures(entry: Entry) -> list[str]:
     return [entry.name, f"{counts.precision:.2f}", f"{counts.recall:.2f}", found]
 
 
-def _whole(out: Output, entry: Entry, known: Mapping[str, Entry]) -> None:
-    """Show one word in full: a line a field."""
+def _in_full(out: Output, entry: Entry, known: Mapping[str, Entry]) -> None:
+    """Show one word in full, a field per line."""
     from lanindex.search.dictionary import mirror_image
 
     counts = entry.measured
@@ -120,21 +165,15 @@ def _whole(out: Output, entry: Entry, known: Mapping[str, Entry]) -> None:
         "pattern": entry.pattern,
         "mirrored": mirror_image(entry, known),
         "labels": ", ".join(entry.labels),
-        "found": counts and _found(counts),
-        "precision": counts and f"{counts.precision:.2f}",
-        "recall": counts and f"{counts.recall:.2f}",
     }
+    if counts:
+        wanted = counts.right + counts.missed
+        fields["found"] = (
+            f"{counts.right} of {counted(wanted, 'capture')}, in "
+            f"{counted(counts.collections, 'collection')}; {counts.wrong} of "
+            f"{counts.clips - wanted} others wrongly"
+        )
+        fields["precision"], fields["recall"] = f"{counts.precision:.2f}", f"{counts.recall:.2f}"
     for name, value in fields.items():
         if value:
             out.line(out.paint(f"{name:9}", "dim"), "  ", value)
-
-
-def _found(counts: Measured) -> str:
-    from lanindex.app.formatting import counted
-
-    wanted = counts.right + counts.missed
-    return (
-        f"{counts.right} of {counted(wanted, 'capture')}, in "
-        f"{counted(counts.collections, 'collection')}; {counts.wrong} of "
-        f"{counts.clips - wanted} others wrongly"
-    )

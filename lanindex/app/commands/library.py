@@ -1,0 +1,317 @@
+"""The verbs for the library and its captures: list, show, remove, db."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Annotated
+
+import typer
+
+from lanindex.app import completion, options
+from lanindex.app.output import Output, counted, duration
+from lanindex.errors import LibraryError, UsageError
+
+if TYPE_CHECKING:
+    from lanindex.library.migrate import Status
+    from lanindex.model import Capture, Track
+    from lanindex.pipeline import Library
+
+    Captures = Iterable[tuple[Capture, dict[str, Track]]]
+
+MEASURES_WIDTH = 94
+"""Columns of a terminal that has room for measures."""
+
+
+def list_captures(
+    within: options.In = None,
+    where: options.Where = None,
+    doubts: Annotated[
+        bool, typer.Option("--doubts", help="Only those that were doubtful to read, and why.")
+    ] = False,
+    db: options.Db = options.DB,
+    *,
+    out: options.Out,
+) -> None:
+    """List the captures in the library."""
+    from lanindex import records
+    from lanindex.pipeline import open_library
+
+    with open_library(db, readonly=True) as library:
+        captures = library.captures(within, options.where(where), doubts=doubts)
+    seconds = [float(capture.frames / capture.rate) for capture in captures]
+    if out.json:
+        for capture in captures:
+            out.record(records.of_capture(capture))
+    elif doubts:
+        for capture in captures:
+            if out.terminal:
+                out.line(out.paint(capture.path, "path"))
+            for warning in capture.warnings:
+                if out.terminal:
+                    out.line("  ", warning)
+                else:
+                    out.row([capture.id, capture.path, warning])
+    elif captures:
+        rows = [
+            (it.id, it.path, it.label, f"{float(it.rate):g}", it.frames, f"{length:.2f}")
+            for it, length in zip(captures, seconds, strict=True)
+        ]
+        out.table(("id", "path", "label", "fps", "frames", "seconds"), rows)
+    out.note(f"{counted(len(captures), 'capture')}, {duration(sum(seconds))}")
+    if not captures:
+        raise typer.Exit(1)
+
+
+def show(
+    capture: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="CAPTURE",
+            help="Its number, path or end of path.",
+            autocompletion=completion.captures,
+        ),
+    ] = None,
+    everything: Annotated[bool, typer.Option("--all", help="All captures.")] = False,
+    part: options.Part = None,
+    staff: Annotated[bool, typer.Option("--staff", help="Draw a staff, time downwards.")] = False,
+    where: options.Where = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            *("--output", "-o"), metavar="FILE", help="Write a table: .csv, .jsonl or .parquet."
+        ),
+    ] = None,
+    force: options.Force = False,
+    db: options.Db = options.DB,
+    *,
+    out: options.Out,
+) -> None:
+    """Show the symbols of a capture.
+
+    A star marks what is only passed on the way; it stands in no score. Speed is the highest, in
+    lengths of the part per second; size is the angle in degrees between where the part pointed
+    and where it points. A table (--output) has a row for each symbol, with the keys of --json.
+    """
+    if (capture is None) != everything:
+        raise UsageError("no capture" if capture is None else "a capture and --all", wanted="one")
+    if where and not everything:
+        raise UsageError("--where", wanted="--all beside it")
+    if staff and out.json:
+        raise UsageError("--staff and --json", wanted="one of them")
+    if output is None and force:
+        raise UsageError("--force", wanted="--output beside it")
+    if output is not None and (out.json or staff):
+        raise UsageError("--output beside --json or --staff", wanted="one of them")
+    from lanindex.notation import TABLES
+    from lanindex.pipeline import open_library
+
+    form = options.ending(output, list(TABLES)) if output else ""
+    with open_library(db, readonly=True) as library:
+        numbers = None
+        if capture is not None:
+            numbers = [library.capture(options.capture_id(capture)).id]
+        elif where:
+            numbers = library.numbers(where=options.where(where))
+        if part:
+            library.check_parts(part)
+        # a staff needs the other parts, too: feet that hold the weight
+        captures = library.tracks(numbers, None if staff else part)
+        symbols = 0
+        if output is not None:
+            symbols = _save(output, form, captures, force)
+        for found, tracks in captures:  # none is left where they were saved
+            if staff:
+                from lanindex.app import formatting
+
+                shown = [it for it in tracks if len(tracks[it]) and it in (part or tracks)]
+                if shown:
+                    formatting.staff(out, found, tracks, part and shown)
+                symbols += sum(len(tracks[it]) for it in shown)
+            else:
+                _show(out, found, tracks)
+                symbols += sum(map(len, tracks.values()))
+    out.note(counted(symbols, "symbol"))
+    if not symbols:
+        raise typer.Exit(1)
+
+
+def _save(output: Path, form: str, captures: Captures, force: bool) -> int:
+    """Write symbols into a table as they come, and return their number; none: no file."""
+    from lanindex.notation import TABLES, table
+    from lanindex.pipeline.files import write_all
+
+    rows = (row for capture, tracks in captures for row in table.rows_in(capture, tracks))
+    count = 0
+
+    def write(file: IO[bytes]) -> None:
+        nonlocal count
+        count = TABLES[form].does.save(rows, file)
+        if not count:
+            raise typer.Exit(1)
+
+    write_all([(output, write)], force=force)
+    return count
+
+
+def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
+    """List the symbols of a capture's tracks."""
+    from lanindex import records
+    from lanindex.alphabet import MEASURES
+    from lanindex.app.columns import room
+
+    more = MEASURES if not out.terminal or room() >= MEASURES_WIDTH else ()
+    rows = []
+    for track in tracks.values():
+        for symbol in track.listed():
+            record = records.of_row(capture, symbol)
+            if out.json:
+                out.record(record)
+                continue
+            measures = [getattr(symbol, name) for name in more]
+            rows.append(
+                (
+                    symbol.part,
+                    f"{symbol.words}{'*' if symbol.passing else ''}",
+                    f"{symbol.span.start}-{symbol.span.stop}",
+                    f"{record['start']:.2f}-{record['end']:.2f}",
+                    f"{symbol.margin:.2f}",
+                    symbol.swings or "",
+                    record["runner_up"] or "",
+                    *("" if it is None else f"{it:.2f}" if isinstance(it, float) else it
+                      for it in measures),
+                )
+            )  # fmt: skip
+    if not out.json:
+        out.line(out.paint(capture.path, "path"))
+        head = ("part", "symbol", "frames", "seconds", "margin", "swings", "else", *more)
+        out.table(head, rows)
+
+
+def remove(
+    captures: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="CAPTURE...",
+            help="Their numbers, paths or ends of paths.",
+            autocompletion=completion.captures,
+        ),
+    ] = None,
+    missing: Annotated[
+        bool, typer.Option("--missing", help="All whose file is no longer there.")
+    ] = False,
+    within: options.In = None,
+    where: options.Where = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say what would be removed; change nothing.")
+    ] = False,
+    db: options.Db = options.DB,
+    *,
+    out: options.Out,
+) -> None:
+    """Remove captures from the library, all or none; their files stay.
+
+    Exits with 1 if there is nothing to remove.
+    """
+    if captures and missing:
+        raise UsageError("captures and --missing", wanted="one of them")
+    if not (captures or missing or where) and within is None:
+        raise UsageError("nothing to remove", wanted="captures, --in, --where or --missing")
+    from lanindex import records
+    from lanindex.pipeline import open_library
+
+    with open_library(db, readonly=dry_run) as library:
+        # a damaged capture can be removed by its number, but neither shown nor filtered
+        readable = dry_run or within is not None or bool(where)
+        chosen, damaged = _named(library, captures or [], readable)
+        if not damaged:
+            found = library.captures(within, options.where(where))
+            wanted = {it.id for it in (chosen if captures else library.missing())}
+            chosen = [it for it in found if it.id in wanted or not (captures or missing)]
+        if not dry_run:
+            library.remove(*damaged, *(capture.id for capture in chosen))
+    if out.json:
+        for capture in chosen:
+            out.record(records.of_capture(capture))
+    elif chosen:
+        out.table(("id", "path"), [(capture.id, capture.path) for capture in chosen])
+    gone = len(chosen) + len(damaged)
+    out.note(f"{counted(gone, 'capture')} {'would be ' if dry_run else ''}removed")
+    if not gone:
+        raise typer.Exit(1)
+
+
+def _named(library: Library, names: list[str], readable: bool) -> tuple[list[Capture], list[int]]:
+    """Return the named captures, and the numbers of damaged ones unless all must be `readable`."""
+    found: dict[int, Capture] = {}
+    damaged: list[int] = []
+    for which in map(options.capture_id, names):
+        try:
+            capture = library.capture(which)
+            found[capture.id] = capture
+        except LibraryError:
+            if readable or not isinstance(which, int):
+                raise
+            damaged.append(which)  # if it does not exist, the removal says so
+    return list(found.values()), damaged
+
+
+def status(db: options.Db = options.DB, *, out: options.DbOut) -> None:
+    """Say whether the library fits this program; exits with 1 if it is older or newer."""
+    from lanindex.library import migrate
+
+    status = migrate.status(db)
+    _print_status(out, status)
+    if status.state != "current":
+        raise typer.Exit(1)
+
+
+def upgrade(db: options.Db = options.DB, *, out: options.DbOut) -> None:
+    """Bring the library to this program's revision; its content stays."""
+    from lanindex.library import migrate
+
+    _print_status(out, migrate.upgrade(db))
+
+
+def check(db: options.Db = options.DB, *, out: options.DbOut) -> None:
+    """Look for damage; exits with 1 if there is any."""
+    from lanindex.library import migrate
+
+    damage = migrate.check(db)
+    for sentence in damage:
+        if out.json:
+            out.record({"damage": sentence})
+        else:
+            out.line(sentence)
+    out.note(f"{db}: {len(damage) or 'no'} damage{'s' if len(damage) > 1 else ''} found")
+    if damage:
+        raise typer.Exit(1)
+
+
+db = {"status": status, "upgrade": upgrade, "check": check}
+
+
+def _print_status(out: Output, status: Status) -> None:
+    if out.json:
+        out.record(
+            {
+                "library": status.place,
+                "revision": status.found,
+                "newest": status.newest,
+                "state": status.state,
+                "segments": status.segments,
+                "symbols": status.symbols,
+                "pending": status.pending,
+                "fault": status.fault,
+            }
+        )
+        return
+    out.line(f"{status.place}: revision {status.found}, {status.state}")
+    if status.state != "current":
+        return
+    columns = f"{status.fault}; the next search or ingest makes them anew"
+    if not status.fault:
+        symbols, segments = counted(status.symbols, "symbol"), counted(status.segments, "segment")
+        waiting = f"; {counted(status.pending, 'capture')} not in them yet"
+        columns = f"{symbols} in {segments}{waiting if status.pending else ''}"
+    out.line(f"columns: {columns}")

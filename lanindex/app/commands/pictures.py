@@ -1,0 +1,361 @@
+"""The verbs that draw or compare scores: score, play, diff."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from lanindex.app import completion, options
+from lanindex.app.output import Output, counted
+from lanindex.errors import LanindexError, UsageError
+
+if TYPE_CHECKING:
+    from lanindex.compare import Comparison, Difference, Timed
+    from lanindex.model import Reading, Score, Symbol
+    from lanindex.pipeline.named import Named
+
+TRACKS_NAMED = 6
+"""Tracks that only one score has, as many as `diff` names."""
+
+
+def score(
+    capture: options.CaptureArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            *("--output", "-o"),
+            metavar="FILE.svg|png|pdf",
+            help="Where to draw (-: SVG on standard output); by default an .svg file here.",
+        ),
+    ] = None,
+    parts: options.Parts = None,
+    start: options.FromSeconds = None,
+    stop: options.ToSeconds = None,
+    bars: options.Bars = None,
+    strip: Annotated[bool, typer.Option("--strip", help="Draw one long staff.")] = False,
+    scale: options.Scale = None,
+    highlight: Annotated[
+        str | None,
+        typer.Option("--highlight", metavar="PATTERN", help="Lay a band over its hits' symbols."),
+    ] = None,
+    legend: Annotated[bool, typer.Option("--legend", help="Explain the signs.")] = False,
+    words: options.Words = None,
+    profile: options.FileProfile = None,
+    *,
+    reading: options.Reading,
+    tempo: options.Tempo = None,
+    force: options.Force = False,
+    db: options.Db = options.DB,
+    out: options.PlainOut,
+) -> None:
+    """Draw a capture or a score as a staff of Labanotation, time upwards.
+
+    Beats are counted if the tempo is known, else seconds. Without --parts, a limb is drawn as a
+    whole where the score has it so. A capture in the library is drawn as it was ingested; with an
+    option for reading (--unit, --profile and so on), CAPTURE is a file and is read.
+    """
+    if strip and bars is not None:
+        raise UsageError("--strip and --bars", wanted="one of them")
+    from lanindex.draw.score import BARS, draw
+    from lanindex.draw.svg import FORMS, rendered
+    from lanindex.pipeline.files import safe_stem, write_all
+
+    target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.svg")
+    form = "svg" if target == options.STDOUT else options.ending(target, FORMS)
+    named = _named(out, capture, db, reading, profile, tempo)
+    picture = draw(
+        named.score,
+        title=named.title,
+        parts=options.names(parts),
+        start=named.seconds[0] if start is None else start,
+        stop=named.seconds[1] if stop is None else stop,
+        bars=None if strip else bars or BARS,
+        seconds=not named.counted,
+        marked=_marked(out, named, highlight, words),
+        legend=legend,
+    )
+    for warning in picture.warnings:
+        out.note(f"{named.title}: {warning}")
+    content = rendered(picture, form, scale or 1.0)
+    if target == options.STDOUT:
+        out.content(content.decode())
+    else:
+        write_all([(target, content)], force=force, sources=[named.path])
+        out.note(f"{target}: {len(picture.groups())} symbols")
+
+
+def _named(
+    out: Output,
+    text: str,
+    db: str,
+    reading: Reading | None = None,
+    profile: str | None = None,
+    tempo: str | None = None,
+) -> Named:
+    """Return the capture, hit, stretch or file that an argument names; print a file's warnings."""
+    from lanindex.model import Reading
+    from lanindex.pipeline import open_library
+    from lanindex.pipeline.named import named
+
+    one = named(
+        options.one_line(text),
+        lambda: open_library(db, readonly=True),
+        reading or Reading(),
+        profile=profile,
+        tempo=tempo,
+    )
+    for warning in () if one.capture else one.score.warnings:
+        out.note(f"{one.path}: {warning}")
+    return one
+
+
+def _marked(out: Output, named: Named, pattern: str | None, words: Path | None) -> list[Symbol]:
+    """Return the symbols to highlight: those that a pattern matches, or the hit that is named."""
+    if pattern is None:
+        return list(named.matched)
+    from lanindex.pipeline.apart import matched
+
+    hits = matched(named.score, pattern, words)
+    out.note(counted(len(hits), "hit"))
+    return [symbol for hit in hits for symbol in hit]
+
+
+def _file_reading(
+    unit: options.Unit = None,
+    up: options.Up = None,
+    file_fps: Annotated[
+        str | None, typer.Option(metavar="RATE", help="Frames per second of the file.")
+    ] = None,
+    compose: options.Compose = None,
+    skeleton: options.Skeleton = None,
+    body: options.Body = None,
+    columns: options.Columns = None,
+    take: options.Take = None,
+) -> Any:
+    return options.reading(unit, up, file_fps, compose, skeleton, body, columns, take)
+
+
+def play(
+    capture: options.CaptureArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            *("--output", "-o"),
+            metavar="FILE.webp|gif|mp4",
+            help="Where to write; by default a .webp file here.",
+        ),
+    ] = None,
+    highlight: Annotated[
+        str | None,
+        typer.Option("--highlight", metavar="PATTERN", help="Colour the limbs of its hits."),
+    ] = None,
+    words: options.Words = None,
+    view: Annotated[
+        str,
+        typer.Option(
+            metavar="auto|front|side|DEGREES",
+            help="Where to look from: auto sees most of the movement.",
+        ),
+    ] = "auto",
+    parts: options.Parts = None,
+    start: options.FromSeconds = None,
+    stop: options.ToSeconds = None,
+    fps: Annotated[
+        str | None,
+        typer.Option(metavar="RATE", help="Frames per second of the film: MP4 25, WebP, GIF 20."),
+    ] = None,
+    size: Annotated[
+        str, typer.Option(metavar="WIDTHxHEIGHT", help="Size of the film in pixels.")
+    ] = "640x480",
+    profile: options.FileProfile = None,
+    *,
+    reading: Annotated[Any, options.Group(_file_reading)],
+    tempo: options.Tempo = None,
+    force: options.Force = False,
+    db: options.Db = options.DB,
+    out: options.PlainOut,
+) -> None:
+    """Film a stick figure moving beside its staff of Labanotation, in real time.
+
+    Parts that matched are coloured while they do, and the path over the floor is drawn. A score
+    without a motion is performed by a standard body. Options for reading (--unit, --profile and
+    so on) are for files.
+    """
+    from lanindex.film.figure import figure
+    from lanindex.film.film import RATE, RATES, Film, form_of
+    from lanindex.pipeline import open_library
+    from lanindex.pipeline.files import refuse, safe_stem, write_all
+    from lanindex.pipeline.named import named as resolve
+    from lanindex.pipeline.playing import motion_of
+
+    target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.webp")
+    form = form_of(str(target))
+    rate = RATES.get(form, RATE) if fps is None else options.rate(fps)
+    width, _, height = size.lower().partition("x")
+    if not (width.isdecimal() and height.isdecimal()):
+        raise UsageError(f'"{size}"', place="--size", wanted="WIDTHxHEIGHT, such as 640x480")
+    refuse(target, force=force)
+    opened = partial(open_library, db, readonly=True)
+    with _file_fps():
+        named = resolve(options.one_line(capture), opened, reading, profile=profile, tempo=tempo)
+        motion = motion_of(named, opened, reading, rate)
+    if not named.capture:
+        for warning in dict.fromkeys((*named.score.warnings, *motion.warnings)):
+            out.note(f"{named.path}: {_with_file_fps(warning)}")
+    film = Film(
+        figure(motion),
+        named.score,
+        start=named.seconds[0] if start is None else start,
+        stop=named.seconds[1] if stop is None else stop,
+        rate=rate,
+        size=(int(width), int(height)),
+        view=view,
+        parts=options.names(parts),
+        marked=_marked(out, named, highlight, words),
+        seconds=not named.counted,
+    )
+    shown = partial(out.progress, total=len(film), noun="frames")
+    write_all([(target, film.written(form, shown))], force=force, sources=[named.path])
+    for warning in film.staff.warnings:
+        out.note(f"{named.title}: {warning}")
+    seconds = float(len(film) / film.rate)
+    out.note(f"{target}: {len(film)} frames at {float(rate):g} Hz, {seconds:.2f} s")
+
+
+@contextmanager
+def _file_fps() -> Iterator[None]:
+    """Rename the option in errors of readers: their ``--fps`` is ``--file-fps`` here."""
+    try:
+        yield
+    except LanindexError as error:
+        error.found, error.remedy = _with_file_fps(error.found), _with_file_fps(error.remedy)
+        raise
+
+
+def _with_file_fps(text: str) -> str:
+    return text.replace("--fps", "--file-fps")
+
+
+def diff(
+    one: Annotated[
+        str,
+        typer.Argument(
+            metavar="A",
+            help="A capture or file; A:FROM-TO for a stretch, in frames.",
+            autocompletion=completion.captures,
+        ),
+    ],
+    other: Annotated[
+        str,
+        typer.Argument(
+            metavar="B", help="What to compare it with.", autocompletion=completion.captures
+        ),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE.svg|png|pdf", help="Draw both staves."),
+    ] = None,
+    parts: options.Parts = None,
+    tolerance: options.Tolerance = 0.1,
+    bars: options.Bars = None,
+    scale: options.Scale = None,
+    profile: options.FileProfile = None,
+    force: options.Force = False,
+    db: options.Db = options.DB,
+    *,
+    out: options.Out,
+) -> None:
+    """Compare two captures or scores, symbol by symbol.
+
+    The symbols of a track are aligned in order, so that as few as possible are left out, added or
+    replaced. Symbols that are the same at another time have moved. A symbol is "not seen" where
+    the other score does not know the part. Tracks that only one of the two has are named, and not
+    compared. Exits with 0 if nothing differs, else 1.
+    """
+    if output is None and not (bars is None and scale is None):
+        raise UsageError("--bars and --scale", wanted="--output beside them")
+    from lanindex.compare import compare
+    from lanindex.notation.excerpt import excerpt
+    from lanindex.pipeline.files import write_all
+
+    named = [_named(out, text, db, profile=profile) for text in (one, other)]
+    scores = [excerpt(it.score, it.span) for it in named]
+    compared = compare(*scores, parts=options.names(parts), tolerance=tolerance)
+    if output is not None:
+        content = _both(out, output, named, scores, compared, options.names(parts), bars, scale)
+        write_all([(output, content)], force=force, sources=[it.path for it in named])
+    if out.json:
+        from lanindex import records
+
+        for difference in compared.differences:
+            out.record(records.of_difference(difference))
+    elif compared.differences:
+        rows = [
+            (it.part, *_cells(it.one), *_cells(it.other), _change(it))
+            for it in compared.differences
+        ]
+        out.table(("part", "A", "seconds", "B", "seconds", "B is"), rows)
+    for it, only in zip(named, compared.only, strict=True):
+        if only:
+            more = f" and {len(only) - TRACKS_NAMED} more" if len(only) > TRACKS_NAMED else ""
+            out.note(f"only {it.title} tells of {', '.join(only[:TRACKS_NAMED])}{more}")
+    count, tracks = len(compared.differences), counted(len(compared.parts), "track")
+    same = counted(compared.same, "symbol")
+    out.note(f"{counted(count, 'difference')} in {tracks}, {same} the same")
+    if compared.differences:
+        raise typer.Exit(1)
+
+
+def _cells(it: Timed | None) -> tuple[str, str]:
+    return ("", "") if it is None else (it.symbol.words, f"{it.start:.2f}-{it.stop:.2f}")
+
+
+def _change(it: Difference) -> str:
+    """Return what B is, compared with A: ``added``, ``0.20 s later, 0.10 s shorter``."""
+    if it.kind != "moved":
+        return it.kind
+    changes = ((it.later, "earlier", "later"), (it.longer, "shorter", "longer"))
+    return ", ".join(
+        f"{abs(seconds):.2f} s {more if seconds > 0 else less}"
+        for seconds, less, more in ((round(it, 2), less, more) for it, less, more in changes)
+        if seconds
+    )
+
+
+def _both(
+    out: Output,
+    target: Path,
+    named: Sequence[Named],
+    scores: Sequence[Score],
+    compared: Comparison,
+    parts: list[str] | None,
+    bars: int | None,
+    scale: float | None,
+) -> bytes:
+    """Return both staves as a file's content, with bands over what differs."""
+    from lanindex.draw.score import BARS, both
+    from lanindex.draw.svg import FORMS, rendered
+
+    form = options.ending(target, FORMS)
+    differences = compared.differences
+    marked = [
+        [it.one.symbol for it in differences if it.one],
+        [it.other.symbol for it in differences if it.other],
+    ]
+    beats = named[0].counted and named[1].counted and scores[0].meter == scores[1].meter
+    picture = both(
+        scores,
+        marked,
+        titles=[it.title for it in named],
+        parts=parts,
+        bars=bars or BARS,
+        seconds=not beats,
+    )
+    for warning in picture.warnings:
+        out.note(warning)
+    return rendered(picture, form, scale or 1.0)
