@@ -5,7 +5,7 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from lanindex.search.dictionary import absent, called, inside, load, spelled, words_of
+from lanindex.search.dictionary import absent, entry_named, inside, load, spelled, words_of
 
 __all__ = ["absent", "glob_of", "hints", "meant", "named", "said", "said_by", "unknown"]
 
@@ -28,7 +28,7 @@ def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
         return known[name]
     from lanindex.search.language.natural import reading
 
-    return called(text, known) if words_of(text) and reading(text) is None else None
+    return entry_named(text, known) if words_of(text) and reading(text) is None else None
 
 
 def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
@@ -38,7 +38,7 @@ def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
         return
     known = load(words)
     for word in several:
-        entry = called(word, known)
+        entry = entry_named(word, known)
         if entry is not None:
             yield f'"{word}" is in the dictionary of movement: @{entry.name}'
         elif why := absent(word):

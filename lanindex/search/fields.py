@@ -199,7 +199,7 @@ def number_of(value: Value) -> Fraction | None:
 
 
 def about(part: str, amount: Amount) -> Amount:
-    """Return amounts as closely as mirror images agree in them: of a turn to the nearest eighth.
+    """Return amounts rounded as mirror images compare them: turns to the nearest eighth.
 
     How far a limb is bent that points somewhere does not count.
     """

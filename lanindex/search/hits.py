@@ -31,7 +31,7 @@ TOGETHER = 512  # captures that are fetched at once where all hits are made obje
 _FIELDS = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
 
 
-class Holder(Protocol):
+class CaptureStore(Protocol):
     """Holds the captures of hits, by their places in the roster."""
 
     def fetch(self, places: Sequence[int]) -> None:
@@ -44,14 +44,14 @@ class Holder(Protocol):
         """Return the numbers of captures."""
 
 
-class Placed(Sequence[Hit]):
-    """Hits as columns, (H,) each; one is made an object when it is asked for.
+class HitColumns(Sequence[Hit]):
+    """Hits as columns, (H,) each; a `Hit` object is made on access.
 
     They are the places of captures in the roster, and frames of the source, half-open.
     """
 
-    def __init__(self, holder: Holder, place: IntArray, low: IntArray, high: IntArray) -> None:
-        self._holder, self.place, self.low, self.high = holder, place, low, high
+    def __init__(self, store: CaptureStore, place: IntArray, low: IntArray, high: IntArray) -> None:
+        self._store, self.place, self.low, self.high = store, place, low, high
 
     @abstractmethod
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
@@ -84,7 +84,7 @@ class Placed(Sequence[Hit]):
         first, places = 0, set[int]()
         for index, place in enumerate([*self.place.tolist(), -1] if len(self) else []):
             if place < 0 or (len(places) == TOGETHER and place not in places):
-                self._holder.fetch(sorted(places))
+                self._store.fetch(sorted(places))
                 yield from self._hits(range(first, index))
                 first, places = index, set()
             places.add(place)
@@ -92,17 +92,17 @@ class Placed(Sequence[Hit]):
     def tally(self) -> list[tuple[int, int]]:
         """Return the numbers of the captures, each with how many hits it has."""
         places, counts = self._counted()
-        return list(zip(self._holder.numbers(places).tolist(), counts.tolist(), strict=True))
+        return list(zip(self._store.numbers(places).tolist(), counts.tolist(), strict=True))
 
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
         places, counts = self._counted()
-        return list(zip(self._holder.captures(places.tolist()), counts.tolist(), strict=True))
+        return list(zip(self._store.captures(places.tolist()), counts.tolist(), strict=True))
 
     def spans(self) -> Iterator[tuple[Capture, Span]]:
         """Yield capture and frames of each hit."""
         places = self._counted()[0].tolist()
-        captures = dict(zip(places, self._holder.captures(places), strict=True))
+        captures = dict(zip(places, self._store.captures(places), strict=True))
         columns = (self.place.tolist(), self.low.tolist(), self.high.tolist())
         for place, low, high in zip(*columns, strict=True):
             yield captures[place], Span(low, high)
@@ -118,7 +118,7 @@ class Placed(Sequence[Hit]):
     def numpy(self) -> NDArray[Any]:
         """Return the hits as an array, as `Hits.numpy`."""
         found = np.empty(len(self), _FIELDS)
-        found["capture_id"] = self._holder.numbers(self.place)
+        found["capture_id"] = self._store.numbers(self.place)
         found["start"], found["stop"], found["fit"] = self.low, self.high, self.clear()
         return found
 
@@ -152,7 +152,7 @@ class Hits(Sequence[Hit]):
     """
 
     def __init__(self, found: Iterable[Hit], pattern: str) -> None:
-        # `Placed` hits stay columns until they are asked for
+        # `HitColumns` hits stay columns until they are asked for
         self._hits: Sequence[Hit] = found if isinstance(found, Sequence) else tuple(found)
         self.pattern = pattern
 
@@ -181,13 +181,13 @@ class Hits(Sequence[Hit]):
 
     def tally(self) -> list[tuple[int, int]]:
         """Return the numbers of the captures, each with how many hits it has."""
-        if isinstance(self._hits, Placed):
+        if isinstance(self._hits, HitColumns):
             return self._hits.tally()
         return [(capture.id, count) for capture, count in self.counts()]
 
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
-        if isinstance(self._hits, Placed):
+        if isinstance(self._hits, HitColumns):
             return self._hits.counts()
         captures = {hit.capture.id: hit.capture for hit in self}
         numbers = Counter(hit.capture.id for hit in self)
@@ -195,13 +195,13 @@ class Hits(Sequence[Hit]):
 
     def spans(self) -> Iterator[tuple[Capture, Span]]:
         """Yield capture and frames of each hit, in order."""
-        if isinstance(self._hits, Placed):
+        if isinstance(self._hits, HitColumns):
             return self._hits.spans()
         return ((hit.capture, hit.span) for hit in self)
 
     def arranged(self, order: Sequence[int]) -> Hits:
         """Return the same hits in another order: that of these numbers, counted from 0."""
-        if isinstance(self._hits, Placed):
+        if isinstance(self._hits, HitColumns):
             return Hits(self._hits.arranged(order), self.pattern)
         return Hits([self[number] for number in order], self.pattern)
 
@@ -241,7 +241,7 @@ class Hits(Sequence[Hit]):
 
     def by_fit(self, most: int | None = None) -> Hits:
         """Return the same hits, the clearest first; behind the first `most`, in any order."""
-        if isinstance(self._hits, Placed):
+        if isinstance(self._hits, HitColumns):
             return Hits(self._hits.by_fit(most), self.pattern)
         return Hits(sorted(self._hits, key=lambda hit: -hit.fit), self.pattern)
 
@@ -251,7 +251,7 @@ class Hits(Sequence[Hit]):
 
     def numpy(self) -> NDArray[Any]:
         """Return (H,) with the fields capture_id, start, stop (frames, half-open) and fit."""
-        if isinstance(self._hits, Placed):
+        if isinstance(self._hits, HitColumns):
             return self._hits.numpy()
         rows = [(hit.capture.id, hit.span.start, hit.span.stop, hit.fit) for hit in self._hits]
         return np.array(rows, dtype=_FIELDS)

@@ -181,7 +181,7 @@ def open_groups(program: Program) -> list[tuple[Group, ...]]:
 
 
 class _Planner:
-    """Plans lines, each of them once; what must not happen is taken as it is written."""
+    """Plans each line once; lines behind `without` and `never` without a border tolerance."""
 
     def __init__(self, near: int = 0) -> None:
         self.near = near

@@ -13,9 +13,9 @@ from query_cases import recordings_of
 
 from lanindex.errors import PatternError
 from lanindex.search.explain.advice import Advice, Budget, LeftOut, Suggestion, advise
-from lanindex.search.explain.changes import changes, nearest_limit, places
+from lanindex.search.explain.changes import changes, nearest_limit, nodes_of
 from lanindex.search.language import parse
-from lanindex.search.language.query import Repeat, everywhere
+from lanindex.search.language.query import Repeat, changed_nodes
 from lanindex.search.language.times import Clock, Length, Time
 
 
@@ -61,9 +61,9 @@ def patterns(found):
 def test_every_place_can_be_changed(text):
     query = read(text)
     assume(query)
-    for node, put in places(query):
+    for node, put in nodes_of(query):
         assert put(node) == query
-    assert everywhere(query, lambda it: it) == query
+    assert changed_nodes(query, lambda it: it) == query
     for other in [it.query for it in changes(query)]:
         assert other != query
         assert str(other) != text

@@ -131,8 +131,8 @@ def words_of(text: str) -> list[str]:
     return plain if all(re.fullmatch(r"[a-z]+", word) for word in plain) else []
 
 
-def called(text: str, words: Mapping[str, Entry]) -> Entry | None:
-    """Return the entry of which the words are a name, in any order and with any ending."""
+def entry_named(text: str, words: Mapping[str, Entry]) -> Entry | None:
+    """Return the entry that these words name, in any order and with any ending."""
     spoken = _stems(words_of(text))
     found = (entry for name, entry in words.items() if _stems(name.split("_")) == spoken)
     return next(found, None) if spoken else None
@@ -193,7 +193,7 @@ def _measured(values: dict[str, Any], place: str) -> Measured:
 
 
 def _check(entry: Entry, place: str) -> None:
-    """Refuse an entry that no pattern could name, or that nobody could understand."""
+    """Refuse an entry with an impossible name, or with a pattern that does not parse."""
     from lanindex.search.language import parse
     from lanindex.search.language.words import Vocabulary
 

@@ -46,7 +46,7 @@ _ROWS = 1 << 13  # rows of the other side worked on at a time: what a processor'
 
 
 def unwatched(noun: str, done: int, total: int) -> None:
-    """Go on."""
+    """Ignore progress."""
 
 
 class Moves(NamedTuple):

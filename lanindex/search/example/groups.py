@@ -62,7 +62,7 @@ def grouped(
     clips: Clips, *, least: float, wanted: int | None = None, watch: Watch = unwatched
 ) -> Grouped:
     """Join groups down to a mean likeness of `least`, or until no more than `wanted` are left."""
-    found, known = signatures(clips), _Known(clips, watch)
+    found, known = signatures(clips), _Likenesses(clips, watch)
     groups = [[clip] for clip in range(len(clips))]
     floor, every, settled = least, False, False
     while not every and (wanted or not settled):
@@ -87,7 +87,7 @@ def grouped(
     return Grouped(_ranked(groups, known), aligned, aligned == len(clips) * (len(clips) - 1) // 2)
 
 
-class _Known:
+class _Likenesses:
     """How alike pairs of clips are, each aligned once."""
 
     def __init__(self, clips: Clips, watch: Watch) -> None:
@@ -233,7 +233,7 @@ def _medoids_first(
     return [part.tolist() for part in np.split(order, ends[:-1])]
 
 
-def _ranked(groups: list[list[int]], known: _Known) -> list[Group]:
+def _ranked(groups: list[list[int]], known: _Likenesses) -> list[Group]:
     """Return groups, the largest first, their members by likeness to the medoid."""
     alike = known.alike(np.array([(group[0], one) for group in groups for one in group]))
     ranked, ends = [], np.cumsum([len(group) for group in groups])

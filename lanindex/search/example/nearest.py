@@ -59,7 +59,7 @@ class Near(NamedTuple):
     likeness: float
 
 
-class Found(NamedTuple):
+class NearestClips(NamedTuple):
     """What is like an example."""
 
     near: list[Near]  # the best first
@@ -75,7 +75,7 @@ def nearest(
     *,
     most: int = MOST,
     watch: Watch = unwatched,
-) -> Found:
+) -> NearestClips:
     """Return the `limit` clips of a source that are most like a query of so many seconds."""
     # of a long example fewer clips at a time, so that `watch` is called as often
     counts = np.sum([np.diff(it.bounds)[source.places] for it in source.columns.values()], axis=0)
@@ -105,7 +105,7 @@ def nearest(
             near = _best(near, found._replace(clips=block[found.clips]), limit)
             worst = near[-1].likeness if len(near) == limit else 0.0
         done += len(block)
-    return Found(near, done, done >= len(order) or bool(bound[order[done]] <= worst))
+    return NearestClips(near, done, done >= len(order) or bool(bound[order[done]] <= worst))
 
 
 class _Tried(NamedTuple):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from math import inf
 from time import monotonic, process_time
 
-from lanindex.search.explain.changes import Change, changes, places, query_of
+from lanindex.search.explain.changes import Change, changes, nodes_of, query_of
 from lanindex.search.language.query import Item, Line, Query, Step, may_begin
 
 SECONDS = 2.0
@@ -221,7 +221,7 @@ class _Adviser:
         return self.counted[query]
 
     def readable(self, query: Query) -> bool:
-        """Tell whether the text of a query says just that."""
+        """Tell whether the text of a query parses to the same query."""
         return self.read(str(query)) == query
 
     def never(self) -> Iterator[str]:
@@ -260,7 +260,7 @@ class _Adviser:
 def _alone(query: Query) -> dict[str, Query]:
     """Return each step of a query on its own; the first of a line may be a starting position."""
     alone: dict[str, Query] = {}
-    nodes = [node for node, _ in places(query)]
+    nodes = [node for node, _ in nodes_of(query)]
     firsts = [it.items[0] for it in nodes if isinstance(it, Line) and not it.start]
     for item in nodes:
         if isinstance(item, Item) and isinstance(item.unit, Step):

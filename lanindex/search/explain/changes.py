@@ -22,7 +22,7 @@ from lanindex.search.language.query import (
     Repeat,
     Step,
     Word,
-    everywhere,
+    changed_nodes,
     mirrored,
 )
 from lanindex.search.language.times import Clock, Length, Time, decimal
@@ -66,7 +66,7 @@ def changes(query: Query) -> list[Change]:
     Lines behind ``without`` and ``never`` are left out, but not changed.
     """
     found: list[Change] = []
-    for node, put in places(query):
+    for node, put in nodes_of(query):
         step = str(node) if isinstance(node, Step) else ""
         found += (Change(put(other), cost) for cost, other in _alike(node))
         found += (Change(put(rest), LEFT_OUT, said, step) for said, rest in _shorter(node))
@@ -85,8 +85,8 @@ def query_of(lines: Line | Lines) -> Query:
     return Query(Choice((Lines(lines) if isinstance(lines, Line) else lines,)))
 
 
-def places(node: Any, put: _Put = lambda other: other) -> Iterator[tuple[Any, _Put]]:
-    """Yield each node of a query, the root first, and what puts another node in its place."""
+def nodes_of(node: Any, put: _Put = lambda other: other) -> Iterator[tuple[Any, _Put]]:
+    """Yield each node of a query, the root first, and a function that replaces it."""
     yield node, put
     if isinstance(node, Beside) and node.relation in NEGATIONS:
         return
@@ -94,7 +94,7 @@ def places(node: Any, put: _Put = lambda other: other) -> Iterator[tuple[Any, _P
         value = getattr(node, field.name)
         for index, inner in enumerate(value if isinstance(value, tuple) else (value,)):
             if is_dataclass(inner):
-                yield from places(inner, partial(_put, node, put, field.name, index))
+                yield from nodes_of(inner, partial(_put, node, put, field.name, index))
 
 
 def _put(node: Any, put: _Put, name: str, index: int, other: Any) -> Any:
@@ -265,10 +265,10 @@ def _to_own_sides(step: Step) -> Step:
 
 def _all_at_once(query: Query) -> Iterator[tuple[float, Query]]:
     """Yield a query with all arrows, all steps, a part everywhere, or all sides changed."""
-    nodes = [node for node, _ in places(query)]
+    nodes = [node for node, _ in nodes_of(query)]
     for cost, change in ((1.1, _later), (1.2, _via)):
         if sum(change(it) != it for it in nodes) > 1:
-            yield cost, everywhere(query, change)
+            yield cost, changed_nodes(query, change)
     vocabulary = Vocabulary()
     for mover in dict.fromkeys(it for it in nodes if isinstance(it, Mover)):
         others = [(1.5, "either", mover.members)] if mover.form == "both" else []
@@ -276,7 +276,7 @@ def _all_at_once(query: Query) -> Iterator[tuple[float, Query]]:
             others.append((2.0, mover.form, tuple(part[:2] + limb for part in mover.members)))
         for cost, form, members in others:
             if other := vocabulary.of(form, members):
-                yield cost, everywhere(query, partial(_exchanged, mover, other))
+                yield cost, changed_nodes(query, partial(_exchanged, mover, other))
     mirror_image = mirrored(query.pattern)
     if mirror_image != query.pattern and not query.where:
         yield 1.9, replace(query, pattern=mirror_image)

@@ -28,7 +28,7 @@ from lanindex.search.language.query import (
     Lines,
     Query,
     Step,
-    everywhere,
+    changed_nodes,
     may_begin,
     steps_of,
 )
@@ -164,7 +164,7 @@ def _labelled(query: Query) -> tuple[Query, dict[str, str]]:
         labels.append(node.label or f"step {len(labels) + 1}")
         return replace(node, label=labels[-1])
 
-    labelled_query: Query = everywhere(query, labelled)
+    labelled_query: Query = changed_nodes(query, labelled)
     return labelled_query, dict(zip(labels, _written(query.pattern, ""), strict=True))
 
 
@@ -211,7 +211,7 @@ class _Stops:
         reached: list[Symbols] = []
         for tried in beginnings(flat):
             before, hits = hits, self.hits(query_of(tried))
-            resting = [] if begun else self.resting(flat.first)
+            resting = [] if begun else self.starting_positions(flat.first)
             if not hits and not resting:
                 return self.between(begun, tried, before, reached)
             begun, reached = tried, [*resting, *(hit.lines[0] for hit in hits)]
@@ -229,20 +229,20 @@ class _Stops:
         wanted = str(tried).removeprefix(str(begun)).strip() if begun else str(first)
         near: Symbol | None = None
         if tried.others:
-            symbols, near, reason = self.unaccompanied(tried.others[-1], hits)
+            symbols, near, reason = self.not_beside(tried.others[-1], hits)
         elif tried.first.end:
-            symbols, near, reason = self.going_on(reached[-1])
-        elif reason := self.measured(tried):
+            symbols, near, reason = self.not_the_end(reached[-1])
+        elif reason := self.wrong_count(tried):
             symbols = reached[0] if reached else ()
         elif begun:
-            symbols, near, reason = self.missing(tried.first, reached)
+            symbols, near, reason = self.no_next_step(tried.first, reached)
         elif isinstance(first.unit, Bracket):
             return self.of(first.unit.pattern.alternatives[0])
         else:
-            symbols, near, reason = self.nowhere(tried.first)
+            symbols, near, reason = self.no_first_step(tried.first)
         return Stop(str(begun or ""), symbols, wanted, near, reason)
 
-    def resting(self, line: Line) -> list[Symbols]:
+    def starting_positions(self, line: Line) -> list[Symbols]:
         """Return the starting positions with which a line can begin; alone they are no hit."""
         first = line.items[0]
         step = _first(first)
@@ -254,7 +254,7 @@ class _Stops:
             return [fitting] if len(fitting) == 2 else []
         return [(it,) for it in fitting]
 
-    def missing(self, line: Line, reached: list[Symbols]) -> _Near:
+    def no_next_step(self, line: Line, reached: list[Symbols]) -> _Near:
         """Return what came nearest to the last step of a line."""
         arrow, item = line.arrows[-1], line.items[-1]
         step = _first(item)
@@ -267,10 +267,10 @@ class _Stops:
                 nears.append((symbols, part, nearest(later if arrow.later else later[:1], step)))
             tries.append(worst(nears, key=lambda it: away(it[-1], step)))
         symbols, part, near = min(tries, key=lambda it: away(it[-1], step))
-        reason = self.instead(arrow, item, symbols, part, near)
+        reason = self.why_not(arrow, item, symbols, part, near)
         return symbols, near, f"after {_ended(symbols)} {reason}"
 
-    def instead(
+    def why_not(
         self, arrow: Arrow, item: Item, symbols: Symbols, part: str, near: Symbol | None
     ) -> str:
         """Return what follows, and why it is not the step that was wanted."""
@@ -286,12 +286,12 @@ class _Stops:
             which = "the nearest movement" if arrow.later else "the next movement"
             return f"{which} is {said}, {_not(step)} ({doubts(near)})"
         gap = near.start - max(symbol.stop for symbol in symbols)
-        if self.off(gap, arrow.length):
+        if self.frames_off(gap, arrow.length):
             return f"{said} comes after {self.seconds(gap)}, wanted [{arrow.length}]"
-        return self.unlasting(item, said, near) or f'{said} comes, but not "{arrow} {item}"'
+        return self.wrong_length(item, said, near) or f'{said} comes, but not "{arrow} {item}"'
 
-    def measured(self, tried: Lines) -> str:
-        """Return by how much the count or the whole length of the last step is missed, if so."""
+    def wrong_count(self, tried: Lines) -> str:
+        """Return by how much the last step misses its count or its whole length, if it does."""
         item = tried.first.items[-1]
         whole = isinstance(item.unit, Bracket) and len(tried.first.items) == 1
         if item.repeat.least < 2 and not item.length:
@@ -303,12 +303,12 @@ class _Stops:
             elif whole and change.limit is item.length:
                 lengths = [len(hit.span) for hit in self.hits(change.query)]
                 if lengths:
-                    best = min(lengths, key=lambda it: self.off(it, item.length))
+                    best = min(lengths, key=lambda it: self.frames_off(it, item.length))
                     without = replace(item, length=None)
                     return f'"{without}" takes {self.seconds(best)}, wanted {item.length}'
         return ""
 
-    def nowhere(self, line: Line) -> _Near:
+    def no_first_step(self, line: Line) -> _Near:
         """Return what came nearest to the very first step."""
         (item,) = line.items
         step = _first(item)
@@ -325,19 +325,19 @@ class _Stops:
             reason = f"the first movement is {moving[0]}, {_not(step)}"
         else:
             fitting = [it for it in moving if not away(it, step)]
-            near = min(fitting, key=lambda it: self.off(it.stop - it.start, item.length))
-            reason = self.unlasting(item, str(near), near) or f'there is no "{item}"'
+            near = min(fitting, key=lambda it: self.frames_off(it.stop - it.start, item.length))
+            reason = self.wrong_length(item, str(near), near) or f'there is no "{item}"'
         return (), near, reason
 
-    def unlasting(self, item: Item, said: str, symbol: Symbol) -> str:
+    def wrong_length(self, item: Item, said: str, symbol: Symbol) -> str:
         """Return how long a movement takes, if that is not as wanted."""
         frames = symbol.stop - symbol.start
         moves = isinstance(item.unit, Step) and item.unit.manner in ("move", "via")
-        if moves and self.off(frames, item.length):
+        if moves and self.frames_off(frames, item.length):
             return f"{said} takes {self.seconds(frames)}, wanted {item.length}"
         return ""
 
-    def going_on(self, symbols: Symbols) -> _Near:
+    def not_the_end(self, symbols: Symbols) -> _Near:
         """Return what comes before the end of the clip."""
         reason = f"after {_ended(symbols)} the clip does not end"
         later = self.after(symbols[-1].part, symbols)
@@ -345,8 +345,8 @@ class _Stops:
             return symbols, None, reason
         return symbols, later[0], f"{reason}: the next movement is {_moved(later[0])}"
 
-    def unaccompanied(self, beside: Beside, hits: list[Hit]) -> _Near:
-        """Return what came nearest to a line that does not lie beside the others as it should."""
+    def not_beside(self, beside: Beside, hits: list[Hit]) -> _Near:
+        """Return what came nearest to a line that should lie beside the others."""
         hit, near, step = hits[0], None, _first(beside.line.items[0])
         there = f"{step.mover} does not move"
         others = self.hits(query_of(beside.line))
@@ -381,7 +381,7 @@ class _Stops:
         rows = self.movements((part,))
         return [it for it in rows if (it.ordinal > own[-1] if own else it.start >= end)]
 
-    def off(self, frames: int, length: Length | None) -> int:
+    def frames_off(self, frames: int, length: Length | None) -> int:
         """Return by how many frames a length is missed."""
         if length is None:
             return 0

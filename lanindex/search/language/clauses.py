@@ -348,7 +348,7 @@ def _no_term(cursor: Cursor, token: Token) -> PatternError:
     if token.text in (*cursor.labels, *FIELDS, *_COLUMNS, CLIP, MATCH):
         return cursor.error(_no_reference(token.text, cursor.labels))
     if token.kind == "word" and token.text not in LANGUAGE and not COUNT.fullmatch(token.text):
-        said = cursor.said(token)
+        said = cursor.excerpt(token)
         meant = f'A text has quotation marks: clip.label = "{said}"'
         return cursor.error(f'I don\'t know "{said}". {meant}')
     sentence = 'A condition goes here: a.start > 2s, a.level = high, clip.label = "wave"'

@@ -114,7 +114,7 @@ class Cursor:
         """Read the next token if it is of a kind, and one of these if any are given."""
         return self.advance() if self.stands(kind, *texts) else None
 
-    def said(self, first: Token, last: Token | None = None) -> str:
+    def excerpt(self, first: Token, last: Token | None = None) -> str:
         """Return the text from one token to another, on one line, cut where it is long."""
         return shown(" ".join(self.text[first.start : (last or first).stop].split()))
 

@@ -60,21 +60,21 @@ def reading(text: str) -> str | None:
 
 
 def offer_reading(
-    error: PatternError, understood: Callable[[str], Query], held: Collection[str]
+    error: PatternError, read: Callable[[str], Query], known: Collection[str]
 ) -> None:
-    """Add the pattern that was probably meant to an error, if it names a part that is `held`.
+    """Add the pattern that was probably meant to an error, if it names a `known` part.
 
-    `understood` parses a pattern, or raises a PatternError.
+    `read` parses a pattern, or raises a PatternError.
     """
-    read = reading(error.text)
+    meant = reading(error.text)
     try:
-        if read is None or understood(read).parts.isdisjoint(held):
+        if meant is None or read(meant).parts.isdisjoint(known):
             return
     except PatternError:
         return
     found = _SPELLING.sub("", error.found)
     stop = "" if found.endswith((".", "?")) else "."
-    error.found = f"{found}{stop} Did you mean:  {read}"
+    error.found = f"{found}{stop} Did you mean:  {meant}"
     error.args = (error.found,)
 
 
@@ -262,7 +262,7 @@ def _words(clause: _Clause) -> list[str]:
             kind = VALUES[said.split("/")[0]][0]
             _want(kinds.setdefault(kind, said) == said)
     for verb in clause.verbs:
-        _say(verb, clause.group, kinds)
+        _add_verb(verb, clause.group, kinds)
     if clause.group in _SINGLE:
         _want("level" not in kinds)
         if kinds.get("direction") == "side":
@@ -272,7 +272,7 @@ def _words(clause: _Clause) -> list[str]:
     return [kinds[kind] for kind in _ORDER if kind in kinds]
 
 
-def _say(verb: str, group: str, kinds: dict[str, str]) -> None:
+def _add_verb(verb: str, group: str, kinds: dict[str, str]) -> None:
     """Check that a limb can do what a verb says, and add that to its words by kind."""
     direction = kinds.get("direction")
     match verb:

@@ -30,7 +30,7 @@ from lanindex.search.language.query import (
     steps_in,
     steps_taken,
 )
-from lanindex.search.language.score import Saved, is_lnd, score_at
+from lanindex.search.language.score import FilePattern, is_lnd, score_at
 from lanindex.search.language.suggestions import is_unknown, no_step, stray, unknown
 from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import (
@@ -102,7 +102,7 @@ def parse(
         return read(str(text))
     except PatternError as error:
         offer_reading(error, read, vocabulary.parts)
-        if isinstance(text, Saved):
+        if isinstance(text, FilePattern):
             error.place = text.place(error.start)
         raise
 
@@ -283,7 +283,7 @@ class _Parser(Cursor):
             raise self.error("A name goes here, such as a or reach_up.", self.before)
         count = "a count" if COUNT.fullmatch(token.text) else ""
         if means := count or self.vocabulary.taken(token.text):
-            raise self.error(f'"{self.said(token)}" is {means}: choose another name.')
+            raise self.error(f'"{self.excerpt(token)}" is {means}: choose another name.')
         return self.advance()
 
     def refuse_labels(self, before: int, where: str) -> None:
@@ -318,14 +318,14 @@ class _Parser(Cursor):
 
     def refuse_after_count(self, begin: Token) -> None:
         """Refuse a length or another count after a count, since it is ambiguous."""
-        counted, token = self.said(begin, self.before), self.token
+        counted, token = self.excerpt(begin, self.before), self.token
         if self.length():
             more, of, each = "length", "time", "; to time each, length first."
         elif self.repeat() != ONCE:
             more, of, each = "count", "repeat", ""
         else:
             return
-        bracketed = f"({counted}) {self.said(token, self.before)}{each}"
+        bracketed = f"({counted}) {self.excerpt(token, self.before)}{each}"
         found = f"A {more} after a count: to {of} all of it, bracket it: {bracketed}"
         raise self.error_since(token, found)
 
@@ -404,7 +404,7 @@ class _Parser(Cursor):
                 raise stray(self)
         except PatternError as error:
             self.text, self.tokens, self.index = outside
-            said = self.said(at, self.before)
+            said = self.excerpt(at, self.before)
             found = f"{said}: {error.found}"
             if error.found == NO_PART:
                 found = f"{said} begins without a part. Let one carry into it: r_arm low -> {said}"
@@ -642,7 +642,7 @@ def _word(cursor: Cursor, mover: Mover, negated: bool) -> Word:
         first = cursor.token
         other, value = _value(cursor, mover)
         if other != kind:
-            both = f"{begin.text} {cursor.said(first, cursor.before)}"
+            both = f"{begin.text} {cursor.excerpt(first, cursor.before)}"
             one_kind = '"/" joins words of one kind: right/left, high/low.'
             raise cursor.error_since(begin, f'{one_kind} Both at once have no "/": {both}')
         values.append(value)

@@ -292,13 +292,13 @@ def last_movers(unit: Step | Bracket) -> frozenset[Mover]:
     return frozenset(mover for it in units for mover in last_movers(it))
 
 
-def everywhere(node: Any, changed: Callable[[Any], Any]) -> Any:
-    """Return a tree with every node replaced by what a function makes of it, leaves first."""
+def changed_nodes(node: Any, changed: Callable[[Any], Any]) -> Any:
+    """Return a tree with every node replaced by a function's result, leaves first."""
 
     def inside(value: Any) -> Any:
         if isinstance(value, tuple):
             return tuple(map(inside, value))
-        return everywhere(value, changed) if is_dataclass(value) else value
+        return changed_nodes(value, changed) if is_dataclass(value) else value
 
     own = {it.name: inside(getattr(node, it.name)) for it in fields(node)}
     return changed(replace(node, **own))
@@ -309,5 +309,7 @@ Node = TypeVar("Node", Choice, Step | Bracket)
 
 def mirrored(node: Node) -> Node:
     """Return the mirror image of a pattern, a step or a bracket: of its parts and directions."""
-    image: Node = everywhere(node, lambda it: it.mirrored() if isinstance(it, Mover | Word) else it)
+    image: Node = changed_nodes(
+        node, lambda it: it.mirrored() if isinstance(it, Mover | Word) else it
+    )
     return image

@@ -36,12 +36,12 @@ _FILE = re.compile(rf"@(?P<path>.*\.(?:{_SUFFIXES})|\S*[/\\].*)", re.IGNORECASE 
 _HEADINGS = ("speed", "rhythm", "unit_total", "unit_per_line", "unit")  # what may stand behind #
 
 
-class Saved(str):
+class FilePattern(str):
     """A pattern's text with the path of its file, which errors name."""
 
     path: Path
 
-    def __new__(cls, text: str, path: Path) -> Saved:
+    def __new__(cls, text: str, path: Path) -> FilePattern:
         """Make one of a text."""
         made = super().__new__(cls, text)
         made.path = path
@@ -62,8 +62,8 @@ def pattern_in(text: str, folder: Path | None = None) -> str:
     if form is not None and form.name != "lnd":
         from lanindex.notation import lnd
 
-        return Saved(lnd.write(read(str(path))), path)
-    return Saved(read_text(path).replace("\r\n", "\n").replace("\r", "\n"), path)
+        return FilePattern(lnd.write(read(str(path))), path)
+    return FilePattern(read_text(path).replace("\r\n", "\n").replace("\r", "\n"), path)
 
 
 def is_lnd(cursor: Cursor) -> bool:

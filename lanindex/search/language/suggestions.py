@@ -156,7 +156,7 @@ def unknown(cursor: Cursor, part_expected: bool = False) -> PatternError:
     """Return the error of a word that is not in the vocabulary."""
     if cursor.stands("string"):
         return cursor.error("Take the quotation marks away.")
-    said = cursor.said(cursor.token)
+    said = cursor.excerpt(cursor.token)
     known = _UNKNOWN.get(said.lower())
     return cursor.error(known or unknown_word(cursor.vocabulary, said, part_expected))
 
@@ -181,7 +181,7 @@ def no_step(cursor: Cursor, after: str) -> PatternError:
         return cursor.error(f"Nothing after {what}: a movement follows it.", cursor.before)
     if token.kind == "end":
         return cursor.error("Nothing follows this bracket.", cursor.before)
-    return cursor.error(f'Nothing before "{cursor.said(token)}". Name a part first: r_arm high')
+    return cursor.error(f'Nothing before "{cursor.excerpt(token)}". Name a part first: r_arm high')
 
 
 def stray(cursor: Cursor) -> PatternError:
@@ -203,4 +203,4 @@ def stray(cursor: Cursor) -> PatternError:
     if token.text in VALUES:
         order = "Direction and level stand before length and count: r_arm high <1s x2."
         return cursor.error(f"{order} The next movement has an arrow: -> {token.text}")
-    return cursor.error(f'"{cursor.said(token)}" says nothing here.')
+    return cursor.error(f'"{cursor.excerpt(token)}" says nothing here.')

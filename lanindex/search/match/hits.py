@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import TRACKS
 from lanindex.model import Hit, Symbol
 from lanindex.model.columns import THOUSANDTHS
-from lanindex.search.hits import TOGETHER, Holder, Placed
+from lanindex.search.hits import TOGETHER, CaptureStore, HitColumns
 from lanindex.search.match.arrays import (
     FAR,
     AnyArray,
@@ -200,11 +200,11 @@ def labelled(
     return labels
 
 
-class _Maker(Holder, Protocol):
+class _Maker(CaptureStore, Protocol):
     def hits(self, hits: HitTable) -> list[Hit]: ...
 
 
-class Found(Placed):
+class Found(HitColumns):
     """The hits of a search as columns; each is made an object when it is asked for.
 
     The table holds all hits in order of capture, start, end, and fit where it is known; `chosen`,
@@ -250,7 +250,7 @@ class Found(Placed):
         return clear
 
     def by_fit(self, most: int | None = None) -> Found:
-        """Return the same hits, the clearest first; as `Placed.by_fit`.
+        """Return the same hits, the clearest first; as `HitColumns.by_fit`.
 
         Where only some will be looked at, no more are made than may be among those.
         """
