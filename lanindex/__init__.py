@@ -19,13 +19,12 @@ The examples of each function and class are typed in a folder with the choreogra
 from __future__ import annotations
 
 from importlib import import_module
-from sys import modules
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from lanindex.encode import encode as encode
-    from lanindex.encode import trace as trace
-    from lanindex.encode.profile import load as load_profile
+    from lanindex.encoding import encode as encode
+    from lanindex.encoding import trace as trace
+    from lanindex.encoding.profile import load as load_profile
     from lanindex.errors import LanindexError as LanindexError
     from lanindex.formats import read as read
     from lanindex.model import Hit as Hit
@@ -43,9 +42,9 @@ if TYPE_CHECKING:
 
 _PUBLIC = {
     "read": ("lanindex.formats", "read"),
-    "encode": ("lanindex.encode", "encode"),
-    "trace": ("lanindex.encode", "trace"),
-    "load_profile": ("lanindex.encode.profile", "load"),
+    "encode": ("lanindex.encoding", "encode"),
+    "trace": ("lanindex.encoding", "trace"),
+    "load_profile": ("lanindex.encoding.profile", "load"),
     "read_lnd": ("lanindex.notation.lnd", "read"),
     "write_lnd": ("lanindex.notation.lnd", "write"),
     "animate": ("lanindex.perform", "perform"),
@@ -95,13 +94,3 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     """Return the public names."""
     return __all__
-
-
-def _shown_in_notebooks() -> None:
-    """Tell IPython, if it runs, how things are shown."""
-    shell = getattr(modules.get("IPython"), "get_ipython", lambda: None)()
-    if shell is not None:
-        import_module("lanindex.app.notebook").register(shell)
-
-
-_shown_in_notebooks()

@@ -58,7 +58,7 @@ JOINTS = (
 )
 """The 20 joints of the body model.
 
-Source: ``encode/METHOD.md``, stage 0; Matsumoto and Hachimura (2001), figure 2.
+Source: ``encoding/METHOD.md``, stage 0; Matsumoto and Hachimura (2001), figure 2.
 """
 
 JOINT_CODES = {name: code for code, name in enumerate(JOINTS)}
@@ -66,7 +66,7 @@ JOINT_CODES = {name: code for code, name in enumerate(JOINTS)}
 PALMS = {"RPalm": "RHand", "LPalm": "LHand"}
 """Points in front of palms, no joints, and the hands that tell them where they face.
 
-Source: ``encode/BODY.md``, "Palms".
+Source: ``encoding/BODY.md``, "Palms".
 """
 
 

@@ -41,12 +41,12 @@ class Loops(NamedTuple):
     worth: int
 
 
-_CURVES = "lanindex.encode.curves_fast"
+_CURVES = "lanindex.encoding.curves_fast"
 _ENCODE = ("carriers", "ground", "limbs", "near", "written")
 
 LOOPS = {
     "encode": Loops(
-        (_CURVES, *(f"lanindex.encode.{name}_fast" for name in _ENCODE)),
+        (_CURVES, *(f"lanindex.encoding.{name}_fast" for name in _ENCODE)),
         (_CURVES, "_arrivals"),
         500_000_000,
     ),

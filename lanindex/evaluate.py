@@ -29,7 +29,7 @@ from lanindex.search.language import Query, parse
 from lanindex.search.language.score import pattern_in
 
 if TYPE_CHECKING:
-    from lanindex.encode.profile import Profile
+    from lanindex.encoding.profile import Profile
     from lanindex.model import Hit, Track
 
 _BOUND = 'Bound what the patterns try: write "...[<5s]" for "...".'
@@ -206,7 +206,7 @@ def evaluate(
     Examples
     --------
     >>> from pathlib import Path
-    >>> from lanindex.encode.profile import load
+    >>> from lanindex.encoding.profile import load
     >>> from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
     >>> from lanindex.pipeline.labels import read_labels
     >>> _ = Path("own.toml").write_text("bow = {pattern='torso forward', positives=['greeting']}")

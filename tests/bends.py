@@ -6,7 +6,7 @@ import random
 from fractions import Fraction
 
 from lanindex.alphabet import BENDS, DEGREES_BENT, DIRECTION_CODES, LEVEL_CODES
-from lanindex.encode.timing import quantise
+from lanindex.encoding.timing import quantise
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.derived import bending, stretching, with_bends
 from lanindex.model.symbol import blank

@@ -16,7 +16,7 @@ from lanindex.alphabet import (
     LEVELS,
     kind_of,
 )
-from lanindex.encode.timing import quantise
+from lanindex.encoding.timing import quantise
 from lanindex.model import Meter, Score, Span, Symbol, Track
 from lanindex.model.symbol import blank
 from lanindex.perform.travel import WEIGHT

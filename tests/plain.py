@@ -1,6 +1,6 @@
 """METHOD's encoding, from joint positions to symbols, as plain loops: the tests' slow twin.
 
-Written from the page alone, one frame after the other, with nothing of `lanindex.encode` in it:
+Written from the page alone, one frame after the other, with nothing of `lanindex.encoding` in it:
 where the two differ, one of them misreads the page.
 """
 

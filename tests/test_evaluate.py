@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from plain_matcher import find
 
-from lanindex.encode.profile import load
+from lanindex.encoding.profile import load
 from lanindex.errors import LanindexError, UsageError
 from lanindex.evaluate import (
     Clip,

@@ -86,3 +86,14 @@ def test_import_starts_fast() -> None:
     code = "import lanindex, sys; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert set(done.stdout.split()) & SLOW_TO_IMPORT == set()
+
+
+def test_encode_is_a_function_whatever_is_imported_first() -> None:
+    code = (
+        "import importlib, types, lanindex\n"
+        "for name in ('lanindex.encoding', 'lanindex.encoding.profile', 'lanindex.pipeline'):\n"
+        "    importlib.import_module(name)\n"
+        "print(*(type(one) is types.FunctionType for one in (lanindex.encode, lanindex.trace)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["True", "True"]

@@ -1,4 +1,4 @@
-"""The laws of encode/METHOD.md on a few real captures; tests/benchmarks/laws.py takes all."""
+"""The laws of encoding/METHOD.md on a few real captures; tests/benchmarks/laws.py takes all."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,8 +11,8 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from made_motion import RATES, motion_of, swung
 
-from lanindex.encode import encode
-from lanindex.encode.profile import Profile, load
+from lanindex.encoding import encode
+from lanindex.encoding.profile import Profile, load
 from lanindex.formats import read
 from lanindex.model import Motion, Score
 

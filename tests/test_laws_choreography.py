@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
-from lanindex.encode import encode
-from lanindex.encode.profile import Profile, load
+from lanindex.encoding import encode
+from lanindex.encoding.profile import Profile, load
 from lanindex.model import Score
 from lanindex.notation import lnd
 from lanindex.perform import perform

@@ -6,7 +6,7 @@ import pytest
 from made_motion import motion_of, swung
 from sample import sample_score
 
-from lanindex.encode import encode
+from lanindex.encoding import encode
 from lanindex.errors import EncodeError, UsageError
 from lanindex.model import SYMBOL, Capture, Hit, Span
 from lanindex.model.symbol import joined

@@ -1,7 +1,7 @@
 """How things look in a notebook: a score as its staff, a motion as poses, hits with pictures.
 
-``import lanindex`` tells a running IPython of them, by the names of their types; nothing is loaded
-until one is shown. All is bounded, however long a score or a result is.
+The `_repr_html_` methods of these classes call it; nothing is loaded until one is
+shown. All is bounded, however long a score or a result is.
 """
 
 from __future__ import annotations
@@ -23,20 +23,6 @@ POSES, TALL = 5, 96
 
 LARGE = 100_000_000
 """Bytes of a file that is not read just to be looked at."""
-
-_SHOWN = {
-    ("lanindex.model.score", "Score"): "of_score",
-    ("lanindex.model.motion", "Motion"): "of_motion",
-    ("lanindex.model.capture", "Hit"): "of_hit",
-    ("lanindex.search.hits", "Hits"): "of_hits",
-}
-
-
-def register(shell: Any) -> None:
-    """Tell IPython how things are shown."""
-    html = shell.display_formatter.formatters["text/html"]
-    for (module, name), how in _SHOWN.items():
-        html.for_type_by_name(module, name, globals()[how])
 
 
 def of_score(score: Score) -> str:
@@ -93,7 +79,7 @@ def of_hits(hits: Hits) -> str:
     from lanindex.search.hits import FEW
 
     figures: dict[str, Figure | str] = {}
-    table = hits._repr_html_()
+    table = hits.html_table()
     pictures = [_seen(hit, figures) for hit in hits[:FEW]]
     head, *rows = table.split("</tr>")
     for number, picture in enumerate(pictures):

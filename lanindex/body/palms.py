@@ -4,7 +4,7 @@ A palm lies in the plane of its knuckles and its wrist; out of it points what is
 that plane, on the side that the body's side tells. A skeleton tells it at rest, and how its hand
 is turned says where that points in every frame; of points alone it is told frame by frame.
 
-Source: ``encode/BODY.md``, "Palms".
+Source: ``encoding/BODY.md``, "Palms".
 """
 
 from __future__ import annotations

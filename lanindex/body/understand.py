@@ -6,7 +6,7 @@ A body is human enough to be encoded if both hips are there (the heading needs t
 down to the ankles or both arms from shoulder to wrist. Where names leave no doubt, one whole limb
 is enough, with two hips or two shoulders that tell where it faces: captures of the upper body.
 
-Source: ``encode/METHOD.md``, stage 0.
+Source: ``encoding/METHOD.md``, stage 0.
 """
 
 from __future__ import annotations

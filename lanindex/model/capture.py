@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from importlib import import_module
 from itertools import chain
 
 from lanindex.model.score import Meter
@@ -87,6 +88,10 @@ class Hit:
     labels: Mapping[str, tuple[Symbol, ...]] = field(
         default_factory=dict, compare=False, hash=False
     )
+
+    def _repr_html_(self) -> str:
+        """Return its poses and symbols, which a notebook shows."""
+        return str(import_module("lanindex.app.notebook").of_hit(self))
 
     def __repr__(self) -> str:
         """Return where it is and what it consists of, on one line."""

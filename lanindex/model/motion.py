@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
@@ -194,6 +195,10 @@ class Motion:
     def seconds(self) -> float:
         """How long it lasts."""
         return float(len(self) / self.rate)
+
+    def _repr_html_(self) -> str:
+        """Return some poses, which a notebook shows."""
+        return str(import_module("lanindex.app.notebook").of_motion(self))
 
     def __repr__(self) -> str:
         """Return one line that tells the file, its size and its rate."""

@@ -153,6 +153,10 @@ class Score:
         """Freeze the array."""
         object.__setattr__(self, "heading", frozen(self.heading))
 
+    def _repr_html_(self) -> str:
+        """Return its staff, which a notebook shows."""
+        return str(import_module("lanindex.app.notebook").of_score(self))
+
     def __repr__(self) -> str:
         """Return one line that tells the length and the number of symbols."""
         count = f"{len(self.tracks)} parts, {sum(map(len, self.tracks.values()))} symbols"

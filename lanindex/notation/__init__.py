@@ -8,7 +8,7 @@ A notation is a module with
 and a line in `NOTATIONS`. Nothing else knows one from another. Beside them stand borders (LPD) and
 rules (LDD), which are read.
 
-Source: ``encode/METHOD.md``, "Formats"; ``NOTATIONS.md``.
+Source: ``encoding/METHOD.md``, "Formats"; ``NOTATIONS.md``.
 """
 
 from __future__ import annotations

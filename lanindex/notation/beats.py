@@ -1,6 +1,6 @@
 """Beats that were told: when each comes, and how a score counts by them.
 
-Source: ``encode/BODY.md``, "Tempo".
+Source: ``encoding/BODY.md``, "Tempo".
 """
 
 from __future__ import annotations

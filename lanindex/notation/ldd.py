@@ -1,6 +1,6 @@
 """LDD, Labanotation Delete Data: which symbols between others are only passed on the way.
 
-Source: ``encode/METHOD.md``, "LDD"; Matsumoto and Hachimura (2001), 4.6 and figure 14.
+Source: ``encoding/METHOD.md``, "LDD"; Matsumoto and Hachimura (2001), 4.6 and figure 14.
 """
 
 from __future__ import annotations

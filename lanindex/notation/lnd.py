@@ -13,7 +13,7 @@ A file counts time in beats inside numbered units::
 Unit 0 holds starting positions. Later on, a symbol without length says that the part is seen
 anew: the capture had a gap before it.
 
-Source: ``encode/METHOD.md``, "LND"; Matsumoto and Hachimura (2001), 3.2.
+Source: ``encoding/METHOD.md``, "LND"; Matsumoto and Hachimura (2001), 3.2.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """LPD, Labanotation Parameter Data: which directions and levels span which angles.
 
-Source: ``encode/METHOD.md``, "LPD"; Matsumoto and Hachimura (2001), 4.5.2 and figure 13.
+Source: ``encoding/METHOD.md``, "LPD"; Matsumoto and Hachimura (2001), 4.5.2 and figure 13.
 """
 
 from __future__ import annotations

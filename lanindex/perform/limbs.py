@@ -1,6 +1,6 @@
 """How limbs, palms, chest and head of the standard body go where a score tells them to.
 
-Source: ``encode/BODY.md``, "Touch", "Palms", "Twists" and "Inclines", read backwards. Directions
+Source: ``encoding/BODY.md``, "Touch", "Palms", "Twists" and "Inclines", read backwards. Directions
 are vectors of the body frame: forward +x, up +y, right +z.
 """
 

@@ -1,6 +1,6 @@
 """How the standard body kneels, sits, lies and props itself.
 
-Source: ``encode/BODY.md``, "Other supports", read backwards. Lengths are those of a leg,
+Source: ``encoding/BODY.md``, "Other supports", read backwards. Lengths are those of a leg,
 angles degrees from straight down to forward.
 """
 

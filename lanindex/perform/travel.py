@@ -1,6 +1,6 @@
 """How the standard body travels: steps, jumps and turns to its place, its front and its legs.
 
-Source: ``encode/BODY.md``, read backwards.
+Source: ``encoding/BODY.md``, read backwards.
 """
 
 from __future__ import annotations

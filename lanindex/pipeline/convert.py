@@ -73,7 +73,7 @@ def score_of(
         if tempo is not None:
             raise UsageError("beats for a score", place="--tempo", wanted="a capture")
         return read(str(file))
-    from lanindex.encode import encode
+    from lanindex.encoding import encode
 
     motion = motion_of(file, told, origin=origin, body_only=True)
     score = encode(motion, profile, tempo=tempo)
@@ -141,10 +141,10 @@ def stretch(motion: Motion, span: Span) -> Motion:
 def from_origin(motion: Motion) -> Motion:
     """Return a motion that begins above the floor's origin, facing +z, its lowest foot at 0.
 
-    The turn is that of the hips in the first frame (``encode/METHOD.md``, stage 1).
+    The turn is that of the hips in the first frame (``encoding/METHOD.md``, stage 1).
     """
-    from lanindex.encode.heading import heading
-    from lanindex.encode.joints import body
+    from lanindex.encoding.heading import heading
+    from lanindex.encoding.joints import body
 
     joints = body(motion)
     middle = next(

@@ -73,7 +73,7 @@ def example(library: Store, named: int | str | os.PathLike[str]) -> Example:
 
 def _read(library: Store, path: str, named: str, span: Span | None) -> Example:
     """Return a file's clip, written down as most captures of the library are."""
-    from lanindex.encode.profile import load
+    from lanindex.encoding.profile import load
     from lanindex.pipeline.prepare import Task, prepare_one
 
     profiles = {name: count for name, count in library.stats().profiles.items() if name}

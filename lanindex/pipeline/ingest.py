@@ -19,7 +19,7 @@ from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
 
 if TYPE_CHECKING:
-    from lanindex.encode.profile import Profile
+    from lanindex.encoding.profile import Profile
 
 GATHER = 4096
 """Files after which an ingest puts what it has stored into columns; and after the last one."""

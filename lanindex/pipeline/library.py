@@ -104,7 +104,7 @@ class Library(Asking, Exploring, Exporting):
         added corpus/compass.bvh
         added corpus/compass.lnd
         """
-        from lanindex.encode.profile import load
+        from lanindex.encoding.profile import load
         from lanindex.pipeline.discover import discover
         from lanindex.pipeline.ingest import ingest
         from lanindex.pipeline.labels import check_fit, read_labels

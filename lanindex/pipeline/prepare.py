@@ -19,7 +19,7 @@ from lanindex.notation import notation_of, read
 from lanindex.notation.beats import AUTO, said
 
 if TYPE_CHECKING:
-    from lanindex.encode.profile import Profile
+    from lanindex.encoding.profile import Profile
     from lanindex.model import Score
 
 _FILES = ("skeleton", "body", "columns", "tempo")
@@ -180,7 +180,7 @@ def _notated(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...
 
 
 def _written_down(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
-    from lanindex.encode import encode
+    from lanindex.encoding import encode
 
     motion = formats.read_file(file, task.reading, formats.Wanted(body_only=True))
     score = encode(motion, task.profile, tempo=task.reading.tempo)

@@ -10,6 +10,7 @@ from abc import abstractmethod
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any, Protocol, Self, overload
 
 import numpy as np
@@ -213,7 +214,11 @@ class Hits(Sequence[Hit]):
         return "\n".join([f"<{self._counts()}: {readable(self.pattern)}>", *lines, *self._more()])
 
     def _repr_html_(self) -> str:
-        """Return the first hits as a table, which a notebook shows."""
+        """Return the first hits with pictures, which a notebook shows."""
+        return str(import_module("lanindex.app.notebook").of_hits(self))
+
+    def html_table(self) -> str:
+        """Return the first hits as an HTML table, without pictures."""
         from html import escape
 
         def cells(kind: str, *texts: str) -> str:

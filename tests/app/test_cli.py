@@ -19,7 +19,7 @@ from sample import sql
 
 from lanindex.alphabet import MEASURES
 from lanindex.app.cli import VERBS
-from lanindex.encode.profile import BUILT_IN
+from lanindex.encoding.profile import BUILT_IN
 
 MAIN = "from lanindex.app.cli import main; main()"
 

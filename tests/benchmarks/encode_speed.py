@@ -22,8 +22,8 @@ from made import captures
 from places import CAPTURES
 
 from lanindex import formats
-from lanindex.encode import compiled, encode
-from lanindex.encode.profile import load
+from lanindex.encoding import compiled, encode
+from lanindex.encoding.profile import load
 from lanindex.model import Motion
 
 ROUNDS = 5
@@ -60,9 +60,11 @@ def clocked() -> Counter[str]:
     for stage, names in STAGES.items():
         for name in names.split():
             place, function = name.split(".")
-            module = import_module(f"lanindex.encode.{place}")
+            module = import_module(f"lanindex.encoding.{place}")
             setattr(module, function, timed(stage, getattr(module, function), spent, inner))
-    compiled.PLAIN = compiled.PLAIN._replace(written=import_module("lanindex.encode.track").written)
+    compiled.PLAIN = compiled.PLAIN._replace(
+        written=import_module("lanindex.encoding.track").written
+    )
     return spent
 
 

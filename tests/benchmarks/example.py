@@ -65,7 +65,7 @@ from made_clips import clips_of, source_of
 from rapidfuzz.distance import Levenshtein
 
 from lanindex.alphabet import PARTS
-from lanindex.encode import encode
+from lanindex.encoding import encode
 from lanindex.formats import read
 from lanindex.pipeline.labels import read_labels
 from lanindex.pipeline.rerank import normalised, warped

@@ -28,7 +28,7 @@ from rapidfuzz import process
 from rapidfuzz.distance import Levenshtein
 
 from lanindex.alphabet import PARTS
-from lanindex.encode import encode
+from lanindex.encoding import encode
 from lanindex.formats import read
 from lanindex.model import Capture
 from lanindex.model.columns import columns_of, roster_of

@@ -51,13 +51,13 @@ def cost(work: Callable[[], object]) -> float:
 def profile(paths: list[Path]) -> None:
     """Print what one process takes once all is imported, and where it spends that."""
     from lanindex import compiled
-    from lanindex.encode.profile import load
+    from lanindex.encoding.profile import load
     from lanindex.pipeline import open_library
     from lanindex.pipeline.ingest import ingest as run
 
     stages = {
         "read": ("lanindex/formats/bvh/read.py", "read"),
-        "encode": ("lanindex/encode/__init__.py", "encode"),
+        "encode": ("lanindex/encoding/__init__.py", "encode"),
         "store": ("lanindex/library/store.py", "add"),
         "columns": ("lanindex/library/keeper.py", "gather"),
     }

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from places import CAPTURES, HERE
 
-from lanindex.encode.profile import load as profile
+from lanindex.encoding.profile import load as profile
 from lanindex.evaluate import Clip, Expectation, evaluate, read_clips
 from lanindex.notation.text import read_toml
 from lanindex.pipeline.labels import read_labels

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from places import CAPTURES, changed
 
-from lanindex.encode import encode
-from lanindex.encode.profile import Profile, load
+from lanindex.encoding import encode
+from lanindex.encoding.profile import Profile, load
 from lanindex.errors import LanindexError
 from lanindex.formats import read
 from lanindex.model import Motion, Score

@@ -19,7 +19,7 @@ import numpy as np
 from places import CAPTURES, changed
 
 from lanindex.alphabet import MEASURES, PARTS
-from lanindex.encode import encode
+from lanindex.encoding import encode
 from lanindex.errors import LanindexError
 from lanindex.formats import read
 from lanindex.model import Motion, Score

@@ -36,7 +36,7 @@ from fuzzy import lnd
 from places import CAPTURES, HERE, changed
 
 from lanindex.alphabet import JOINTS
-from lanindex.encode import encode
+from lanindex.encoding import encode
 from lanindex.evaluate import Clip, evaluate, read_patterns
 from lanindex.formats import read
 from lanindex.model import Capture, Motion

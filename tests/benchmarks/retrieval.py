@@ -20,7 +20,7 @@ from places import CAPTURES, HERE, changed
 
 from lanindex.alphabet import JOINTS
 from lanindex.app.cli import app
-from lanindex.encode import encode
+from lanindex.encoding import encode
 from lanindex.evaluate import Clip, evaluate, read_patterns, summary
 from lanindex.formats import read
 from lanindex.model import Capture, Motion

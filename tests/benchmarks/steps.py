@@ -16,12 +16,12 @@ import numpy as np
 from places import CAPTURES
 
 from lanindex import formats
-from lanindex.encode.arithmetic import runs
-from lanindex.encode.ground import LEGS, Ground, grounds
-from lanindex.encode.heading import heading
-from lanindex.encode.joints import Body
-from lanindex.encode.profile import load
-from lanindex.encode.steps import events, faced
+from lanindex.encoding.arithmetic import runs
+from lanindex.encoding.ground import LEGS, Ground, grounds
+from lanindex.encoding.heading import heading
+from lanindex.encoding.joints import Body
+from lanindex.encoding.profile import load
+from lanindex.encoding.steps import events, faced
 from lanindex.errors import LanindexError
 from lanindex.pipeline.labels import read_labels
 

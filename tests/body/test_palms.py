@@ -11,7 +11,7 @@ from lanindex import encode, read, read_lnd
 from lanindex.alphabet import JOINT_CODES
 from lanindex.body.markers import making_of
 from lanindex.body.palms import facing, measured, planes, rest_palms
-from lanindex.encode.heading import heading
+from lanindex.encoding.heading import heading
 from lanindex.perform import perform
 
 THUMBS_ALONE = ("RightHand", "RThumb", "RThumb End", "RFingers")

@@ -9,7 +9,7 @@ import pytest
 
 from lanindex import encode, read, read_lnd, write_lnd
 from lanindex.alphabet import BENDS, JOINT_CODES
-from lanindex.encode.profile import load
+from lanindex.encoding.profile import load
 from lanindex.model import Motion, Score, Skeleton, Source, Span
 from lanindex.model.derived import with_bends
 from lanindex.notation.excerpt import excerpt

@@ -10,9 +10,9 @@ import pytest
 from made_motion import motion_of, swung, with_gaps
 
 from lanindex.alphabet import JOINTS
-from lanindex.encode import arithmetic, encode, joints, limbs, places
-from lanindex.encode.heading import heading
-from lanindex.encode.profile import load
+from lanindex.encoding import arithmetic, encode, joints, limbs, places
+from lanindex.encoding.heading import heading
+from lanindex.encoding.profile import load
 from lanindex.model import Score
 
 GAPS = [(JOINTS.index("RWrist"), 9, 40), (JOINTS.index("LKnee"), 50, 3), (0, 30, 20)]
@@ -37,9 +37,9 @@ def test_blocks_leave_no_trace(
     whole = facts(encode(motion, profile))
     monkeypatch.setattr(arithmetic, "BLOCK", block)
     monkeypatch.setattr(joints, "TOGETHER", 3 * len(motion))
-    monkeypatch.setattr("lanindex.encode.whole.TOGETHER", block)
-    monkeypatch.setattr("lanindex.encode.timing.TOGETHER", block)
-    monkeypatch.setattr("lanindex.encode.measures.FEW", block)
+    monkeypatch.setattr("lanindex.encoding.whole.TOGETHER", block)
+    monkeypatch.setattr("lanindex.encoding.timing.TOGETHER", block)
+    monkeypatch.setattr("lanindex.encoding.measures.FEW", block)
     monkeypatch.setattr(joints, "KEPT", kept)
     monkeypatch.setattr(places, "KEPT", stretches)
     assert facts(encode(motion, profile)) == whole
@@ -65,7 +65,7 @@ import resource, sys
 from fractions import Fraction
 import numpy as np
 from made_motion import motion_of, swung
-from lanindex.encode import compiled, encode
+from lanindex.encoding import compiled, encode
 from lanindex.model import Motion
 way, frames = sys.argv[1], int(sys.argv[2])
 stages = compiled.PLAIN if way == "plain" else compiled.fast()

@@ -3,7 +3,7 @@
 import re
 
 from lanindex.body import palms
-from lanindex.encode import (
+from lanindex.encoding import (
     bends,
     carriers,
     ground,
@@ -19,7 +19,7 @@ from lanindex.encode import (
     twists,
     ways,
 )
-from lanindex.encode.profile import BUILT_IN
+from lanindex.encoding.profile import BUILT_IN
 from lanindex.model.columns import LIMITS
 from lanindex.notation import beats
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lanindex.encode import carriers
-from lanindex.encode.carriers import JOINTS, lowest, masses, points
-from lanindex.encode.rests import SPEEDS
+from lanindex.encoding import carriers
+from lanindex.encoding.carriers import JOINTS, lowest, masses, points
+from lanindex.encoding.rests import SPEEDS
 
 LEG, FLOOR, RATE = 800.0, 0.2, 60.0
 
@@ -30,7 +30,7 @@ def told(places: dict[str, np.ndarray], some: slice, feet: np.ndarray, way) -> n
 @pytest.mark.parametrize("frames", [1, 2, 3, 400])
 @pytest.mark.parametrize("seed", range(12))
 def test_both_ways_are_equal(seed, frames):
-    fast = pytest.importorskip("lanindex.encode.carriers_fast")
+    fast = pytest.importorskip("lanindex.encoding.carriers_fast")
     places = sinking(seed, frames)
     feet = np.random.default_rng(seed).random((2, frames)) < 0.5
     found = [told(places, slice(0, frames), feet, way) for way in (carriers, fast)]

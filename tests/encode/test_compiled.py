@@ -10,9 +10,9 @@ from made_motion import RATES, motion_of, swung, with_gaps
 
 from lanindex import formats
 from lanindex.alphabet import JOINT_CODES, JOINTS
-from lanindex.encode import arithmetic, compiled, encode
-from lanindex.encode.compiled import PLAIN
-from lanindex.encode.profile import BUILT_IN, Profile, load
+from lanindex.encoding import arithmetic, compiled, encode
+from lanindex.encoding.compiled import PLAIN
+from lanindex.encoding.profile import BUILT_IN, Profile, load
 from lanindex.errors import LanindexError
 from lanindex.model import Motion
 

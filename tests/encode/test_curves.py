@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from lanindex.encode import curves, onset, ways
-from lanindex.encode.bends import found
-from lanindex.encode.profile import load
-from lanindex.encode.swings import arrivals, swings
+from lanindex.encoding import curves, onset, ways
+from lanindex.encoding.bends import found
+from lanindex.encoding.profile import load
+from lanindex.encoding.swings import arrivals, swings
 
 SLOPES = [0, 0.1, 0.2, 0.25, 1 / 3, 0.5, 1, 2, -0.25, -1, -2]
 
@@ -40,7 +40,7 @@ def test_an_even_pace_has_a_beginning(pace):
 
 @pytest.mark.parametrize("seed", range(60))
 def test_compiled_curves_go_as_plain_ones(seed):
-    fast = pytest.importorskip("lanindex.encode.curves_fast")
+    fast = pytest.importorskip("lanindex.encoding.curves_fast")
     random, curve = np.random.default_rng(seed), line(seed)
     if seed % 2:
         curve = curve + random.normal(0, 0.5, len(curve))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lanindex.encode import ground, steps
-from lanindex.encode.ground import Feet
+from lanindex.encoding import ground, steps
+from lanindex.encoding.ground import Feet
 
 RATE = 60.0
 
@@ -28,7 +28,7 @@ def feet(seed: int) -> tuple[np.ndarray, np.ndarray, Feet]:
 
 @pytest.mark.parametrize("seed", range(60))
 def test_compiled_feet_go_as_plain_ones(seed):
-    fast = pytest.importorskip("lanindex.encode.ground_fast")
+    fast = pytest.importorskip("lanindex.encoding.ground_fast")
     (points, bent, some), random = feet(seed), np.random.default_rng(seed)
     for least in (1, 5.0, 15.0):
         told = points[:, -1], some.speed, least

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lanindex.alphabet import MEASURES
-from lanindex.encode import encode, measures
-from lanindex.encode.limbs import Limbs
-from lanindex.encode.profile import load
+from lanindex.encoding import encode, measures
+from lanindex.encoding.limbs import Limbs
+from lanindex.encoding.profile import load
 from lanindex.formats import read
 from lanindex.model import Motion, Span
 from lanindex.model.columns import GRADES, LIMITS, graded, stored

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from lanindex.alphabet import PARTS
-from lanindex.encode.profile import BUILT_IN
+from lanindex.encoding.profile import BUILT_IN
 from lanindex.notation import ldd, lnd, lpd
 
 PAGE = BUILT_IN.parent / "METHOD.md"
 PACKAGE = BUILT_IN.parents[1]
 PROFILES = ("paper", "default")
-SOURCE = re.compile(r"encode/METHOD\.md``,\s+(stages?\s[^;.:)]+|\"[^\"]+\")")
+SOURCE = re.compile(r"encoding/METHOD\.md``,\s+(stages?\s[^;.:)]+|\"[^\"]+\")")
 
 
 def table(first: str) -> list[dict[str, str]]:
@@ -120,7 +120,7 @@ def test_docstrings_name_the_page_where_it_lies() -> None:
 
 
 def test_every_stage_is_obeyed_by_a_module() -> None:
-    texts = {path: text for path, text in docstrings().items() if path.parent.name == "encode"}
+    texts = {path: text for path, text in docstrings().items() if path.parent.name == "encoding"}
     obeyed = set().union(*(stages(w) for text in texts.values() for w in SOURCE.findall(text)))
     assert {"0", "1", "2", "2b", "3", "4", "5", "6"} <= obeyed
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lanindex.alphabet import TOUCHED
-from lanindex.encode import near
-from lanindex.encode.near import Near, nearest, plan, points
+from lanindex.encoding import near
+from lanindex.encoding.near import Near, nearest, plan, points
 
 JOINTS = (
     *("RWrist", "LWrist", "RHip", "LHip", "Neck", "Chest", "Head"),
@@ -30,7 +30,7 @@ def same(one: Near, other: Near) -> bool:
 @pytest.mark.parametrize("frames", [1, 2, 3, 120, 400])
 @pytest.mark.parametrize("seed", range(12))
 def test_both_ways_are_equal(seed, frames):
-    fast = pytest.importorskip("lanindex.encode.near_fast")
+    fast = pytest.importorskip("lanindex.encoding.near_fast")
     places = wandering(seed, frames)
     told = plan(tuple(places))
     one, other = points(places, ARM, told), points(places, ARM, told)

@@ -7,13 +7,13 @@ import pytest
 from made_motion import motion_of, swung
 
 from lanindex.alphabet import ALWAYS, DIRECTION_CODES, JOINT_CODES, LEVEL_CODES, PARTS
-from lanindex.encode import encode, joints, trace
-from lanindex.encode.achieve import Run
-from lanindex.encode.direction import space
-from lanindex.encode.heading import heading
-from lanindex.encode.profile import load
-from lanindex.encode.rows import Writer
-from lanindex.encode.segment import Segment
+from lanindex.encoding import encode, joints, trace
+from lanindex.encoding.achieve import Run
+from lanindex.encoding.direction import space
+from lanindex.encoding.heading import heading
+from lanindex.encoding.profile import load
+from lanindex.encoding.rows import Writer
+from lanindex.encoding.segment import Segment
 from lanindex.errors import EncodeError
 from lanindex.model import Motion
 

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES, PARTS, PLACE
-from lanindex.encode.profile import BUILT_IN, Measure, load
+from lanindex.encoding.profile import BUILT_IN, Measure, load
 from lanindex.errors import NotationError
 from lanindex.notation import ldd
 

@@ -8,15 +8,15 @@ import pytest
 from made_motion import motion_of, swung
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
-from lanindex.encode import encode
-from lanindex.encode.achieve import Run, achieve, runs
-from lanindex.encode.arithmetic import smooth, window
-from lanindex.encode.direction import Course, Space, course, margins, space
-from lanindex.encode.profile import load
-from lanindex.encode.resample import resample
-from lanindex.encode.rules import Rules, apply
-from lanindex.encode.segment import Hold, Segment, candidates, holds, segments, speeds
-from lanindex.encode.timing import quantise, to_source
+from lanindex.encoding import encode
+from lanindex.encoding.achieve import Run, achieve, runs
+from lanindex.encoding.arithmetic import smooth, window
+from lanindex.encoding.direction import Course, Space, course, margins, space
+from lanindex.encoding.profile import load
+from lanindex.encoding.resample import resample
+from lanindex.encoding.rules import Rules, apply
+from lanindex.encoding.segment import Hold, Segment, candidates, holds, segments, speeds
+from lanindex.encoding.timing import quantise, to_source
 from lanindex.model import Meter, Span
 from lanindex.model.symbol import blank, joined
 from lanindex.notation import ldd

@@ -10,7 +10,7 @@ from tempos import RATE, danced, verdict, walked
 
 import lanindex
 from lanindex import encode
-from lanindex.encode.tempo import Tempo, activity, estimated
+from lanindex.encoding.tempo import Tempo, activity, estimated
 from lanindex.errors import NotationError, UsageError
 from lanindex.model import Motion
 from lanindex.perform import perform

@@ -16,9 +16,9 @@ from hypothesis.extra.numpy import arrays
 from made_motion import RATES, body_of, motion_of, swung, with_gaps
 
 from lanindex.alphabet import ALWAYS, JOINTS, PARTS
-from lanindex.encode import encode, trace
-from lanindex.encode.profile import BUILT_IN
-from lanindex.encode.segment import candidates
+from lanindex.encoding import encode, trace
+from lanindex.encoding.profile import BUILT_IN
+from lanindex.encoding.segment import candidates
 from lanindex.errors import EncodeError
 from lanindex.formats import read
 from lanindex.model import Motion, Symbol

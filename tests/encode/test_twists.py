@@ -10,9 +10,9 @@ from changed_motion import mirrored, noisy, thinned, turned
 
 from lanindex import animate, encode, read, read_lnd
 from lanindex.alphabet import JOINT_CODES
-from lanindex.encode.profile import load
-from lanindex.encode.swings import MOVED, arrivals, swings
-from lanindex.encode.twists import TWISTED
+from lanindex.encoding.profile import load
+from lanindex.encoding.swings import MOVED, arrivals, swings
+from lanindex.encoding.twists import TWISTED
 from lanindex.model import Motion, Score
 
 PARTS = ("torso_twist", "head_turn", "torso_incline", "head_incline")

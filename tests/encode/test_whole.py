@@ -10,12 +10,12 @@ import pytest
 
 from lanindex import encode
 from lanindex.alphabet import DIRECTIONS, JOINT_CODES, MOST_AMOUNT
-from lanindex.encode.ground import grounds
-from lanindex.encode.heading import heading
-from lanindex.encode.joints import Body
-from lanindex.encode.profile import load
-from lanindex.encode.steps import BOTH_BOTH, BOTH_ONE, HOP, LEAP, ONE_BOTH
-from lanindex.encode.whole import whole
+from lanindex.encoding.ground import grounds
+from lanindex.encoding.heading import heading
+from lanindex.encoding.joints import Body
+from lanindex.encoding.profile import load
+from lanindex.encoding.steps import BOTH_BOTH, BOTH_ONE, HOP, LEAP, ONE_BOTH
+from lanindex.encoding.whole import whole
 from lanindex.model import Motion, Score
 from tests.walkers import LEG, Do, walk
 

@@ -114,7 +114,7 @@ def test_what_is_left_out_joins_those_around_it():
 MEASURE = """
 import resource, sys
 from lanindex import encode, formats
-from lanindex.encode import joints, limbs
+from lanindex.encoding import joints, limbs
 from lanindex.formats import file
 from lanindex.model import Reading
 file.WHOLE, limbs.TOGETHER, joints.KEPT = 1 << 20, 1 << 16, 1 << 16

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lanindex
-from lanindex.encode.timing import quantise
+from lanindex.encoding.timing import quantise
 from lanindex.errors import NotationError
 from lanindex.model import Meter, Score, Span
 from lanindex.notation import beats, lnd

@@ -12,7 +12,7 @@ import pytest
 from choreography import neighbours, spoken
 
 from lanindex import formats
-from lanindex.encode import encode
+from lanindex.encoding import encode
 from lanindex.notation import lnd
 from lanindex.perform.limbs import FOLDED
 from lanindex.pipeline import Library, open_library

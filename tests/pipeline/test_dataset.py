@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 import lanindex
 from lanindex.alphabet import JOINTS
-from lanindex.encode.joints import body
+from lanindex.encoding.joints import body
 from lanindex.errors import ExportError, UsageError
 from lanindex.formats.npy import features
 from lanindex.formats.npy.features import CHAINS, grounded, placed, used

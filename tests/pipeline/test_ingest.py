@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from dances import BOW, RAISE, dance
 
-from lanindex.encode.profile import load
+from lanindex.encoding.profile import load
 from lanindex.formats.sniff import UNREAD, unread
 from lanindex.model import Reading
 from lanindex.pipeline import Library, open_library

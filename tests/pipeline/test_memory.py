@@ -6,7 +6,7 @@ import pytest
 from bodies import person
 
 from lanindex import compiled
-from lanindex.encode.profile import load
+from lanindex.encoding.profile import load
 from lanindex.pipeline import memory, pool
 from lanindex.pipeline.prepare import Task
 

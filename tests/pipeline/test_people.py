@@ -18,7 +18,7 @@ from made_gltf import Made, body, waving
 from made_mvnx import mvnx, subject
 
 from lanindex import formats
-from lanindex.encode.profile import load
+from lanindex.encoding.profile import load
 from lanindex.formats import c3d as c3d_format
 from lanindex.formats import fbx as fbx_format
 from lanindex.pipeline import Library, open_library

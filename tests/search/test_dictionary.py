@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from plain_matcher import find
 
-from lanindex.encode import encode
+from lanindex.encoding import encode
 from lanindex.errors import UsageError
 from lanindex.formats import read
 from lanindex.model import Capture, Track

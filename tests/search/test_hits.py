@@ -63,11 +63,11 @@ def test_the_clearest_first_and_ties_as_they_were() -> None:
 
 
 def test_a_notebook_shows_a_table() -> None:
-    page = Hits([hit("<script>\u202e.bvh", label="a&b")] * 12, "r_arm <2s")._repr_html_()
+    page = Hits([hit("<script>\u202e.bvh", label="a&b")] * 12, "r_arm <2s").html_table()
     assert page.startswith("<table><caption>12 hits in 1 capture: r_arm &lt;2s</caption><tr><th>")
     assert page.count("<td>&lt;script&gt;\\u202e.bvh</td><td>a&amp;b</td>") == 10
     assert page.endswith("</table><p>... 2 more</p>")
-    assert "<p>" not in Hits([hit()], "r_arm")._repr_html_()
+    assert "<p>" not in Hits([hit()], "r_arm").html_table()
 
 
 @pytest.mark.parametrize("installed", [["pandas"], ["polars"], ["pandas", "polars"]])

@@ -36,7 +36,7 @@ def run(
     A clip is found if a pattern has at least one hit in it. Files that are both in FOLDER and in
     the CSV count. PATTERNS: name = {pattern = "r_arm high", positives = ["label", "walk*", ...]}.
     """
-    from lanindex.encode.profile import load
+    from lanindex.encoding.profile import load
     from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
     from lanindex.pipeline.discover import discover
     from lanindex.pipeline.labels import read_labels, unfitting

@@ -142,7 +142,7 @@ def inspect(
     motion = read_file(opened(file), reading, Wanted(body_only=True))
     facts = _facts(motion)
     if tempo is not None:
-        from lanindex.encode import encode
+        from lanindex.encoding import encode
         from lanindex.notation.beats import said
 
         score = encode(motion, tempo=tempo)
@@ -168,9 +168,9 @@ def _facts(motion: Motion) -> dict[str, Any]:
     import numpy as np
 
     from lanindex.alphabet import JOINTS
-    from lanindex.encode.heading import heading
-    from lanindex.encode.joints import Body
-    from lanindex.encode.profile import load
+    from lanindex.encoding.heading import heading
+    from lanindex.encoding.joints import Body
+    from lanindex.encoding.profile import load
 
     turn = float(np.degrees(heading(motion, motion.rate)[motion.first]))
     names = motion.source.made or motion.skeleton.played()
@@ -204,7 +204,7 @@ def _height(motion: Motion) -> float:
     import numpy as np
 
     from lanindex.alphabet import JOINTS
-    from lanindex.encode.joints import body
+    from lanindex.encoding.joints import body
 
     highest, lowest = np.full(len(motion), -np.inf), np.full(len(motion), np.inf)
     for joint in JOINTS:

@@ -23,8 +23,8 @@ TOPICS = {
     "python": ("guide/python.md", "Use LanIndex from Python and Jupyter"),
     "json": ("guide/json.md", "The keys that --json prints"),
     "language": ("search/LANGUAGE.md", "Reference: the language of patterns"),
-    "method": ("encode/METHOD.md", "Reference: how movement becomes symbols"),
-    "body": ("encode/BODY.md", "Reference: steps, jumps, turns, touches, bends"),
+    "method": ("encoding/METHOD.md", "Reference: how movement becomes symbols"),
+    "body": ("encoding/BODY.md", "Reference: steps, jumps, turns, touches, bends"),
     "notations": ("notation/NOTATIONS.md", "Reference: LND, ELAN, Praat and other notations"),
     "architecture": ("ARCHITECTURE.md", "For developers: modules, data, glossary"),
 }

@@ -47,7 +47,7 @@ def run(
     Folders are searched through; unchanged files are skipped. A file that cannot be read is
     reported, the others go in, and the exit code is 2.
     """
-    from lanindex.encode.profile import load
+    from lanindex.encoding.profile import load
     from lanindex.formats import check, parted
     from lanindex.pipeline import open_library
     from lanindex.pipeline.discover import discover

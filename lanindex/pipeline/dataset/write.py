@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex import formats
-from lanindex.encode.joints import body
-from lanindex.encode.resample import resample
+from lanindex.encoding.joints import body
+from lanindex.encoding.resample import resample
 from lanindex.errors import ExportError, UsageError
 from lanindex.library.find import gone
 from lanindex.library.store import Store

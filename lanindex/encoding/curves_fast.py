@@ -1,0 +1,351 @@
+"""How one curve goes, and what is told of it, compiled (extra ``fast``).
+
+The same as `curves`, `onset`, `bends`, `ways` and `swings` do without, which are the truth: equal
+numbers. Tables of events are those of `events.table`.
+"""
+
+from __future__ import annotations
+
+from math import atan2, degrees, hypot, sqrt
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import DIRECTION_CODES, PLACE, SIXTHS
+from lanindex.encoding.arithmetic import window
+from lanindex.encoding.bends import CALM, IDLES, LULL, SWING
+from lanindex.encoding.events import Event
+from lanindex.encoding.limbs_fast import _smooth
+from lanindex.encoding.nth_fast import nth
+from lanindex.encoding.onset import FAINT, PLAIN, WIDTH
+from lanindex.encoding.profile import Profile
+from lanindex.encoding.swings import MOVED, STEADY, Angles
+from lanindex.encoding.ways import BRIEF, PAUSE, STRIDE, TURNS
+from lanindex.model.derived import DEGREE, STRETCHES
+
+Floats = NDArray[np.float64]
+
+FIELDS = len(Event._fields)
+LEFT, RIGHT = DIRECTION_CODES["left"], DIRECTION_CODES["right"]
+
+
+@numba.njit(cache=True, nogil=True)
+def _mean(curve, width):
+    calm = np.empty(len(curve))
+    _smooth(curve, min(width // 2, len(curve) - 1), calm)
+    return calm
+
+
+def mean(curve: Floats, width: int) -> Floats:
+    """Return the centred moving average: see `lanindex.encoding.curves.mean`."""
+    found: Floats = _mean(np.ascontiguousarray(curve), width)
+    return found
+
+
+@numba.njit
+def _swings(curve, least):
+    found = np.empty((len(curve), 2), np.int64)
+    count = anchor = best = 0
+    last = len(curve) - 1
+    for frame in range(1, last + 1):
+        if frame < last:
+            before, after = curve[frame] - curve[frame - 1], curve[frame + 1] - curve[frame]
+            if np.sign(before) == np.sign(after):
+                continue
+        way, now = curve[best] - curve[anchor], curve[frame] - curve[anchor]
+        if now * way >= 0 and abs(now) >= abs(way):
+            best = frame
+        elif abs(curve[frame] - curve[best]) >= least:
+            if best > anchor:
+                found[count] = anchor, best
+                count += 1
+            anchor, best = best, frame
+    if best > anchor:
+        found[count] = anchor, best
+        count += 1
+    return found[:count]
+
+
+@numba.njit
+def _lulls(pace, first, last, way, slow, least):
+    """Return the frames, counted from the first, in which a pace stays low for long enough."""
+    frames = last + 1 - first
+    found = np.empty((frames // 2 + 1, 2), np.int64)
+    count = start = 0
+    for frame in range(frames + 1):
+        if frame == frames or not way * pace[first + frame] < slow:
+            if frame - start >= least and frame > start:
+                found[count] = start, frame
+                count += 1
+            start = frame + 1
+    return found[:count]
+
+
+@numba.njit
+def _departures(angles, least):
+    found = np.empty((len(angles), 2), np.int64)
+    count = anchor = best = 0
+    here = far = angles[0]
+    reach = 0.0
+    for frame in range(len(angles)):
+        angle = angles[frame]
+        away = abs(angle - here)
+        if away >= reach:
+            best, far, reach = frame, angle, away
+        elif abs(angle - far) >= least:
+            if reach >= least:
+                found[count] = anchor, best
+                count += 1
+            anchor, here = best, far
+            best, far, reach = frame, angle, abs(angle - here)
+    if reach >= least:
+        found[count] = anchor, best
+        count += 1
+    return found[:count]
+
+
+@numba.njit
+def _most(values, first, last):
+    most = values[first]
+    for frame in range(first, last + 1):
+        most = max(most, values[frame])
+    return most
+
+
+@numba.njit
+def _begun(pace, at, step, count, part, rests):
+    """Return when a movement begins in `count` frames, of which the first is `at`."""
+    peak = pace[at + step * part]
+    for frame in range(part + 1, count):
+        peak = max(peak, pace[at + step * frame])
+    if peak <= 0:
+        return 0.0
+    plain = part
+    while pace[at + step * plain] < PLAIN * peak:
+        plain += 1
+    some = np.empty(plain + 1)
+    for frame in range(plain + 1):
+        some[frame] = pace[at + step * frame]
+    faint = min(max(FAINT * peak, nth(some, (plain + 1) // 2)), PLAIN / 2 * peak, rests)
+    last = plain - 1
+    while last >= 0 and pace[at + step * last] > faint:
+        last -= 1
+    if last < 0:
+        return 0.0
+    clear, then = min(faint * PLAIN / FAINT, peak), last + 1
+    while pace[at + step * then] < clear:
+        then += 1
+    low, over = pace[at + step * last], pace[at + step * (last + 1)]
+    under, high = pace[at + step * (then - 1)], pace[at + step * then]
+    one = last + (faint - low) / (over - low)
+    two = then - (high - clear) / (high - under)
+    return max(one - (two - one) * FAINT / (PLAIN - FAINT), 0.0)
+
+
+@numba.njit
+def _seen(curve, pace, first, last, low, high, rests):
+    """Return from when to when a movement is seen: see `lanindex.encoding.onset.seen`."""
+    own = PLAIN * _most(pace, first, last)
+    one = two = -1
+    for frame in range(first, last + 1):
+        if pace[frame] >= own:
+            one, two = frame if one < 0 else one, frame
+    half = max(int(np.rint(WIDTH / 2 * (two - one))), 1)
+    way = curve[last] - curve[first]
+    size = max(sqrt(way.real * way.real + way.imag * way.imag), 1e-9)
+    count = high - low + 1
+    along, calm = np.empty(count), np.empty(count)
+    for frame in range(count):
+        point = curve[low + frame]
+        along[frame] = point.real * (way.real / size) + point.imag * (way.imag / size)
+    for frame in range(count):
+        on, back = min(frame + half, count - 1), max(frame - half, 0)
+        calm[frame] = (along[on] - along[back]) / (2 * half)
+    top = first - low
+    for frame in range(first - low, last - low + 1):
+        if calm[frame] > calm[top]:
+            top = frame
+    begin = _begun(calm, 0, 1, top + 1, first - low, rests)
+    end = count - 1 - _begun(calm, count - 1, -1, count - top, high - last, rests)
+    lowest, highest = top, top
+    for frame in range(top, -1, -1):
+        if along[frame] < along[lowest]:
+            lowest = frame
+    for frame in range(top, count):
+        if along[frame] > along[highest]:
+            highest = frame
+    starts = min(max(int(np.rint(begin)), lowest), count - 2)
+    stops = min(int(np.rint(end)), highest)
+    return low + starts, low + max(stops, starts + 1)
+
+
+@numba.njit
+def _slopes(curve, rate):
+    """Return the central differences of a curve, one-sided at the ends, times a rate."""
+    found, last = np.zeros(len(curve)), len(curve) - 1
+    for frame in range(last + 1 if last else 0):
+        before, after = max(frame - 1, 0), min(frame + 1, last)
+        found[frame] = (curve[after] - curve[before]) / (after - before) * rate
+    return found
+
+
+@numba.njit
+def _edges(first, last, rests, behind):
+    """Return where rests part frames: (R + 1, 2), those that move."""
+    edges = np.empty((len(rests) + 1, 2), np.int64)
+    edges[0, 0], edges[-1, 1] = first, last
+    for number in range(len(rests)):
+        edges[number, 1] = first + rests[number, 0]
+        edges[number + 1, 0] = min(first + rests[number, 1], behind)
+    return edges
+
+
+@numba.njit
+def _put(table, count, frames, told, margin, amount, speed):
+    """Write an event: see `lanindex.encoding.events.Event`; return how many there are."""
+    row = table[count]
+    row[0], row[1], row[2] = frames[0], frames[1], told
+    row[3], row[4], row[5], row[6], row[7], row[8] = -1.0, margin, 0.0, amount, speed, -1.0
+    return count + 1
+
+
+@numba.njit
+def _bend(table, count, frames, way, angle):
+    """Write a bend; return how many there are, and the degree."""
+    degree = min(int(np.rint(angle / DEGREE)), SIXTHS)
+    amount = float(degree + STRETCHES if way < 0 else degree)
+    clear = max(1 - 2 * abs(angle / DEGREE - degree), 0.0)
+    return _put(table, count, frames, -1, clear, amount, -0.01), degree
+
+
+@numba.njit(cache=True, nogil=True)
+def _bends(angle, width, rate, least):
+    calm = _mean(angle, width)
+    pace, fast, table = _slopes(calm, rate), _slopes(calm, rate), np.empty((len(angle) + 1, FIELDS))
+    for frame in range(len(fast)):
+        fast[frame] = abs(fast[frame])
+    count, degree = _bend(table, 0, (0, 0), 1, calm[0])
+    for first, last in _swings(calm, SWING):
+        if abs(calm[last] - calm[first]) < SWING:
+            continue
+        way = 1 if calm[last] > calm[first] else -1
+        rests = _lulls(pace, first, last, way, IDLES, least)
+        edges = _edges(first, last, rests, last)
+        for number in range(2 * len(edges) - 1):
+            place = number // 2
+            if number % 2:
+                start, stop = edges[place, 1], edges[place + 1, 0]
+                low, high = start, stop
+            else:
+                start, stop = edges[place]
+                low = edges[place - 1, 1] if place else first
+                high = edges[place + 1, 0] if place + 1 < len(edges) else last
+            arrived = angle[stop]
+            if start < stop and way * (arrived - DEGREE * degree) > SWING:
+                frames = _seen(angle, fast, start, stop, low, high, IDLES / rate)
+                count, degree = _bend(table, count, frames, way, arrived)
+    return table[:count].copy()
+
+
+def bends(angles: Floats, profile: Profile) -> list[Floats]:
+    """Return the bends of limbs: see `lanindex.encoding.bends.found`."""
+    told = window(CALM, profile.rate), float(profile.rate), round(LULL * profile.rate)
+    return [_bends(angle, *told) for angle in angles]
+
+
+@numba.njit
+def _turn(heading, start, stop, rate, table, count):
+    some = heading[start:stop]
+    left, last = some[-1] > some[0], len(some) - 1
+    pace = _slopes(some, rate if left else -rate)
+    begin, end = _seen(some, pace, 0, last, 0, last, PAUSE / rate)
+    amount = np.rint(abs(some[end] - some[begin]))
+    if amount < TURNS:
+        return count
+    frames, told = (start + begin, start + end), LEFT if left else RIGHT
+    return _put(
+        table, count, frames, told, min(amount / TURNS - 1, 1.0), amount, _most(pace, 0, last) / 360
+    )
+
+
+@numba.njit(cache=True, nogil=True)
+def _turns(heading, wide, narrow, rate, least):
+    calm, light = _mean(heading, wide), _mean(heading, narrow)
+    pace, table, count = _slopes(calm, rate), np.empty((len(heading), FIELDS)), 0
+    for frame in range(len(pace)):
+        pace[frame] = abs(pace[frame])
+    for first, last in _swings(calm, TURNS):
+        rests = _lulls(pace, first, last, 1, PAUSE, least)
+        for start, stop in _edges(first, last + 1, rests, last + 1):
+            if stop > start and abs(calm[stop - 1] - calm[start]) >= TURNS:
+                count = _turn(light, start, stop, rate, table, count)
+    return table[:count].copy()
+
+
+def turns(heading: Floats, profile: Profile) -> Floats:
+    """Return the turns about the vertical: see `lanindex.encoding.ways.turns`."""
+    rate = float(profile.rate)
+    widths = window(STRIDE, profile.rate), window(profile.smoothing, profile.rate)
+    found: Floats = _turns(heading, *widths, rate, round(BRIEF * rate))
+    return found
+
+
+@numba.njit
+def _there(angle, frames, away, step, table, count):
+    """Write where angles have arrived; return how many events there are."""
+    size = abs(angle)
+    if size < away:
+        if count and table[count - 1, 2] == PLACE:
+            return count
+        return _put(table, count, frames, PLACE, 1 - size / away, 0.0, -0.01)
+    azimuth = degrees(atan2(angle.imag, angle.real))
+    code = int(np.rint(azimuth / step)) % (360 // step)
+    off = abs((azimuth - step * code + 180) % 360 - 180)
+    margin = min(size / away - 1, 1 - off / (step / 2), 1.0)
+    return _put(table, count, frames, code * step // 45, margin, np.rint(size), -0.01)
+
+
+@numba.njit
+def _parts(angles, edges, first, last):
+    """Write which edges are of parts that are long enough; return how many."""
+    count, begin = 0, -1
+    for start, stop in edges:
+        if stop > start:
+            begin = start if begin < 0 else begin
+            if abs(angles[stop - 1] - angles[begin]) >= MOVED:
+                edges[count] = begin, stop - 1
+                count, begin = count + 1, -1
+    if not count:
+        edges[0] = first, last
+    return max(count, 1)
+
+
+@numba.njit(cache=True, nogil=True)
+def _arrivals(angles, width, rate, least, away, step):
+    aside, ahead = angles.real.copy(), angles.imag.copy()
+    aside, ahead = _slopes(_mean(aside, width), rate), _slopes(_mean(ahead, width), rate)
+    pace, table = np.empty(len(angles)), np.empty((len(angles) + 1, FIELDS))
+    for frame in range(len(pace)):
+        pace[frame] = hypot(aside[frame], ahead[frame])
+    count = _there(angles[0], (0, 0), away, step, table, 0)
+    for first, last in _departures(angles, MOVED):
+        rests = _lulls(pace, first, last, 1, PAUSE, least)
+        edges = _edges(first, last + 1, rests, last + 1)
+        many = _parts(angles, edges, first, last)
+        for number in range(many):
+            low = edges[number - 1, 1] if number else first
+            high = edges[number + 1, 0] if number + 1 < many else last
+            part = edges[number]
+            frames = _seen(angles, pace, part[0], part[1], low, high, PAUSE / rate)
+            stop = min(frames[1], len(angles) - 1)
+            count = _there(angles[stop], (frames[0], stop), away, step, table, count)
+    return table[:count].copy()
+
+
+def arrivals(angles: Angles, away: float, profile: Profile, eighths: bool) -> Floats:
+    """Return where angles are, and where they go: see `lanindex.encoding.swings.arrivals`."""
+    rate = float(profile.rate)
+    told = window(STEADY, profile.rate), rate, round(BRIEF * rate)
+    found: Floats = _arrivals(angles, *told, away, 45 if eighths else 180)
+    return found

@@ -1,0 +1,276 @@
+"""Stage 3: which cell of space a limb points into, and how clearly.
+
+Source: ``encoding/METHOD.md``, stages 3 and 4; Matsumoto and Hachimura (2001), 4.5.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from math import cos, pi, radians, sin
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import HIGH, LOW, PLACE
+from lanindex.encoding.arithmetic import blocks, sizes
+from lanindex.notation.lpd import Ranges
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+CELLS = 27
+"""Cells are numbered direction · 3 + level."""
+
+FULL = 22.5
+"""Degrees from a border at which a margin is 1."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Space:
+    """The space around a joint, divided for one limb.
+
+    Attributes
+    ----------
+    ranges : Ranges
+        The borders.
+    length : float
+        L, mm.
+    references : ndarray
+        (27, 3) float64, the middle of each cell: unit vectors, and for place the points
+        (0, -1, 0), (0, 0, 0), (0, 1, 0); forward +x, up +y, right +z.
+    """
+
+    ranges: Ranges
+    length: float
+    references: Floats
+
+    def reference(self, cell: int) -> Floats:
+        """Return the middle of a cell, (3,) mm."""
+        point: Floats = self.references[cell] * self.length
+        return point
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """A curve in terms of the cells that it passes, point by point.
+
+    Attributes
+    ----------
+    cells : ndarray
+        (N,) int8, direction · 3 + level.
+    apart : ndarray
+        (N,) float64, distance from the middle of the point's cell: between unit vectors, for place
+        between points, in limb lengths. To be compared within one cell.
+    angle : ndarray
+        (N,) float64, degrees from the reference direction: for place low and high from the
+        vertical, 0 for place mid.
+    """
+
+    cells: NDArray[np.int8]
+    apart: Floats
+    angle: Floats
+
+
+def space(ranges: Ranges, length: float) -> Space:
+    """Divide the space around a joint for a limb of `length` mm.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encoding.direction import space
+    >>> around = space(lanindex.load_profile().ranges["r_arm"], length=550)
+    >>> around.reference(0 * 3 + 2).round()  # right high: forward, up, right
+    array([  0., 389., 389.])
+    """
+    return Space(ranges, length, _references(ranges))
+
+
+@cache
+def _references(ranges: Ranges) -> Floats:
+    references = np.zeros((CELLS, 3))
+    for direction in range(PLACE):
+        azimuth = radians(ranges.centre(direction))
+        for level, elevation in enumerate((pi / 4, pi / 2, 3 * pi / 4)):
+            references[direction * 3 + level] = (
+                sin(azimuth) * sin(elevation),
+                -cos(elevation),
+                cos(azimuth) * sin(elevation),
+            )
+    references[PLACE * 3 + LOW, 1] = -1
+    references[PLACE * 3 + HIGH, 1] = 1
+    references.flags.writeable = False
+    return references
+
+
+def _polar(points: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return horizontal distance, azimuth and elevation from straight down, in degrees."""
+    forward, up, right = (points[..., axis] for axis in range(3))
+    away = np.hypot(forward, right)
+    azimuth = np.degrees(np.arctan2(forward, right))
+    azimuth += 360 * (azimuth < 0)
+    nowhere = (away == 0) & (up == 0)  # at the joint itself, neither below nor above
+    return away, azimuth, np.where(nowhere, 90.0, np.degrees(np.arctan2(away, -up)))
+
+
+def _sectors(azimuth: Floats, ranges: Ranges) -> NDArray[np.int64]:
+    order = np.argsort(ranges.starts)
+    borders = np.array(ranges.starts)[order]
+    return order[borders.searchsorted(azimuth, side="right") - 1]
+
+
+class Borders(NamedTuple):
+    """The divisions of some limbs' spaces, one a row: see `Ranges`, and `Space.references`."""
+
+    place: Floats
+    relative: Flags
+    mid: Floats
+    high: Floats
+    starts: Floats
+    references: Floats
+
+
+@cache
+def borders(each: tuple[Ranges, ...]) -> Borders:
+    """Return divisions as one."""
+    return Borders(
+        np.array([one.place for one in each]),
+        np.array([one.relative for one in each]),
+        np.array([one.mid for one in each]),
+        np.array([one.high for one in each]),
+        np.array([one.starts for one in each]),
+        np.array([_references(one) for one in each]),
+    )
+
+
+def numbers(around: Sequence[Space]) -> tuple[Borders, Floats]:
+    """Return the divisions; and length, radius of place, elevations of mid and high, (4, P)."""
+    found = borders(tuple(one.ranges for one in around))
+    length = np.array([one.length for one in around])
+    radius = found.place * np.where(found.relative, length, 1)
+    return found, np.array((length, radius, found.mid, found.high))
+
+
+def course(curves: Floats, around: Sequence[Space]) -> list[Course]:
+    """Tell where each point of each curve lies.
+
+    Parameters
+    ----------
+    curves : ndarray
+        (P, N, 3) float64, mm: child minus parent, forward +x, up +y, right +z.
+    around : sequence of Space
+        (P) divisions, one a limb.
+
+    Returns
+    -------
+    list of Course
+        (P) of (N) points.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> import numpy as np
+    >>> from lanindex.encoding.direction import course, space
+    >>> around = space(lanindex.load_profile().ranges["r_arm"], length=550)
+    >>> hand = np.array([[[0.0, -550, 0], [0, -389, 389], [0, 0, 550]]])  # forward, up, right
+    >>> (passed,) = course(hand, [around])
+    >>> passed.cells, passed.angle.round()  # place low, right low, right mid
+    (array([24,  0,  1], dtype=int8), array([0., 0., 0.]))
+    """
+    shape = curves.shape[:-1]
+    cells, apart, angle = np.empty(shape, np.int8), np.empty(shape), np.empty(shape)
+    for part in blocks(curves.shape[1]):
+        found = _course(curves[:, part.inner], around)
+        cells[:, part.inner], apart[:, part.inner], angle[:, part.inner] = found
+    return list(map(Course, cells, apart, angle))
+
+
+def _course(curves: Floats, around: Sequence[Space]) -> tuple[NDArray[np.int64], Floats, Floats]:
+    """Return the fields of `Course` for some frames of each curve, (P, N) each."""
+    found, (length, radius, mid, high) = numbers(around)
+    length, radius, mid, high = (it[:, None] for it in (length, radius, mid, high))
+    away, azimuth, elevation = _polar(curves)
+    place = away <= radius
+    sectors = [_sectors(turn, one.ranges) for turn, one in zip(azimuth, around, strict=True)]
+    level = np.add(elevation >= mid, elevation >= high, dtype=np.int64)
+    code = np.where(place, PLACE, sectors) * 3 + level
+    scale = np.where(place, length, np.maximum(sizes(curves), 1e-9))
+    middles = found.references.reshape(-1, 3).T
+    middle = middles.take(code + CELLS * np.arange(len(around))[:, None], axis=1)
+    apart = sizes((curves.transpose(2, 0, 1) / scale - middle).transpose(1, 2, 0))
+    return code, apart, _angles(code, apart, elevation)
+
+
+def _angles(code: NDArray[np.int64], apart: Floats, elevation: Floats) -> Floats:
+    direction, level = np.divmod(code, 3)
+    angle = np.degrees(2 * np.arcsin(np.minimum(apart / 2, 1)))
+    upright = np.where(level == LOW, elevation, np.where(level == HIGH, 180 - elevation, 0.0))
+    found: Floats = np.where(direction == PLACE, upright, angle)
+    return found
+
+
+def angles(points: Floats, code: NDArray[np.int64], apart: Floats) -> Floats:
+    """Return how far points (N, 3) are from the middle of their cells, as in `Course`."""
+    return _angles(code, apart, _polar(points)[2])
+
+
+def margins(
+    points: Floats, code: NDArray[np.int64], around: Sequence[Space], limb: NDArray[np.int64]
+) -> tuple[Floats, NDArray[np.int64]]:
+    """Return how clearly points lie in their cells, and the cell across the nearest border.
+
+    Parameters
+    ----------
+    points : ndarray
+        (N, 3) float64, mm.
+    code : ndarray
+        (N,) int64, the cell of each.
+    around : sequence of Space
+        (P) divisions, one a limb.
+    limb : ndarray
+        (N,) int64, which of them each point belongs to.
+
+    Returns
+    -------
+    margin : ndarray
+        (N,) float64, 0 at a border, 1 at 22.5 degrees or one radius of place from every border.
+    runner_up : ndarray
+        (N,) int64, the cell across the border that is nearest in this measure.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> import numpy as np
+    >>> from lanindex.encoding.direction import margins, space
+    >>> around = space(lanindex.load_profile().ranges["r_arm"], length=550)
+    >>> hand = np.array([[0.0, -550, 0], [0, -100, 540]])  # forward, up, right
+    >>> clear, other = margins(hand, np.array([24, 1]), [around], np.array([0, 0]))
+    >>> clear.round(2), other  # the second, right mid, might have been right low
+    (array([1.  , 0.53]), array([0, 0]))
+    """
+    found, told = numbers(around)
+    _, radius, mid, high = told[:, limb]
+    away, azimuth, elevation = _polar(points)
+    direction, level = np.divmod(code, 3)
+    placed = direction == PLACE
+    before, after = (direction - 1) % 8, (direction + 1) % 8
+    behind = azimuth[:, None] - found.starts[limb]
+    across = np.where(placed, (behind % 360).argmin(axis=1), PLACE)
+    rows = np.arange(len(code))
+    never = 1e9
+    measures = np.array(
+        (
+            np.where(placed, never, behind[rows, direction % 8] % 360 / FULL),
+            np.where(placed, never, -behind[rows, after] % 360 / FULL),
+            (np.choose(level, (mid, high, np.inf)) - elevation) / FULL,
+            (elevation - np.choose(level, (-np.inf, mid, high))) / FULL,
+            np.divide(np.abs(away - radius), radius, np.full_like(away, never), where=radius > 0),
+        )
+    )
+    others = np.array(
+        (before * 3 + level, after * 3 + level, code + 1, code - 1, across * 3 + level)
+    )
+    nearest = measures.argmin(axis=0), rows
+    return np.clip(measures[nearest], 0.0, 1.0), others[nearest]

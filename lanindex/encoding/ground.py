@@ -1,0 +1,361 @@
+"""Which foot carries, frame by frame, and when neither does.
+
+Source: ``encoding/BODY.md``, "Which foot carries".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.encoding.arithmetic import bend, held, median, runs
+from lanindex.encoding.joints import Body
+from lanindex.encoding.places import Stretch, stretches
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Stood = Callable[[NDArray[np.float32], Floats, float], Floats]
+
+STANDS, SLIDES = 0.3, 0.9
+"""Lengths of a leg a second: a foot that is slower begins to carry; a faster one ends."""
+
+SHARE = 0.1
+"""Of the speed of the pelvis: a foot that is slower begins to carry, too."""
+
+STIRS = 0.1
+"""Lengths of a leg a second: a foot that is slower does not leave the floor yet."""
+
+NEAR, LIFTED = 0.06, 0.09
+"""Lengths of a leg above the floor: a lower foot begins to carry; a higher one ends."""
+
+FLICKER = 0.07
+"""Seconds: what lasts no longer is no lifting, no carrying and no flight."""
+
+UNEVEN = 0.2
+"""Lengths of a leg between the feet of a capture that stand: with more there is no floor."""
+
+STANCE = 0.25
+"""Seconds that a foot stands at least where the floor is looked for."""
+
+LOST = 0.2
+"""Part of a stretch in which the feet neither carry nor fly: more is doubtful."""
+
+FALL, ONWARD = 5.5, 4.0
+"""Lengths of a leg a second squared: a body in the air is drawn down so much at least; one that
+goes somewhere so much."""
+
+FARES = 1.0
+"""Lengths of a leg a second: a body that is faster in the air goes somewhere."""
+
+STEEP = 0.15
+"""How far a floor may rise, as a part of the way: steeper are stairs."""
+
+_STANDS, _SPREAD = 4, 1.0  # stands, and lengths of a leg between them, that tell how a floor slopes
+_FLAT = 0.1  # of stands in a row, how far they stray from it: less tells no slope across
+
+UNTOLD = "the feet stand at different heights: which of them carries is told by speed"
+
+SIDES = "RL"
+HIPS = ("RHip", "LHip")
+LEGS = ("r_leg", "l_leg")
+LEG, FOOT = ("Hip", "Knee", "Ankle"), ("Ankle", "Toe")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Feet:
+    """What feet do over one stretch, counted in lengths of a leg.
+
+    Attributes
+    ----------
+    pace : ndarray
+        (N,) float32, lengths of a leg a second: how fast the middle of the hips goes over the
+        ground.
+    heights : ndarray
+        (2, K, N) float32: of ankle, and toe where both are known, of the right and the left foot.
+    speed : ndarray
+        (2, N) float64, lengths of a leg a second: of each foot the slower of ankle and toe.
+    slow : ndarray
+        (2, K, N) bool: which joints are slower than `STANDS`.
+    """
+
+    pace: NDArray[np.float32]
+    heights: NDArray[np.float32]
+    speed: Floats
+    slow: Flags
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """A body over the ground, over one stretch in which hips and ankles are known.
+
+    All frames are resampled ones, counted from the stretch's first; coordinates are those of the
+    capture, smoothed.
+
+    Attributes
+    ----------
+    places : Stretch
+        Where its joints are.
+    rate : float
+        Resampled frames a second.
+    leg : float
+        Its length, mm.
+    feet : Feet
+        What they do.
+    bent : ndarray
+        (2, N) float32, degrees from straight, of the knees; NaN where none is known.
+    carries : ndarray
+        (2, N) bool: the right foot, the left foot.
+    air : list of tuple of int and int
+        Flights: the first frame in which no foot carries, and the one behind the last.
+    usual : tuple of float or None
+        How much higher the ankle stands than the toe, usually, of each foot; lengths of a leg.
+    doubts : tuple of str
+        What was doubtful.
+    """
+
+    places: Stretch
+    rate: float
+    leg: float
+    feet: Feet
+    bent: NDArray[np.float32]
+    carries: Flags
+    air: list[tuple[int, int]]
+    usual: tuple[float | None, ...]
+    doubts: tuple[str, ...] = ()
+
+
+def grounds(body: Body, leg: float) -> Iterator[Ground]:
+    """Yield how a body stands and goes, stretch by stretch.
+
+    Parameters
+    ----------
+    body : Body
+        The capture.
+    leg : float
+        How long its legs are, mm.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encoding.ground import LEGS, grounds
+    >>> from lanindex.encoding.joints import Body
+    >>> body = Body(lanindex.read("corpus/jumping_jacks.bvh"), lanindex.load_profile())
+    >>> (found,) = grounds(body, body.length(LEGS))
+    >>> found.carries.shape
+    (2, 719)
+    """
+    needed = [side + name for side in SIDES for name in ("Hip", "Ankle")]
+    wished = [side + name for side in SIDES for name in ("Knee", "Toe")]
+    rate = float(body.profile.rate)
+    for one in stretches(body, needed, wished):
+        feet, wide = _feet(one, leg, rate)
+        level = _level(one, leg, feet, body.stages.stood, STANCE * rate) if wide else feet.heights
+        carries, uneven = body.stages.carried(feet, level, rate)
+        del level
+        doubts: tuple[str, ...] = (UNTOLD,) if uneven else ()
+        bent, height = _legs(one, leg)
+        air = _flights(carries, height, feet.pace, rate)
+        del height
+        lost = np.count_nonzero(~np.any(carries, axis=0)) - sum(stop - start for start, stop in air)
+        if lost > LOST * carries.shape[1]:
+            doubts += ("the feet slide over the floor: what steps there are is told in part",)
+        usual = tuple(map(_flat, feet.heights, carries))
+        yield Ground(one, rate, leg, feet, bent, carries, air, usual, doubts)
+        del feet, bent, carries
+
+
+def _feet(one: Stretch, leg: float, rate: float) -> tuple[Feet, bool]:
+    """Return what the feet do over a stretch, and whether they go far enough to tell a slope."""
+    count, kinds = len(one.frames), _kinds(one)
+    found = Feet(
+        np.empty(count, np.float32),
+        np.empty((2, len(kinds), count), np.float32),
+        np.empty((2, count)),
+        np.empty((2, len(kinds), count), bool),
+    )
+    low, high = np.full((2, 2, 1), [[[np.inf]], [[-np.inf]]], np.float32)
+    for block, places in one.blocks(1, (*HIPS, *_joints(kinds))):
+        points = np.array([[places[side + it].T for it in kinds] for side in SIDES]) / leg
+        x, y, z = np.moveaxis(slope(points, rate), 2, 0)
+        speeds = np.sqrt(x * x + (y * y + z * z))[..., block.within]
+        found.heights[..., block.inner] = points[:, :, 1, block.within]
+        found.speed[:, block.inner] = speeds.min(axis=1)
+        found.slow[..., block.inner] = speeds < STANDS
+        pelvis = (places["RHip"] + places["LHip"]).T / 2
+        pace = np.hypot(*slope(pelvis[::2], rate)) / leg
+        found.pace[block.inner] = pace[block.within]
+        over = points[:, -1, ::2, block.within].astype(np.float32)
+        low = np.minimum(low, over.min(axis=(0, 2))[:, None])
+        high = np.maximum(high, over.max(axis=(0, 2))[:, None])
+    return found, bool((high - low > _SPREAD).any())
+
+
+def _kinds(one: Stretch) -> list[str]:
+    """Return what of `FOOT` is known of both feet."""
+    return [it for it in FOOT if all(side + it in one.names for side in SIDES)]
+
+
+def _joints(kinds: Sequence[str]) -> list[str]:
+    """Return these joints of both feet."""
+    return [side + it for side in SIDES for it in kinds]
+
+
+def _legs(one: Stretch, leg: float) -> tuple[NDArray[np.float32], Floats]:
+    """Return how knees are bent, (2, N), and how high the pelvis is, (N,) lengths of a leg."""
+    bent, height = np.full((2, len(one.frames)), np.nan, np.float32), np.empty(len(one.frames))
+    known = [row for row, side in enumerate(SIDES) if side + "Knee" in one.names]
+    needed = {side + "Hip": None for side in SIDES}
+    needed |= dict.fromkeys(SIDES[row] + it for row in known for it in LEG)
+    for block, places in one.blocks(names=tuple(needed)):
+        height[block.inner] = (places["RHip"] + places["LHip"])[:, 1] / 2 / leg
+        if known:
+            legs = np.array([[places[SIDES[row] + it].T for row in known] for it in LEG])
+            hip, knee, ankle = legs.swapaxes(1, 2)
+            bent[known, block.inner] = bend(knee - hip, ankle - knee)
+    return bent, height
+
+
+def slope(points: Floats, rate: float) -> Floats:
+    """Return velocities of (..., N) coordinates."""
+    if points.shape[-1] < 2:
+        return np.zeros_like(points)
+    found: Floats = np.gradient(points, axis=-1) * rate
+    return found
+
+
+def _flat(heights: NDArray[np.float32], carries: Flags) -> float | None:
+    """Return how much higher an ankle stands than its toe, usually, while the foot carries."""
+    if len(heights) < len(FOOT) or not carries.any():
+        return None
+    ankle, toe = heights[:, carries]
+    return fifth(ankle - toe)
+
+
+def _level(one: Stretch, leg: float, feet: Feet, stood: Stood, least: float) -> NDArray[np.float32]:
+    """Return how high joints of the feet are above the floor, (2, K, N), up to a constant.
+
+    The floor may slope: it is the plane nearest to where toes stand, of four stands at least.
+    """
+    kinds = _kinds(one)
+    toes = np.empty((2, len(one.frames), 3), np.float32)
+    for block, places in one.blocks(names=_joints(kinds[-1:])):
+        for number, side in enumerate(SIDES):
+            toes[number, block.inner] = places[side + kinds[-1]] / leg
+    stands = stood(toes, feet.speed, least)
+    del toes
+    if len(stands) < _STANDS:
+        return feet.heights
+    table = stands - stands.mean(axis=0)
+    tilt = np.linalg.lstsq(table[:, :2], table[:, 2], rcond=_FLAT)[0]
+    if np.ptp(table[:, :2], axis=0).max() <= _SPREAD or np.hypot(*tilt) >= STEEP:
+        return feet.heights
+    heights = feet.heights.copy()
+    for block, places in one.blocks(names=_joints(kinds)):
+        over = np.array([[places[side + it] for it in kinds] for side in SIDES]) / leg
+        heights[..., block.inner] -= over.astype(np.float32)[..., ::2] @ tilt
+    return heights
+
+
+def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flags, bool]:
+    """Return which feet carry, (2, N), and whether they stand at heights that no floor explains.
+
+    Parameters
+    ----------
+    feet : Feet
+        What they do.
+    heights : ndarray
+        (2, K, N) float32: of their joints, up to a constant.
+    rate : float
+        Frames a second.
+    """
+    speed = feet.speed
+    height = np.full(speed.shape, np.inf, np.float32)
+    for kind in range(heights.shape[1]):
+        own = heights[:, kind]
+        some = (own[side][feet.slow[side, kind]] for side in range(2))
+        rests = [fifth(one) for one in some if len(one)] or [fifth(own.ravel())]
+        for lower, high in zip(height, own, strict=True):
+            np.minimum(lower, high - np.float32(min(rests)), out=lower)
+    uneven = _uneven(height, speed, rate)
+    if uneven:
+        height = np.zeros_like(height)
+    begins = (speed < np.maximum(STANDS, SHARE * feet.pace)) & (height < NEAR)
+    stays = (speed < SLIDES) & (height < LIFTED)
+    carries = np.array([held(*foot) for foot in zip(begins, stays, strict=True)])
+    brief = round(FLICKER * rate)
+    for foot in carries:
+        for there, most in ((False, brief), (True, brief - 1)):
+            for start, stop in runs(foot == there):
+                if start > 0 and stop < len(foot) and stop - start <= most:
+                    foot[start:stop] = not there
+    return carries, uneven
+
+
+def stood(points: NDArray[np.float32], speed: Floats, least: float) -> Floats:
+    """Return where toes, or else ankles, stand for so long: (S, 3), over the ground and up.
+
+    Parameters
+    ----------
+    points : ndarray
+        (2, N, 3) float32, lengths of a leg: where they are.
+    speed : ndarray
+        (2, N) float64, as of `Feet`.
+    least : float
+        Frames.
+    """
+    heights = points[..., 1]
+    lower = heights <= heights[::-1] + NEAR
+    found = [
+        (
+            *(median(points[side, start:stop, axis]) for axis in (0, 2)),
+            fifth(heights[side, start:stop]),
+        )
+        for side, foot in enumerate(speed)
+        for start, stop in runs(foot < STANDS)
+        if stop - start >= least and lower[side, start:stop].all()
+    ]
+    return np.array(found).reshape(-1, 3)
+
+
+def fifth(values: NDArray[Any]) -> float:
+    """Return the value of which a fifth of all are smaller: of heights, that of the floor."""
+    place = (len(values) - 1) // 5
+    return float(np.partition(values, place)[place])
+
+
+def _uneven(height: NDArray[np.float32], speed: Floats, rate: float) -> bool:
+    """Tell whether the lower of the feet stands at heights that no floor explains."""
+    lower, slow = np.minimum(*height), np.any(speed < STANDS, axis=0)
+    if not slow.any() or np.ptp(lower[slow]) <= UNEVEN:
+        return False
+    stands = [
+        median(lower[start:stop]) for start, stop in runs(slow) if stop - start >= STANCE * rate
+    ]
+    return len(stands) > 1 and max(stands) - min(stands) > UNEVEN
+
+
+def _flights(
+    carries: Flags, height: Floats, pace: NDArray[np.float32], rate: float
+) -> list[tuple[int, int]]:
+    """Return when the body is in the air; the pelvis's height and pace in lengths of a leg."""
+    found = []
+    for start, stop in runs(~np.any(carries, axis=0)):
+        if stop - start > round(FLICKER * rate):
+            least = ONWARD if pace[start:stop].mean() > FARES else FALL
+            if -_bent(height[start:stop]) * rate**2 >= least:
+                found.append((start, stop))
+    return found
+
+
+def _bent(values: Floats) -> float:
+    """Return the second derivative of the parabola nearest to values, a step apart."""
+    count = len(values)
+    if count < 3:
+        return 0.0
+    square = (np.arange(count) - (count - 1) / 2) ** 2
+    square -= square.mean()  # at right angles to what is level or a straight line
+    return 2 * float(values @ square / (square @ square))

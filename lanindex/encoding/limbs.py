@@ -1,0 +1,158 @@
+"""Stages 0 and 1: limbs of the body, resampled, turned to face forward, part by part.
+
+Source: ``encoding/METHOD.md``, stages 0 and 1; Matsumoto and Hachimura (2001), 2 and 4.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import PARTS
+from lanindex.encoding.arithmetic import blocks, smooth, window
+from lanindex.encoding.joints import Body, told
+from lanindex.encoding.places import Stretch, together
+from lanindex.encoding.resample import Resampling
+from lanindex.model import Span
+
+Floats = NDArray[np.float64]
+Curves = Callable[[Floats, NDArray[np.int64], Resampling, range, Floats, int], Floats]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Limbs:
+    """Parts of the body over one stretch in which all of them are known.
+
+    Attributes
+    ----------
+    parts : tuple of str
+        (P) names.
+    known : Span
+        The stretch, in frames of the source.
+    rate : Fraction
+        Frames a second of the source.
+    begin : int
+        Number of the first resampled frame.
+    curve : ndarray
+        (P, N, 3) float64, mm: child minus parent, forward +x, up +y, right +z, smoothed.
+    lengths : ndarray
+        (P,) float64, mm.
+    """
+
+    parts: tuple[str, ...]
+    known: Span
+    rate: Fraction
+    begin: int
+    curve: Floats
+    lengths: Floats
+
+
+def limbs(
+    body: Body,
+    turn: Floats,
+    parts: Iterable[str] | None = None,
+    make: Curves | None = None,
+) -> Iterator[Limbs]:
+    """Yield the curves of parts, as far as the capture knows them, stretch by stretch.
+
+    Parameters
+    ----------
+    body : Body
+        The capture.
+    turn : ndarray
+        (N,) float64, radians, as from `lanindex.encoding.heading.heading`.
+    parts : iterable of str
+        Which; by default all that the capture may have.
+    make : Curves, optional
+        What makes curves of places; by default `curves`.
+
+    Yields
+    ------
+    Limbs
+        Parts that are known over the same stretch stand together; of a long capture only a few
+        parts are worked out at a time.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex.encoding.heading import heading
+    >>> from lanindex.encoding.joints import Body
+    >>> from lanindex.encoding.limbs import limbs
+    >>> body = Body(lanindex.read("corpus/compass.bvh"), lanindex.load_profile())
+    >>> (found,) = limbs(body, heading(body.motion, body.profile.rate))
+    >>> found.known, found.curve.shape, found.parts[:2]
+    (Span(start=0, stop=840), (18, 1679, 3), ('r_arm', 'l_arm'))
+    >>> [round(float(number)) for number in found.curve[0, 0]]  # the right arm hangs
+    [0, -570, 0]
+    """
+    names = told(body.motion) if parts is None else list(parts)
+    sizes = dict(zip(names, body.lengths(names).tolist(), strict=True))
+    ends = {name: (PARTS[name].parent, PARTS[name].child) for name in names if sizes[name] > 0}
+    for stretch, some in together(body, ends):
+        curve = _curve(stretch, turn, [ends[name] for name in some], make or curves)
+        own = np.array([sizes[name] for name in some])
+        yield Limbs(tuple(some), stretch.known, body.motion.rate, stretch.frames.start, curve, own)
+        del curve
+
+
+def _curve(
+    stretch: Stretch, turn: Floats, pairs: Sequence[tuple[str, str]], make: Curves
+) -> Floats:
+    """Return curves between joints, (P, N, 3), worked out block by block."""
+    body, frames = stretch.body, stretch.frames
+    names = body.names if body.short else stretch.names
+    ends = np.array([list(map(names.index, pair)) for pair in pairs]).T
+    width = window(body.profile.smoothing, body.profile.rate)
+    curve = np.empty((3, len(pairs), len(frames)))
+    for part in blocks(len(frames), width // 2):
+        some = frames[part.outer]
+        near, angle = stretch.sources(names, some), turn[some.start : some.stop]
+        found = make(near, ends, stretch.work, some, angle, width)
+        curve[..., part.inner] = found[..., part.within]
+    return curve.transpose(1, 2, 0)
+
+
+def calm(points: Floats, work: Resampling, frames: range, width: int) -> Floats:
+    """Return joints (S, K, 3) resampled and smoothed, (K, N, 3); the rest is as for `curves`."""
+    return smooth(work.values(points, frames).T, width).transpose(1, 2, 0)
+
+
+def curves(
+    near: Floats,
+    ends: NDArray[np.int64],
+    work: Resampling,
+    frames: range,
+    angle: Floats,
+    width: int,
+) -> Floats:
+    """Return curves of some frames.
+
+    Parameters
+    ----------
+    near : ndarray
+        (S, K, 3) float64, the places that the frames are made of.
+    ends : ndarray
+        (2, P): of each part which joint is the parent, and which the child.
+    work : Resampling
+        How frames are made of places.
+    frames : range
+        Which.
+    angle : ndarray
+        (N,) float64, radians: the heading.
+    width : int
+        Frames of the moving average.
+
+    Returns
+    -------
+    ndarray
+        (3, P, N) float64.
+    """
+    parents, children = ends
+    forward, up, right = work.values(near[:, children] - near[:, parents], frames).T
+    sine, cosine = np.sin(angle), np.cos(angle)
+    turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
+    return smooth(turned, width)

@@ -1,0 +1,150 @@
+"""What each hand is nearest to, compiled (extra ``fast``).
+
+The same as `near` does with numpy, which is the truth: equal numbers.
+"""
+
+from __future__ import annotations
+
+from math import cos, radians, sqrt
+
+import numba
+import numpy as np
+
+from lanindex.encoding.near import (
+    CLASPED,
+    FAR,
+    HANGS,
+    LEAVES,
+    NEVER,
+    RIGHT_HANGS,
+    STRAIGHT,
+    Floats,
+    Near,
+    Plan,
+    empty,
+)
+
+
+@numba.njit
+def _size(x, y, z):
+    return sqrt(x * x + z * z + y * y)
+
+
+@numba.njit(error_model="numpy")
+def _fill(points, joints, tips, far, trunk):
+    """Write palms and what else lines go through: see `lanindex.encoding.near.fill`."""
+    x, y, z = points
+    for tip in range(len(far)):
+        one, two, row = tips[0, tip], tips[1, tip], joints + tip
+        for frame in range(points.shape[2]):
+            a, b, c = x[one, frame], y[one, frame], z[one, frame]
+            d, e, f = x[two, frame] - a, y[two, frame] - b, z[two, frame] - c
+            size = max(_size(d, e, f), 1e-9)
+            x[row, frame] = d / size * far[tip, 0] + a
+            y[row, frame] = e / size * far[tip, 0] + b
+            z[row, frame] = f / size * far[tip, 0] + c
+    if len(trunk):
+        right, left, neck, hip, waist, first = trunk
+        for curve in points:
+            for frame in range(points.shape[2]):
+                middle = (curve[right, frame] + curve[left, frame]) / 2
+                curve[hip, frame] = middle
+                if waist >= joints:
+                    curve[waist, frame] = (middle + curve[neck, frame]) / 2
+                for side in range(2):
+                    own = curve[trunk[side], frame]
+                    curve[first + 2 * side, frame] = curve[waist, frame] + own - middle
+                    curve[first + 2 * side + 1, frame] = curve[neck, frame] + own - middle
+
+
+@numba.njit
+def _hang(points, rows, straight, cosine, hangs):
+    """Write when an arm hangs beside the trunk."""
+    wrist, shoulder, hip, neck = rows
+    x, y, z = points
+    for frame in range(len(hangs)):
+        a, d = x[wrist, frame] - x[shoulder, frame], x[hip, frame] - x[neck, frame]
+        b, e = y[wrist, frame] - y[shoulder, frame], y[hip, frame] - y[neck, frame]
+        c, f = z[wrist, frame] - z[shoulder, frame], z[hip, frame] - z[neck, frame]
+        arm, along = _size(a, b, c), a * d + c * f + b * e
+        hangs[frame] = arm > straight and along > cosine * arm * _size(d, e, f)
+
+
+@numba.njit(error_model="numpy")
+def _look(points, ends, reach, ways, away, along):
+    """Write how far a palm is from a line, as a part of what touches, and from where on it.
+
+    The loops are parted, and divide by nothing as numpy does, so that several frames go at once.
+    """
+    palm, one, two = ends
+    frames = len(away)
+    for axis in range(3):
+        for frame in range(frames):
+            ways[axis, frame] = points[axis, palm, frame] - points[axis, one, frame]
+        for frame in range(frames):
+            ways[axis + 3, frame] = points[axis, two, frame] - points[axis, one, frame]
+    for frame in range(frames):
+        a, b, c = ways[0, frame], ways[1, frame], ways[2, frame]
+        d, e, f = ways[3, frame], ways[4, frame], ways[5, frame]
+        share = (a * d + c * f + b * e) / max(d * d + f * f + e * e, 1e-9)
+        share = min(max(share, 0.0), 1.0)
+        away[frame] = _size(a - share * d, b - share * e, c - share * f) / reach
+        along[frame] = share
+
+
+@numba.njit
+def _past(points, lines, line, along, apart, rate, far, pace):
+    """Write how fast a palm passes what is nearest."""
+    last = len(pace) - 1
+    for frame in range(last + 1):
+        before, after = max(frame - 1, 0), min(frame + 1, last)
+        scale, share = rate / 2 if after - before == 2 else rate, along[frame]
+        palm, one, two = lines[2:5, line[frame]]
+        total = 0.0
+        for axis in (0, 2, 1):
+            curve = points[axis]
+            own = (curve[palm, after] - curve[palm, before]) * scale
+            first = (curve[one, after] - curve[one, before]) * scale
+            other = (curve[two, after] - curve[two, before]) * scale
+            past = own - (1 - share) * first - share * other
+            total += past * past
+        pace[frame] = far if apart[frame] == far else sqrt(total)
+
+
+@numba.njit(cache=True, nogil=True)
+def _nearest(
+    points, joints, tips, far, trunk, arms, lines, reaches, rate, numbers, what, apart, pace
+):
+    straight, cosine, leaves, most = numbers
+    _fill(points, joints, tips, far, trunk)
+    frames = points.shape[2]
+    off = np.zeros((5, frames), np.bool_)
+    for side in range(2):
+        if arms[:, side].min() >= 0:
+            _hang(points, arms[:, side], straight, cosine, off[RIGHT_HANGS + side])
+    ways, away, share = np.empty((6, frames)), np.empty(frames, np.float32), np.empty(frames)
+    nearest, along = np.empty((3, frames), np.int64), np.empty((3, frames))
+    for number in range(lines.shape[1]):
+        near, code, _, _, _, unless = lines[:, number]
+        if unless == NEVER:
+            what[near], apart[near], nearest[near], along[near] = code, most, number, 0.0
+            continue
+        _look(points, lines[2:5, number], reaches[number], ways, away, share)
+        if number == 1:
+            for frame in range(frames):
+                off[CLASPED, frame] = away[frame] < leaves
+        for frame in range(frames):
+            if away[frame] < apart[near, frame] and not off[unless, frame]:
+                what[near, frame], apart[near, frame] = code, away[frame]
+                nearest[near, frame], along[near, frame] = number, share[frame]
+    for near in range(3):
+        _past(points, lines, nearest[near], along[near], apart[near], rate, most, pace[near])
+
+
+def nearest(points: Floats, told: Plan, rate: float) -> Near:
+    """Return what hands are nearest to: see `lanindex.encoding.near.nearest`."""
+    found = empty(points.shape[2])
+    numbers = np.array((STRAIGHT, cos(radians(HANGS)), LEAVES, FAR))
+    made = len(told.joints), told.tips, told.far, told.trunk
+    _nearest(points, *made, told.arms, told.lines, told.reaches, rate, numbers, *found)
+    return found

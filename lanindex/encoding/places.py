@@ -1,0 +1,167 @@
+"""Where joints are, over the stretches in which they are known, a few frames at a time.
+
+Source: ``encoding/METHOD.md``, stage 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.encoding.arithmetic import Block, blocks, window
+from lanindex.encoding.joints import COLUMNS, KEPT, NAMES, Body, Frames, chunk, few, grouped
+from lanindex.encoding.resample import Resampling
+from lanindex.model import Span
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """Joints over frames in which all of them are known; nothing is worked out before it is asked.
+
+    Attributes
+    ----------
+    body : Body
+        The capture.
+    known : Span
+        The frames of the source.
+    names : tuple of str
+        The joints, and what of ``joints.AXES`` is with them.
+    work : Resampling
+        How its frames are made of those of the source.
+    frames : range
+        Numbers of the resampled frames.
+    """
+
+    body: Body
+    known: Span
+    names: tuple[str, ...]
+    work: Resampling
+    frames: range
+
+    def blocks(
+        self, neighbours: int = 0, names: Sequence[str] = ()
+    ) -> Iterator[tuple[Block, dict[str, Floats]]]:
+        """Yield where the joints are, resampled and smoothed, block by block.
+
+        Parameters
+        ----------
+        neighbours : int
+            Frames on both sides of a block that are wanted, too.
+        names : sequence of str
+            Of its joints; by default all.
+
+        Yields
+        ------
+        tuple of Block and dict of str to ndarray
+            Frames counted from the stretch's first; by joint (outer, 3) float64, mm, y up.
+        """
+        wanted = tuple(names) or self.names
+        size = 0 if self.body.short else few(len(wanted))
+        for block in blocks(len(self.frames), neighbours, size):
+            yield block, self._places(wanted, block.outer)
+
+    def take(self, names: Sequence[str], frames: NDArray[np.int64]) -> dict[str, Floats]:
+        """Return where joints are in some frames, counted from the first: by joint (n, 3)."""
+        found = {name: np.empty((len(frames), 3)) for name in names}
+        order = np.argsort(frames)
+        for block in blocks(len(self.frames), size=few(len(names))):
+            start, stop = frames[order].searchsorted((block.inner.start, block.inner.stop))
+            if start < stop:
+                some = order[start:stop]
+                for name, places in self._places(names, block.inner).items():
+                    found[name][some] = places[frames[some] - block.inner.start]
+        return found
+
+    def _places(self, names: Sequence[str], frames: slice) -> dict[str, Floats]:
+        """Return where joints are in some frames: by joint (n, 3)."""
+        if not self.body.short:
+            return dict(zip(names, self._calm(names, frames), strict=True))
+        kept = self._kept()
+        return {name: kept[COLUMNS[name], frames] for name in names}
+
+    def _kept(self) -> Floats:
+        """Return where all joints are, (K, N, 3), worked out once."""
+        kept, key = self.body.calm, (self.known.start, self.known.stop)
+        if key not in kept:
+            if sum(one.shape[1] for one in kept.values()) * len(NAMES) > KEPT:
+                kept.clear()
+            kept[key] = self._calm(NAMES, slice(0, len(self.frames)))
+        return kept[key]
+
+    def _calm(self, names: Sequence[str], frames: slice) -> Floats:
+        """Return where joints are in some frames, counted from the first, (K, n, 3)."""
+        profile = self.body.profile
+        width = window(profile.smoothing, profile.rate)
+        first = max(frames.start - width // 2, 0)
+        some = self.frames[first : frames.stop + width // 2]
+        calm = self.body.stages.calm(self.sources(names, some), self.work, some, width)
+        return calm[:, frames.start - first : frames.stop - first]
+
+    def sources(self, names: Sequence[str], frames: range) -> Floats:
+        """Return where joints are in the frames of the source that some are made of, (S, K, 3)."""
+        near, begin, body = self.work.sources(frames), self.known.start, self.body
+        some = slice(begin + near.start, begin + near.stop)
+        if body.short or len(self.known) > chunk(len(body.names)):
+            return body.at(names, some)
+        # other joints are asked for next in the frames around so short a stretch
+        return body.at(body.names, some)[:, list(map(body.names.index, names))]
+
+
+def stretches(whole: Body, needed: Sequence[str], wished: Sequence[str] = ()) -> Iterator[Stretch]:
+    """Yield the stretches in which joints are known.
+
+    Parameters
+    ----------
+    whole : Body
+        The capture.
+    needed : sequence of str
+        Joints without which there is no stretch.
+    wished : sequence of str
+        Joints that are there if they are known over the whole of it.
+    """
+    found = whole.together(needed)
+    there = [(name, _within(found, whole.known[name])) for name in wished]
+    for number, (start, stop) in enumerate(found.tolist()):
+        names = (*needed, *(name for name, known in there if known[number]))
+        yield from _stretch(whole, start, stop, names)
+
+
+def together(
+    whole: Body, needed: Mapping[str, Sequence[str]]
+) -> Iterator[tuple[Stretch, Sequence[str]]]:
+    """Yield the stretches in which parts are known, with a few of these parts at a time.
+
+    Parameters
+    ----------
+    whole : Body
+        The capture.
+    needed : Mapping of str to sequence of str
+        By part: the joints without which it is not known.
+    """
+    found: dict[tuple[int, int], list[str]] = {}
+    for part, names in needed.items():
+        for start, stop in whole.together(names).tolist():
+            found.setdefault((start, stop), []).append(part)
+    for (start, stop), parts in sorted(found.items()):
+        frames = Resampling(start, stop - start, whole.step).frames
+        for some in grouped(parts, len(frames)):
+            joints = dict.fromkeys(name for part in some for name in needed[part])
+            yield from ((it, some) for it in _stretch(whole, start, stop, tuple(joints)))
+
+
+def _stretch(whole: Body, start: int, stop: int, names: tuple[str, ...]) -> Iterator[Stretch]:
+    """Yield a stretch, if any frame lies within."""
+    work = Resampling(start, stop - start, whole.step)
+    if frames := work.frames:
+        yield Stretch(whole, Span(start, stop), names, work, frames)
+
+
+def _within(found: Frames, known: Frames) -> NDArray[np.bool_]:
+    """Tell of each stretch (R, 2) whether one of those that are known holds all of it."""
+    last = known[:, 0].searchsorted(found[:, 0], "right")
+    return np.append(0, known[:, 1])[last] >= found[:, 1]

@@ -1,0 +1,289 @@
+"""A profile: the numbers that the method runs on, as a folder of text files.
+
+``profile.toml`` holds the parameters; an LPD and an LDD file a part, a group of parts or ``all``
+hold the directions and the rules. Users copy a folder and edit it.
+
+Source: ``encoding/METHOD.md``, "Profiles".
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from lanindex.alphabet import GROUPS, PARTS
+from lanindex.encoding.rules import Rules
+from lanindex.errors import NotationError, quoted, shown
+from lanindex.model import Meter
+from lanindex.notation import ldd, lpd
+from lanindex.notation.text import read_toml
+
+BUILT_IN = Path(__file__).parent / "profiles"
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A length or a speed: millimetres (a second), or parts of the limb's length.
+
+    Attributes
+    ----------
+    value : float
+        The number.
+    relative : bool
+        Whether it counts in the limb's length.
+    """
+
+    value: float
+    relative: bool
+
+    def of(self, length: float) -> float:
+        """Return millimetres (a second) for a limb of `length` mm.
+
+        Examples
+        --------
+        >>> from lanindex.encoding.profile import Measure
+        >>> Measure(0.09, relative=True).of(550), Measure(50, relative=False).of(550)
+        (49.5, 50)
+        """
+        return self.value * length if self.relative else self.value
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Everything that the encoding may vary by.
+
+    Attributes
+    ----------
+    name : str
+        As the folder says.
+    digest : str
+        sha256 of the method's number and the folder's files: equal digests encode equally.
+    rate : Fraction
+        Frames a second that captures are resampled to.
+    smoothing : float
+        Seconds of the moving average.
+    candidate_speed, prominence, still : Measure
+        Speeds: v0, how far a rim must stand above a minimum, what counts as no speed.
+    distance : Measure
+        d_t.
+    path_check : float
+        In d_t; 0: not checked.
+    achieved_within : float
+        Degrees.
+    onset : float
+        Part of the peak speed; 0: off.
+    meter : Meter
+        Tempo, rhythm and grid.
+    ranges : Mapping of str to Ranges
+        By part.
+    rules : Mapping of str to Rules
+        By part.
+    """
+
+    name: str
+    digest: str
+    rate: Fraction
+    smoothing: float
+    candidate_speed: Measure
+    prominence: Measure
+    still: Measure
+    distance: Measure
+    path_check: float
+    achieved_within: float
+    onset: float
+    meter: Meter
+    ranges: Mapping[str, lpd.Ranges]
+    rules: Mapping[str, Rules]
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError("text in quotes")
+    return value
+
+
+def _positive(value: Any) -> Fraction:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.1 <= value <= 1000:
+        raise ValueError("a number from 0.1 to 1000")
+    return Fraction(str(value))
+
+
+def _count(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 < value <= 4096:
+        raise ValueError("a whole number from 1 to 4096")
+    return value
+
+
+def _upto(top: float) -> Callable[[Any], float]:
+    def read(value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= top:
+            raise ValueError(f"a number from 0 to {top:g}")
+        return float(value)
+
+    return read
+
+
+def _matched(value: Any, pattern: str, wanted: str) -> re.Match[str]:
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*" + pattern, value) if isinstance(value, str) else None
+    if match is None:
+        raise ValueError(wanted)
+    return match
+
+
+def _bounded(number: str) -> float:
+    value = float(number)
+    if value > 1e6:
+        raise ValueError("a number of at most 1000000")
+    return value
+
+
+def _seconds(value: Any) -> float:
+    match = _matched(value, "(ms|s)", '"83 ms" or "0.083 s"')
+    return _bounded(match[1]) / (1000 if match[2] == "ms" else 1)
+
+
+def _speed(value: Any) -> Measure:
+    match = _matched(value, "(mm|L)/s", '"600 mm/s" or "1.09 L/s"')
+    return Measure(_bounded(match[1]), match[2] == "L")
+
+
+def _length(value: Any) -> Measure:
+    match = _matched(value, "(mm|L)", '"50 mm" or "0.09 L"')
+    return Measure(_bounded(match[1]), match[2] == "L")
+
+
+def _rhythm(value: Any) -> tuple[int, int]:
+    match = re.fullmatch(r"([1-9]\d?)/([1-9]\d?)", value) if isinstance(value, str) else None
+    if match is None:
+        raise ValueError('"4/4"')
+    return int(match[1]), int(match[2])
+
+
+_FIELDS: dict[str, Callable[[Any], Any]] = {
+    "name": _text,
+    "rate": _positive,
+    "smoothing": _seconds,
+    "candidate_speed": _speed,
+    "prominence": _speed,
+    "still": _speed,
+    "distance": _length,
+    "path_check": _upto(100),
+    "achieved_within": _upto(180),
+    "onset": _upto(0.25),
+    "speed": _positive,
+    "rhythm": _rhythm,
+    "division": _count,
+}
+
+
+def _parameters(path: Path) -> dict[str, Any]:
+    table = read_toml(path)
+    for key in [*table, *_FIELDS]:
+        if key not in _FIELDS:
+            wanted = "one of " + ", ".join(_FIELDS)
+            raise NotationError(f'"{shown(key)}"', place=str(path), wanted=wanted)
+        if key not in table:
+            raise NotationError(f"no {key}", place=str(path), wanted="a line for it")
+    values = {}
+    for key, value in table.items():
+        try:
+            values[key] = _FIELDS[key](value)
+        except ValueError as error:
+            found = f"{key} = {quoted(value)}"
+            raise NotationError(found, place=str(path), wanted=str(error)) from error
+    return values
+
+
+def _of_part(folder: Path, part: str, suffix: str) -> Path:
+    for stem in (part, PARTS[part].group, "all"):
+        path = folder / (stem + suffix)
+        if path.is_file():
+            return path
+    raise NotationError(
+        f"no {suffix[1:].upper()} file for {part}",
+        place=str(folder),
+        wanted=f"{part}{suffix}, {PARTS[part].group}{suffix} or all{suffix}",
+    )
+
+
+def _check_names(folder: Path) -> None:
+    """Refuse a file that no part would ever read: a slip in its name."""
+    for path in sorted(folder.iterdir()):
+        if path.suffix in (".lpd", ".ldd") and path.stem not in {*PARTS, *GROUPS, "all"}:
+            raise NotationError(
+                f'no part is called "{shown(path.stem)}"',
+                place=str(path),
+                wanted=f"a part ({', '.join(PARTS)}), a group ({', '.join(GROUPS)}) or all",
+            )
+
+
+def _folder(name: str | Path) -> Path:
+    for folder in (BUILT_IN / name, Path(name)):
+        if os.path.isfile(folder / "profile.toml"):
+            return folder
+    known = ", ".join(sorted(path.name for path in BUILT_IN.iterdir() if path.is_dir()))
+    raise NotationError(
+        f'no profile "{shown(str(name))}"',
+        wanted=f"{known}, or a folder with a profile.toml",
+    )
+
+
+def load(name: str | Path = "default") -> Profile:
+    """Read a profile.
+
+    Parameters
+    ----------
+    name : str or Path
+        ``default``, ``paper``, or a folder.
+
+    Returns
+    -------
+    Profile
+
+    Raises
+    ------
+    NotationError
+        With the file, and the line where there is one.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> profile = lanindex.load_profile("paper")
+    >>> float(profile.rate), profile.distance, profile.ranges["r_arm"].place
+    (60.0, Measure(value=50.0, relative=False), 250.0)
+    """
+    folder = _folder(name)
+    _check_names(folder)
+    values = _parameters(folder / "profile.toml")
+    beats, beat = values.pop("rhythm")
+    meter = Meter(values.pop("speed"), beats, beat, values.pop("division"))
+    paths = {
+        part: (_of_part(folder, part, ".lpd"), _of_part(folder, part, ".ldd")) for part in PARTS
+    }
+    used = {path for pair in paths.values() for path in pair} | {folder / "profile.toml"}
+    ranges = {path: lpd.read(path) for path in used if path.suffix == ".lpd"}
+    rules = {path: Rules(ldd.read(path)) for path in used if path.suffix == ".ldd"}
+    return Profile(
+        **values,
+        digest=_digest(used),
+        meter=meter,
+        ranges={part: ranges[pair[0]] for part, pair in paths.items()},
+        rules={part: rules[pair[1]] for part, pair in paths.items()},
+    )
+
+
+METHOD = b"7"
+"""Which method encodes: another one makes other symbols with the same numbers."""
+
+
+def _digest(paths: set[Path]) -> str:
+    digest = hashlib.sha256(METHOD)
+    for path in sorted(paths, key=lambda path: path.name):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()

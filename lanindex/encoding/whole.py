@@ -1,0 +1,136 @@
+"""The tracks of the whole body: where its weight is, where it goes, how it turns.
+
+Source: ``encoding/BODY.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
+from lanindex.encoding.angles import Told, bends, leans
+from lanindex.encoding.arithmetic import parted, unwrapped, window
+from lanindex.encoding.events import Event, table
+from lanindex.encoding.ground import LEGS, Ground, grounds
+from lanindex.encoding.joints import Body
+from lanindex.encoding.places import Stretch, stretches
+from lanindex.encoding.rests import NEEDED, WISHED, apart, rests
+from lanindex.encoding.steps import events, stances
+from lanindex.encoding.timing import to_source
+from lanindex.encoding.touch import ARMS, touches
+from lanindex.encoding.track import Written
+from lanindex.encoding.ways import STRIDE, travel
+from lanindex.model.symbol import blank
+
+Floats = NDArray[np.float64]
+
+TOGETHER = 1 << 14
+"""Events that are made rows together: rows take a part of the memory."""
+
+
+def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
+    """Write down what the whole body does.
+
+    Parameters
+    ----------
+    body : Body
+        The capture.
+    turn : ndarray
+        (N,) radians, as from `lanindex.encoding.heading.heading`.
+
+    Returns
+    -------
+    tuple of list of Written and tuple of str
+        Tracks of which the capture knows enough, stretch by stretch; and what was doubtful.
+    """
+    found, told, many = list[Written](), list[Told](), 0
+    doubts = dict[str, None]()
+    for one in _tracks(body, turn, doubts):
+        told.append(one)
+        many += len(one[3])
+        if many > TOGETHER:
+            found += _written(told, body)
+            told, many = [], 0
+    return found + _written(told, body), tuple(doubts)
+
+
+def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]:
+    """Yield the tracks, and add what was doubtful."""
+    yield from bends(body)
+    arm, leg = body.length(ARMS), body.length(LEGS)
+    for part, one, those in touches(body, arm) if arm else ():
+        yield part, one.known, one.frames.start, table(those)
+    if leg:
+        yield from _feet(body, leg, turn, doubts)
+    for hips in stretches(body, ("RHip", "LHip")):
+        begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
+        front, stages, profile = unwrapped(front), body.stages, body.profile
+        way = table([])
+        if leg:
+            way = travel(hips, stages.mean(front, window(STRIDE, profile.rate)), leg, profile)
+        yield "body_travel", hips.known, begin, way
+        yield "body_turn", hips.known, begin, stages.turns(np.degrees(front), profile)
+    yield from leans(body, turn)
+
+
+def _feet(body: Body, leg: float, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]:
+    """Yield the tracks of what carries the body, and add what was doubtful."""
+    parts = stretches(body, NEEDED, WISHED)
+    for ground, places in zip(grounds(body, leg), parts, strict=True):
+        doubts |= dict.fromkeys(ground.doubts)
+        yield from _weight(ground, places, turn)
+        del ground
+
+
+def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[Told]:
+    front = turn[ground.places.frames.start : ground.places.frames.start + ground.carries.shape[1]]
+    landed, flights = events(ground, front)
+    carried = rests(ground, places)
+    landed = apart(landed, carried, len(front))
+    for foot, side in enumerate("rl"):
+        own = [one for one in landed if one.foot == foot]
+        held = stances(ground, foot)
+        if held and not held[0].start:
+            own = [Event(0, 0, PLACE, held[0].level, 1.0), *own]
+        yield f"{side}_support", ground.places.known, ground.places.frames.start, table(own)
+        yield f"{side}_stance", ground.places.known, ground.places.frames.start, table(held)
+    yield "jump", ground.places.known, ground.places.frames.start, table(flights)
+    yield "other_support", ground.places.known, ground.places.frames.start, table(carried)
+
+
+def _written(told: Sequence[Told], body: Body) -> list[Written]:
+    """Return the rows of tracks; an event without frames is its track's starting position."""
+    if not told:
+        return []
+    parts, known, begun, each = zip(*told, strict=True)
+    bare = np.array([not len(those) or those[0, 1] > 0 for those in each], np.int64)
+    counts = np.array(list(map(len, each)))
+    events = np.concatenate(each)
+    start, stop, direction, level, margin, _, amount, speed, beside = events.T
+    rows = blank(len(events) + int(bare.sum()))
+    place = np.arange(len(events)) + np.cumsum(bare).repeat(counts)
+    begin, free = np.repeat(begun, counts), np.zeros(len(rows))
+    free[place] = stop
+    for name, values in (
+        ("direction", direction),
+        ("level", level),
+        ("amount", np.minimum(amount, MOST_AMOUNT)),
+        ("margin", np.maximum(margin, 0.0)),
+        ("speed", np.round(np.minimum(speed, FASTEST), 2)),
+        ("runner_direction", beside),
+        ("start", begin + np.maximum(start, free[place - 1])),
+        ("stop", begin + np.maximum(stop, start + 1)),
+    ):
+        rows[name][place] = values
+    ends = np.cumsum(counts + bare)
+    first = ends - counts - bare
+    rows["start"][first] = rows["stop"][first] = begun
+    sizes = (counts + bare).tolist()
+    to_source(rows, sizes, known, body.motion.rate, body.profile.rate)
+    return [
+        Written(part, span, own[without:])
+        for part, span, own, without in zip(parts, known, parted(rows, sizes), bare, strict=True)
+    ]
