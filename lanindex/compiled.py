@@ -23,22 +23,13 @@ FRAME = 500
 
 
 class Loops(NamedTuple):
-    """Loops that are used together.
+    """Loops that are used together."""
 
-    Attributes
-    ----------
-    modules : tuple of str
-        What has to be imported.
-    last : str
-        Module and name of the kernel that a capture calls last: once it is in the cache of numba,
-        so are the others.
-    worth : int
-        Bytes of captures from which on compiling them costs less than it saves.
-    """
-
-    modules: tuple[str, ...]
+    modules: tuple[str, ...]  # What has to be imported
+    # Module and name of the kernel that a capture calls last: once it is in the cache of numba, so
+    # are the others
     last: tuple[str, str]
-    worth: int
+    worth: int  # Bytes of captures from which on compiling them costs less than it saves
 
 
 _CURVES = "lanindex.encoding.curves_fast"
@@ -81,21 +72,7 @@ def take_turns(turn: Turn) -> None:
 
 
 def chosen(name: str, size: int) -> bool:
-    """Tell whether to use compiled loops from now on.
-
-    Parameters
-    ----------
-    name : str
-        Which, of `LOOPS`.
-    size : int
-        Bytes of the capture that is to be worked on now.
-
-    Returns
-    -------
-    bool
-        True once the process has used them; or if it has done, or expects, so much work that
-        loading them pays, or compiling them where they are not cached. False without numba.
-    """
+    """Tell whether to use compiled loops from now on."""
     _done[name] += size
     if name not in _chosen:
         work = max(_done[name], _expected)

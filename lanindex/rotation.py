@@ -11,32 +11,12 @@ Floats = NDArray[np.float64]
 def rotations(points: Floats, offsets: Floats, parents: NDArray[np.int_]) -> Floats:
     """Return how each joint turns its children's offsets.
 
-    A joint with one direction to keep turns on from its parent by the smallest angle; with
-    several it is fitted by least squares (Kabsch 1976); with none it follows its parent.
+    A joint with one direction to keep turns on from its parent by the smallest angle; with several
+    it is fitted by least squares (Kabsch 1976); with none it follows its parent.
 
-    Parameters
-    ----------
-    points : ndarray
-        (T, J, 3) positions.
-    offsets : ndarray
-        (J, 3) from the parent, at rest.
-    parents : ndarray
-        (J,) indices, parents before children, -1 for the root.
-
-    Returns
-    -------
-    ndarray
-        (T, J, 3, 3) rotations from rest to the world.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.rotation import euler, rotations
-    >>> rest = np.array([[0.0, 0, 0], [0, -30, 0]])  # a bone that hangs
-    >>> points = np.array([[[0.0, 90, 0], [30, 90, 0]]])  # stretched out along x
-    >>> turns = rotations(points, rest, np.array([-1, 0]))
-    >>> (turns[0, 0] @ rest[1]).round(3)
-    array([30.,  0.,  0.])
+    `points` (T, J, 3) positions; `offsets` (J, 3) from the parent, at rest; `parents` (J,) indices,
+    parents before children, -1 for the root; returned (T, J, 3, 3) rotations from rest to the
+    world.
     """
     turns = np.empty((*points.shape, 3))
     for joint, parent in enumerate(parents):
@@ -97,24 +77,8 @@ def _unit(vectors: Floats) -> Floats:
 def euler(turns: Floats) -> Floats:
     """Return angles about z, then x, then y, each about the axes as turned before.
 
-    Parameters
-    ----------
-    turns : ndarray
-        (T, ..., 3, 3) rotations, Rz · Rx · Ry.
-
-    Returns
-    -------
-    ndarray
-        (T, ..., 3) degrees z, x, y, without jumps of a whole turn over time. Where x is a
-        quarter turn, z does all the turning and y is 0.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.rotation import euler
-    >>> quarter = np.array([[[0.0, -1, 0], [1, 0, 0], [0, 0, 1]]])  # about z
-    >>> [round(float(angle)) for angle in euler(quarter)[0]]
-    [90, 0, 0]
+    `turns` (T, ..., 3, 3) rotations, Rz · Rx · Ry; returned (T, ..., 3) degrees z, x, y, without
+    jumps of a whole turn over time.
     """
     flat = np.hypot(turns[..., 0, 1], turns[..., 1, 1])
     locked = flat < 1e-9

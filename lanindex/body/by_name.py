@@ -18,18 +18,7 @@ _TIPS = {"Wrist": "Hand", "Ankle": "Toe"}
 
 
 def by_name(rig: Rig) -> dict[str, int]:
-    """Find the body by the names of joints.
-
-    Parameters
-    ----------
-    rig : Rig
-        The skeleton; of several joints that a name may mean, its shape tells which.
-
-    Returns
-    -------
-    dict of str to int
-        By joint of ``alphabet.JOINTS``, as far as names tell: index in the file.
-    """
+    """Find the body by the names of joints."""
     found = candidates(rig.names)
     body: dict[str, int] = {}
     for side in "RL":

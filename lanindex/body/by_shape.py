@@ -29,21 +29,11 @@ _ARM = ("Shoulder", "Elbow", "Wrist", "Hand")
 
 @dataclass(frozen=True, slots=True)
 class _Limb:
-    """The two longest bones in a row of a branch.
+    """The two longest bones in a row of a branch."""
 
-    Attributes
-    ----------
-    top : int
-        The first joint of the branch.
-    joints : tuple of int
-        Where the two bones begin, meet and end: hip, knee, ankle.
-    bones : tuple of float
-        Their lengths.
-    """
-
-    top: int
-    joints: tuple[int, int, int]
-    bones: tuple[float, float]
+    top: int  # The first joint of the branch
+    joints: tuple[int, int, int]  # Where the two bones begin, meet and end: hip, knee, ankle
+    bones: tuple[float, float]  # Their lengths
 
 
 Poses = NDArray[np.float64]
@@ -51,30 +41,7 @@ _Pair = tuple[_Limb, _Limb]
 
 
 def by_shape(rig: Rig) -> tuple[dict[str, int], tuple[str, ...]]:
-    """Find the body by bones and poses.
-
-    Parameters
-    ----------
-    rig : Rig
-        The skeleton.
-
-    Returns
-    -------
-    tuple of dict and tuple of str
-        Joint of the body → joint of the rig, as far as they were found; and doubts.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.body.by_shape import by_shape
-    >>> from lanindex.body.rig import Rig
-    >>> motion = lanindex.read("corpus/compass.bvh")
-    >>> unnamed = tuple(f"J{number}" for number in range(len(motion.skeleton.names)))
-    >>> poses = motion.positions[:3].astype(float)
-    >>> body, _ = by_shape(Rig(unnamed, motion.skeleton.parents.tolist(), poses))
-    >>> motion.skeleton.names[body["LKnee"]]
-    'LeftLeg'
-    """
+    """Find the body by bones and poses."""
     pairs = sorted(_pairs(rig), key=lambda pair: -sum(pair[0].bones + pair[1].bones))
     if not pairs:
         return {}, ()

@@ -66,13 +66,7 @@ _FALLING, _FALL = 2_000.0, Fraction(1, 10)  # mm/s, and seconds at most
 
 
 def told_unit(unit: str) -> str:
-    """Return a unit that the user names, as a key of `UNITS`.
-
-    Raises
-    ------
-    UsageError
-        There is no such unit.
-    """
+    """Return a unit that the user names, as a key of `UNITS`."""
     name = _OTHER_NAMES.get(unit.lower(), unit.lower())
     if name not in UNITS:
         raise UsageError(f"unit {unit!r}", wanted=f"one of {', '.join(UNITS)}")
@@ -80,13 +74,7 @@ def told_unit(unit: str) -> str:
 
 
 def told_up(up: str) -> str:
-    """Return a vertical axis that the user names, as a key of `AXES`.
-
-    Raises
-    ------
-    UsageError
-        There is no such axis.
-    """
+    """Return a vertical axis that the user names, as a key of `AXES`."""
     if up.lower() not in AXES:
         raise UsageError(f"up axis {up!r}", wanted=f"one of {', '.join(AXES)}")
     return up.lower()
@@ -95,32 +83,7 @@ def told_up(up: str) -> str:
 def unit_of(
     lengths: Mapping[str, float], unit: str | None, stated: str | None = None
 ) -> tuple[str, float, tuple[str, ...]]:
-    """Return the unit.
-
-    Parameters
-    ----------
-    lengths : mapping
-        Median distances in units of the file: ``Hip Knee Ankle`` → the leg, and the arm, as far
-        as they are there.
-    unit : str or None
-        What the user says.
-    stated : str or None
-        What the file says; it is not believed where the body then has no usual size, and has one
-        in another unit.
-
-    Returns
-    -------
-    tuple of str, float and tuple of str
-        Name, millimetres in one, warnings.
-
-    Examples
-    --------
-    >>> from lanindex.body.calibration import unit_of
-    >>> unit_of({"Hip Knee Ankle": 84.0}, None), unit_of({"Hip Knee Ankle": 84.0}, "mm")
-    (('cm (detected)', 10.0, ()), ('mm', 1.0, ()))
-    >>> unit_of({"Hip Knee Ankle": 0.84}, None, "mm")
-    ('m (detected)', 1000.0, ('says mm, in which its leg is 1 mm: m believed',))
-    """
+    """Return the unit."""
     if unit is not None:
         name = told_unit(unit)
         return name, UNITS[name], ()
@@ -153,15 +116,7 @@ def unit_of(
 def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:
     """Return the lengths of leg and arm in poses, of the longer side: a camera may lose one.
 
-    Parameters
-    ----------
-    body : ndarray
-        (S, 20, 3) float64, any unit, NaN where absent.
-
-    Returns
-    -------
-    dict
-        For `unit_of`.
+    `body` (S, 20, 3) float64, any unit, NaN where absent.
     """
     middle = _usual(_bones(body).sum(axis=-1)).tolist()
     return {
@@ -188,12 +143,7 @@ def _usual(lengths: NDArray[np.float64]) -> NDArray[np.float64]:
 def uneven_doubt(body: NDArray[np.float64], scale: float) -> tuple[str, ...]:
     """Return a warning where a bone is far longer on one side: a marker may have another's name.
 
-    Parameters
-    ----------
-    body : ndarray
-        (S, 20, 3) float64, any unit, NaN where absent.
-    scale : float
-        Millimetres in this unit.
+    `body` (S, 20, 3) float64, any unit, NaN where absent.
     """
     sides = _usual(_bones(body)) * scale
     right, left = sides[:, 0], sides[:, 1]
@@ -211,29 +161,7 @@ def up_of(
 ) -> tuple[str, tuple[str, ...]]:
     """Return the vertical axis: where the body points, from the ankles to the neck.
 
-    Parameters
-    ----------
-    body : ndarray
-        (S, 20, 3) float64, any unit, NaN where absent.
-    up : str or None
-        What the user says.
-    stated : str or None
-        What the file says; it is not believed where the body stands upright along another axis.
-
-    Returns
-    -------
-    tuple of str and tuple of str
-        A key of `AXES`, and warnings.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.alphabet import JOINT_CODES
-    >>> from lanindex.body.calibration import up_of
-    >>> body = np.zeros((1, 20, 3))
-    >>> body[0, JOINT_CODES["Neck"]] = 0, 0, 140  # over ankles at 0: z is up
-    >>> up_of(body, None)
-    ('z', ())
+    `body` (S, 20, 3) float64, any unit, NaN where absent.
     """
     if up is not None:
         return told_up(up), ()
@@ -265,12 +193,7 @@ def _middle(body: NDArray[np.float64], choices: tuple[list[int], ...]) -> NDArra
 def facing_doubt(body: NDArray[np.float64], up: str) -> tuple[str, ...]:
     """Return a warning where the feet point backwards: left and right are mirrored.
 
-    Parameters
-    ----------
-    body : ndarray
-        (S, 20, 3) float64, any unit, axes of the file, NaN where absent.
-    up : str
-        The vertical axis.
+    `body` (S, 20, 3) float64, any unit, axes of the file, NaN where absent.
     """
     vertical = "xyz".index(up[-1])
     one, other = (vertical + 1) % 3, (vertical + 2) % 3
@@ -290,26 +213,7 @@ def first_frame(wrists: Sequence[Sequence[Sequence[float]]], rate: Fraction) -> 
     next frames: as long as the wrists slow down, but are faster than 2 m/s, for a tenth of a second
     at most.
 
-    Parameters
-    ----------
-    wrists : sequence
-        (N, W, 3) mm: the wrists that are there, in the first frames.
-    rate : Fraction
-        Hz.
-
-    Returns
-    -------
-    int
-        0: there is no such pose.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> from lanindex.body.calibration import first_frame
-    >>> first_frame([[(0, 0, 0)], [(500, 0, 0)]], Fraction(120))  # 60 m/s
-    1
-    >>> first_frame([[(0, 0, 0)], [(500, 0, 0)], [(600, 0, 0)], [(601, 0, 0)]], Fraction(120))
-    2
+    `wrists` (N, W, 3) mm: the wrists that are there, in the first frames.
     """
     few = wrists[: 2 + int(_FALL * rate)]
     steps = [max(map(math.dist, *pair), default=0.0) for pair in pairwise(few)]

@@ -50,20 +50,11 @@ _NUMBERED = re.compile(r"(.*?)([0-9]|[A-Z])$")
 
 @dataclass(frozen=True, slots=True)
 class Clusters:
-    """How the joints of a body are found between clusters of a file's markers.
+    """How the joints of a body are found between clusters of a file's markers."""
 
-    Attributes
-    ----------
-    set : str
-        What such markers are called.
-    segments : mapping of str to tuple of int
-        By segment: its markers.
-    between : mapping of str to tuple of str
-        By joint of ``alphabet.JOINTS``: the two segments that it joins.
-    """
-
-    set: str
-    segments: Mapping[str, Way]
+    set: str  # What such markers are called
+    segments: Mapping[str, Way]  # By segment: its markers
+    # By joint of ``alphabet.JOINTS``: the two segments that it joins
     between: Mapping[str, tuple[str, str]]
 
     @property
@@ -168,17 +159,7 @@ class _Meeting:
 def clusters_of(keys: Sequence[str], tables: Sequence[Mapping[str, Any]]) -> Clusters | None:
     """Return the clusters of two legs.
 
-    Parameters
-    ----------
-    keys : sequence of str
-        (M) names of markers, letters and digits alone, in capitals.
-    tables : sequence of mapping
-        Of ``markers.toml``: segments by the beginnings of their markers' names, and joints.
-
-    Returns
-    -------
-    Clusters or None
-        None: not every segment has three markers.
+    `keys` (M) names of markers, letters and digits alone, in capitals.
     """
     groups: dict[str, list[int]] = {}
     for index, key in enumerate(keys):
@@ -204,10 +185,7 @@ def clusters_of(keys: Sequence[str], tables: Sequence[Mapping[str, Any]]) -> Clu
 def shape_of(markers: NDArray[Any], way: Way) -> Floats:
     """Return a cluster's shape: the mean of some frames, turned onto each other.
 
-    Returns
-    -------
-    ndarray
-        (m, 3) about its middle; NaN where its markers are never all known, or lie in a line.
+    returned (m, 3) about its middle; NaN where its markers are never all known, or lie in a line.
     """
     shape = np.full((len(way), 3), np.nan)
     known = np.flatnonzero(np.isfinite(markers[:, list(way), 0]).all(axis=1))
@@ -227,18 +205,8 @@ def shape_of(markers: NDArray[Any], way: Way) -> Floats:
 def turns_of(places: Floats, shape: Floats) -> tuple[Floats, Floats]:
     """Return how a cluster has turned and moved.
 
-    Parameters
-    ----------
-    places : ndarray
-        (T, m, 3) of its markers, NaN where unknown.
-    shape : ndarray
-        (m, 3) of the cluster.
-
-    Returns
-    -------
-    tuple of ndarray
-        (T, 3, 3) and (T, 3): ``turn @ point + middle`` is where a point of the shape is. NaN where
-        fewer than three markers are known.
+    `places` (T, m, 3) of its markers, NaN where unknown; `shape` (m, 3) of the cluster; returned
+    (T, 3, 3) and (T, 3): ``turn @ point + middle`` is where a point of the shape is.
     """
     known = np.asarray(np.isfinite(places).all(axis=2) & np.isfinite(shape).all())
     shape = np.nan_to_num(shape)

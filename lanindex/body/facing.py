@@ -32,28 +32,9 @@ def rest_axes(
 ) -> NDArray[np.float64] | None:
     """Return which way right and up are at rest.
 
-    Parameters
-    ----------
-    parents : sequence of int
-        (J) parents before children, -1 for a root.
-    offsets : array_like
-        (J, 3) from the parent, at rest.
-    body : ndarray
-        (20,) which joints play the body, as in `Skeleton`.
-
-    Returns
-    -------
-    ndarray or None
-        (2, 3) unit vectors, up along an axis; None where no body stands at rest.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.body.facing import rest_axes
-    >>> skeleton = lanindex.read("corpus/compass.bvh").skeleton
-    >>> rest_axes(skeleton.parents, skeleton.offsets, skeleton.body)
-    array([[-1.,  0.,  0.],
-           [ 0.,  1.,  0.]])
+    `parents` (J) parents before children, -1 for a root; `offsets` (J, 3) from the parent, at rest;
+    `body` (20,) which joints play the body, as in `Skeleton`; returned (2, 3) unit vectors, up
+    along an axis; None where no body stands at rest.
     """
     index = _corners(body)
     if min(index) < 0:
@@ -82,34 +63,10 @@ def seen_axes(
 ) -> Floats | None:
     """Return which way right and up are where bones lie along one axis at rest.
 
-    Parameters
-    ----------
-    parents : sequence of int
-        (J) parents before children, -1 for a root.
-    body : ndarray
-        (20,) which joints play the body, as in `Skeleton`.
-    poses : ndarray
-        (T, J, 3) places in some frames.
-    turned : callable
-        Gives (T, 3, 3) of a joint in the same frames: columns are where its own axes point.
-
-    Returns
-    -------
-    ndarray or None
-        (2, 3) unit vectors along axes, the same for chest and head; None where the chest has no
-        such axes, or the head plainly others.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import lanindex
-    >>> from lanindex.body.facing import seen_axes
-    >>> motion = lanindex.read("corpus/compass.bvh")
-    >>> still = np.tile(np.eye(3), (len(motion), 1, 1))
-    >>> skeleton = motion.skeleton
-    >>> seen_axes(skeleton.parents, skeleton.body, motion.positions, lambda joint: still)
-    array([[-1.,  0.,  0.],
-           [ 0.,  1.,  0.]])
+    `parents` (J) parents before children, -1 for a root; `body` (20,) which joints play the body,
+    as in `Skeleton`; `poses` (T, J, 3) places in some frames; returned (2, 3) unit vectors along
+    axes, the same for chest and head; None where the chest has no such axes, or the head plainly
+    others.
     """
     found, index = _corners(body), int(body[JOINT_CODES["Head"]])
     if min(*found, index) < 0 or (chest := _above(parents, found[2:])) < 0:
@@ -160,17 +117,7 @@ def axes_of(
 ) -> dict[str, NDArray[np.float32]]:
     """Return where what at rest points right and up points now, by joint of the body.
 
-    Parameters
-    ----------
-    skeleton : Skeleton
-        Its offsets are those of the rest that the rotations start from.
-    rotations : ndarray or None
-        (T, J, 4), as in `Motion`.
-
-    Returns
-    -------
-    dict
-        As in `Motion.axes`.
+    `rotations` (T, J, 4), as in `Motion`.
     """
     rest = rest_axes(skeleton.parents.tolist(), skeleton.offsets, skeleton.body)
     if rotations is None or rest is None:

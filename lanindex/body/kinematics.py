@@ -23,31 +23,17 @@ RADIANS = math.pi / 180.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plan:
-    """What has to be done for each joint, as flat tables.
+    """What has to be done for each joint, as flat tables."""
 
-    Attributes
-    ----------
-    parents : ndarray
-        (J,) int64, -1 for a root.
-    offsets : ndarray
-        (J, 3) float64.
-    places : ndarray
-        (J, 3) int64, the column that replaces each coordinate of the offset, -1: none.
-    turns : ndarray
-        (J + 1,) int64: joint j turns by rows ``turns[j]`` to ``turns[j + 1]`` of the next two.
-    axes, columns : ndarray
-        (R,) int64, axis 0 to 2 and column of each turn, in file order.
-    child_first : bool
-        A joint's turn stands before its parent's, not behind it.
-    """
-
-    parents: NDArray[np.int64]
-    offsets: Array
+    parents: NDArray[np.int64]  # (J,) int64, -1 for a root
+    offsets: Array  # (J, 3) float64
+    # (J, 3) int64, the column that replaces each coordinate of the offset, -1: none
     places: NDArray[np.int64]
+    # (J + 1,) int64: joint j turns by rows ``turns[j]`` to ``turns[j + 1]`` of the next two
     turns: NDArray[np.int64]
-    axes: NDArray[np.int64]
+    axes: NDArray[np.int64]  # (R,) int64, axis 0 to 2 and column of each turn, in file order
     columns: NDArray[np.int64]
-    child_first: bool
+    child_first: bool  # A joint's turn stands before its parent's, not behind it
 
 
 def plan(
@@ -58,21 +44,8 @@ def plan(
 ) -> Plan:
     """Lay out the work; joints whose turn moves nothing do not turn.
 
-    Parameters
-    ----------
-    parents : sequence of int
-        (J) parents before children, -1 for a root.
-    offsets : sequence
-        (J, 3) from the parent.
-    channels : sequence
-        (J) codes in file order: below 3 a coordinate, else 3 + the axis of a turn.
-    child_first : bool
-        Global turn = own times parent's, instead of parent's times own.
-
-    Returns
-    -------
-    Plan
-        For `positions`.
+    `parents` (J) parents before children, -1 for a root; `offsets` (J, 3) from the parent;
+    `channels` (J) codes in file order: below 3 a coordinate, else 3 + the axis of a turn.
     """
     matters = [False] * len(parents)
     for joint in range(len(parents) - 1, -1, -1):
@@ -105,21 +78,7 @@ def plan(
 def aimed(work: Plan, channels: Sequence[Sequence[int]], joint: int, axes: Array) -> Plan:
     """Lay out the work for vectors that turn with one joint.
 
-    Parameters
-    ----------
-    work : Plan
-        Of the whole skeleton.
-    channels : sequence
-        (J) as for `plan`.
-    joint : int
-        Which.
-    axes : ndarray
-        (K, 3) the vectors at rest.
-
-    Returns
-    -------
-    Plan
-        For `positions`, of which the last K are where the vectors point.
+    `channels` (J) as for `plan`; `axes` (K, 3) the vectors at rest.
     """
     chain = [joint]
     while work.parents[chain[-1]] >= 0:
@@ -144,25 +103,7 @@ def aimed(work: Plan, channels: Sequence[Sequence[int]], joint: int, axes: Array
 
 
 def sine_cosine(degrees: Array) -> tuple[Array, Array]:
-    """Return sine and cosine of angles.
-
-    Parameters
-    ----------
-    degrees : ndarray
-        Any shape, float64, up to 1e9.
-
-    Returns
-    -------
-    tuple of ndarray and ndarray
-        Within 2e-16.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.body.kinematics import sine_cosine
-    >>> sine_cosine(np.array([0.0, 30.0, 60.0]))
-    (array([0.       , 0.5      , 0.8660254]), array([1.       , 0.8660254, 0.5      ]))
-    """
+    """Return sine and cosine of angles."""
     quarter = np.rint(degrees / 90.0)
     rest = (degrees - 90.0 * quarter) * RADIANS
     square = rest * rest
@@ -185,26 +126,8 @@ def sine_cosine(degrees: Array) -> tuple[Array, Array]:
 def positions(work: Plan, values: Array) -> Array:
     """Carry out a plan.
 
-    Parameters
-    ----------
-    work : Plan
-        What to do.
-    values : ndarray
-        (T, C) float64, the channels: units of the file, degrees.
-
-    Returns
-    -------
-    ndarray
-        (T, J, 3) float64, units of the file.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.body.kinematics import plan, positions
-    >>> work = plan([-1, 0], [(0, 0, 0), (0, -30, 0)], [(0, 1, 2, 5), ()])  # x, y, z, about z
-    >>> positions(work, np.array([[0.0, 90, 0, 0], [0, 90, 0, 90]]))[1].round(3)
-    array([[ 0., 90.,  0.],
-           [30., 90.,  0.]])
+    `values` (T, C) float64, the channels: units of the file, degrees; returned (T, J, 3) float64,
+    units of the file.
     """
     places = np.empty((len(values), len(work.parents), 3))
     for start in range(0, len(values), _BLOCK):

@@ -26,23 +26,8 @@ GAP = Fraction(1, 5)
 def weighted(parts: Iterable[tuple[Floats, float]]) -> Floats:
     """Return a place made of others.
 
-    Parameters
-    ----------
-    parts : iterable of (ndarray, float)
-        (..., 3) float64 each, and its share; one at least.
-
-    Returns
-    -------
-    ndarray
-        (..., 3) float64; NaN where one of them is unknown.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.body.made import weighted
-    >>> left, right = np.array([90.0, 905, 0]), np.array([-90.0, 905, 0])
-    >>> weighted([(left, 0.5), (right, 0.5)])
-    array([  0., 905.,   0.])
+    `parts` (..., 3) float64 each, and its share; one at least; returned (..., 3) float64; NaN where
+    one of them is unknown.
     """
     (first, share), *others = parts
     place = first * share

@@ -54,26 +54,14 @@ _LIMB = {"arm": {"Shoulder", "Elbow", "Wrist"}, "leg": {"Hip", "Knee", "Ankle"}}
 
 @dataclass(frozen=True, slots=True)
 class Making:
-    """How the joints of a body are made of a file's markers.
+    """How the joints of a body are made of a file's markers."""
 
-    Attributes
-    ----------
-    set : str
-        What the set of markers is called; several names where one gives what another lacks.
-    ways : mapping of str to tuple of int
-        By joint of ``alphabet.JOINTS``: the markers in whose middle it lies.
-    caps : frozenset of str
-        Shoulders whose markers lie on top of them.
-    pelvis : tuple of tuple of int
-        Right and left in front, and behind: where the hips are told by them; else empty.
-    palms : mapping of str to tuple of int
-        By hand (``RHand``): the markers that tell its plane, as in `lanindex.body.palms.Plane`.
-    """
-
-    set: str
-    ways: Mapping[str, Way]
-    caps: frozenset[str] = frozenset()
+    set: str  # What the set of markers is called; several names where one gives what another lacks
+    ways: Mapping[str, Way]  # By joint of ``alphabet.JOINTS``: the markers in whose middle it lies
+    caps: frozenset[str] = frozenset()  # Shoulders whose markers lie on top of them
+    # Right and left in front, and behind: where the hips are told by them; else empty
     pelvis: tuple[Way, ...] = ()
+    # By hand (``RHand``): the markers that tell its plane, as in `lanindex.body.palms.Plane`
     palms: Mapping[str, Way] = field(default_factory=dict)
 
     @property
@@ -107,17 +95,8 @@ class Making:
     def places(self, markers: NDArray[Any], scale: float) -> Floats:
         """Return where the joints are.
 
-        Parameters
-        ----------
-        markers : ndarray
-            (T, M, 3) in units of the file, NaN where unknown.
-        scale : float
-            Millimetres in one of these units.
-
-        Returns
-        -------
-        ndarray
-            (T, 20, 3) float64, units of the file; NaN where one of a joint's markers is unknown.
+        `markers` (T, M, 3) in units of the file, NaN where unknown; returned (T, 20, 3) float64,
+        units of the file; NaN where one of a joint's markers is unknown.
         """
         found = self._made(markers, scale, None)
         for joint in _BELOW if self.caps == _CAPPED else ():
@@ -134,17 +113,7 @@ class Making:
 
         For many frames: all that `places` returns may be larger than the markers.
 
-        Parameters
-        ----------
-        markers, scale
-            As for `places`.
-        block : int
-            Frames that are looked at at a time.
-
-        Returns
-        -------
-        tuple of ndarray and Callable
-            (T, J), whether they are known; and what gives (t, J, 3) by some frames.
+        returned (T, J), whether they are known; and what gives (t, J, 3) by some frames.
         """
         sizes = self._sizes(markers) if self.pelvis else ()
         parts = [slice(start, start + block) for start in range(0, len(markers), block)]
@@ -214,31 +183,7 @@ def making_of(
 ) -> Making | Clusters | None:
     """Return what the joints of a body can be made of, where markers are of a known set.
 
-    Parameters
-    ----------
-    names : sequence of str
-        (M) as in the file, with or without the subject before a colon.
-    body : mapping, optional
-        Of which markers the user says that they make a joint.
-
-    Returns
-    -------
-    Making or Clusters or None
-        Clusters where no set of markers is known, but what holds together on each segment of two
-        legs; None: no set gives a whole limb, and two hips or shoulders that tell where it faces.
-
-    Raises
-    ------
-    BodyError
-        The user names a marker that is not there.
-
-    Examples
-    --------
-    >>> from lanindex.body.markers import making_of
-    >>> names = ["Bob:LSHO", "Bob:RSHO", "Bob:RELB", "Bob:RWRA", "Bob:RWRB", "Bob:C7"]
-    >>> made = making_of(names)
-    >>> made.set, made.told(names)["RWrist"]
-    ('Plug-in Gait', 'Bob:RWRA Bob:RWRB')
+    `names` (M) as in the file, with or without the subject before a colon.
     """
     return _making(tuple(names), tuple((body or {}).items()))
 

@@ -80,41 +80,13 @@ def _key(words: Sequence[str]) -> Key:
 
 @lru_cache(maxsize=64)
 def keys(names: tuple[str, ...]) -> tuple[Key, ...]:
-    """Return side and plain name of each joint.
-
-    Parameters
-    ----------
-    names : tuple of str
-        As in the file.
-
-    Returns
-    -------
-    tuple of Key
-        ``("L", "handmiddle1")`` for ``mixamorig:LeftHandMiddle1``.
-
-    Examples
-    --------
-    >>> from lanindex.body.names import keys
-    >>> keys(("mixamorig:LeftHandMiddle1", "mixamorig:RightUpLeg", "mixamorig:Hips"))
-    (('L', 'handmiddle1'), ('R', 'upleg'), ('', 'hips'))
-    """
+    """Return side and plain name of each joint."""
     return tuple(map(_key, _without_shared([_words(name) for name in names])))
 
 
 @lru_cache(maxsize=64)
 def candidates(names: tuple[str, ...]) -> Mapping[tuple[str, str, str], tuple[int, ...]]:
-    """Return the joints that may be meant, best first.
-
-    Parameters
-    ----------
-    names : tuple of str
-        As in the file.
-
-    Returns
-    -------
-    mapping
-        Group of `names.toml`, side, joint of the body → indices; of equal names the first.
-    """
+    """Return the joints that may be meant, best first."""
     found: dict[Key, int] = {}
     passed_over = exporter_of(names).get("passed_over", ())
     for index, key in enumerate(keys(names)):
@@ -132,14 +104,7 @@ def candidates(names: tuple[str, ...]) -> Mapping[tuple[str, str, str], tuple[in
 
 @lru_cache(maxsize=64)
 def exporter_of(names: tuple[str, ...]) -> Mapping[str, Any]:
-    """Return what `names.toml` knows about the program that wrote these joints, or nothing.
-
-    Examples
-    --------
-    >>> from lanindex.body.names import exporter_of
-    >>> exporter_of(("TORSO#", "TLS", "TRS", "TLH", "TRH", "TN"))["name"]
-    'MAE'
-    """
+    """Return what `names.toml` knows about the program that wrote these joints, or nothing."""
     present = set(names)
     for exporter in tables()["exporters"]:
         if present.issuperset(exporter["joints"]):

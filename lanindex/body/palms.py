@@ -48,14 +48,7 @@ _SAMPLED, _BLOCK = 512, 4096
 
 
 def planes(names: tuple[str, ...]) -> dict[str, Plane]:
-    """Return the knuckles that tell the plane of each hand, where two or more are known.
-
-    Examples
-    --------
-    >>> from lanindex.body.palms import planes
-    >>> planes(("RightHand", "RightHandThumb1", "RightHandIndex1", "RightHandPinky1"))
-    {'RHand': (2, 3, 2)}
-    """
+    """Return the knuckles that tell the plane of each hand, where two or more are known."""
     found = {}
     named = candidates(names)
     for hand in HANDS:
@@ -68,25 +61,8 @@ def planes(names: tuple[str, ...]) -> dict[str, Plane]:
 def facing(hand: str, across: Floats, along: Floats) -> Floats:
     """Return where a palm faces, and its fingers point.
 
-    Parameters
-    ----------
-    hand : str
-        Of `HANDS`.
-    across, along : ndarray
-        (..., 3) from the little finger's side to the thumb's, and from the wrist to the fingers.
-
-    Returns
-    -------
-    ndarray
-        (..., 2, 3) unit vectors at right angles; NaN where both ways are nearly one.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.body.palms import facing
-    >>> palm, _ = facing("RHand", np.array([-1.0, 0, 0]), np.array([0, 1.0, 0]))  # a halt: from
-    >>> palm + 0.0  # who looks towards -z, x to the right, and sees the back of the hand
-    array([ 0.,  0., -1.])
+    `across, along` (..., 3) from the little finger's side to the thumb's, and from the wrist to the
+    fingers; returned (..., 2, 3) unit vectors at right angles; NaN where both ways are nearly one.
     """
     out = np.cross(across, along) * (1 if hand[0] == "R" else -1)
     size, length = (np.linalg.norm(it, axis=-1, keepdims=True) for it in (out, along))
@@ -106,36 +82,8 @@ def rest_palms(
 ) -> dict[str, tuple[int, Floats]]:
     """Return where palms face at rest, and fingers point.
 
-    Parameters
-    ----------
-    names : tuple of str
-        (J) as in the file.
-    parents : sequence of int
-        (J) parents before children, -1 for a root.
-    offsets : array_like
-        (J, 3) from the parent, at rest.
-    body : ndarray
-        (20,) which joints play the body, as in `Skeleton`.
-    down : bool
-        Whether the format says that at rest they face down.
-
-    Returns
-    -------
-    dict of str to tuple of int and ndarray
-        By joint of `HANDS`, as far as the skeleton tells: the joint that it turns with, and (2, 3)
-        unit vectors.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.body.palms import rest_palms
-    >>> names = ("RightHand", "RightHandIndex1", "RightHandPinky1")
-    >>> body = np.full(20, -1, np.int16)
-    >>> body[6] = 0
-    >>> places = [[0, 0, 0], [-9, 0, 3], [-8, 0, -4]]
-    >>> rest_palms(names, (-1, 0, 0), places, body)["RHand"][1].round(2)
-    array([[ 0.  , -1.  ,  0.  ],
-           [-0.95,  0.  ,  0.32]])
+    `names` (J) as in the file; `parents` (J) parents before children, -1 for a root; `offsets` (J,
+    3) from the parent, at rest; `body` (20,) which joints play the body, as in `Skeleton`.
     """
     knuckles, named, found = planes(names), candidates(names), dict[str, tuple[int, Floats]]()
     stands = rest_axes(parents, offsets, body) if down else None
@@ -199,20 +147,7 @@ def rest_of(skeleton: Skeleton, down: bool = False) -> dict[str, tuple[int, Floa
 def turned(
     rest: Mapping[str, tuple[int, Floats]], turns: Callable[[int], NDArray[np.float32]]
 ) -> dict[str, NDArray[np.float32]]:
-    """Return where palms face, and fingers point, of hands that are turned so.
-
-    Parameters
-    ----------
-    rest : mapping of str to tuple of int and ndarray
-        As from `rest_palms`.
-    turns : Callable
-        Gives (T, 4) unit quaternions from rest to the world, by joint.
-
-    Returns
-    -------
-    dict of str to ndarray
-        As in `Motion.axes`.
-    """
+    """Return where palms face, and fingers point, of hands that are turned so."""
     found = {}
     for hand, (joint, palm) in rest.items():
         own = turns(joint)
@@ -232,21 +167,7 @@ def seen(
 ) -> dict[str, NDArray[np.float32]]:
     """Return where palms face, and fingers point, of hands whose points are seen.
 
-    Parameters
-    ----------
-    points : ndarray
-        (T, M, 3) of the file.
-    planes_of : mapping of str to tuple of int
-        By joint of `HANDS` the points of its `Plane`.
-    wrists : mapping of str to ndarray
-        By joint of `HANDS`, (T, 3) mm, y up.
-    oriented : Callable
-        Makes mm, y up, of places of the file.
-
-    Returns
-    -------
-    dict of str to ndarray
-        As in `Motion.axes`; NaN where a point is unknown.
+    `points` (T, M, 3) of the file.
     """
     found = {}
     for hand, wrist in wrists.items():
@@ -266,19 +187,7 @@ def measured(
 ) -> tuple[dict[str, NDArray[np.float32]], tuple[str, ...]]:
     """Leave out palms that nobody measured: they turn as the elbow does, and never by themselves.
 
-    Parameters
-    ----------
-    axes : mapping of str to ndarray
-        As in `Motion.axes`.
-    positions : ndarray
-        (T, J, 3) of the joints.
-    body : ndarray
-        (20,) which joints play the body.
-
-    Returns
-    -------
-    tuple of dict and tuple of str
-        Those that stay, and what was left out.
+    `positions` (T, J, 3) of the joints; `body` (20,) which joints play the body.
     """
     kept, doubts = dict(axes), list[str]()
     for hand in HANDS:

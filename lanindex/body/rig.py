@@ -15,26 +15,9 @@ _NOTHING = 0.003  # of the body's extent: two joints in one place
 class Rig:
     """A skeleton in a few of its poses.
 
-    Parameters
-    ----------
-    names : tuple of str
-        (J) as in the file.
-    parents : sequence of int or None
-        (J) parents before children, -1 for a root; None where there is no hierarchy: joints then
-        lie beyond each other by their distance alone.
-    poses : ndarray
-        (S, J, 3) float64, any unit.
-
-    Attributes
-    ----------
-    bones : list of float
-        (J) mean distance of each joint from its parent; 0 at a root.
-    below : list of list of int
-        (J) children.
-    extent : list of float
-        (J) length of the bone to each joint and of the longest branch beyond it.
-    nothing : float
-        Below this distance two joints are in one place.
+    `names` (J) as in the file; `parents` (J) parents before children, -1 for a root; None where
+    there is no hierarchy: joints then lie beyond each other by their distance alone; `poses` (S, J,
+    3) float64, any unit.
     """
 
     def __init__(
@@ -89,18 +72,7 @@ class Rig:
                 yield joint
 
     def tip(self, outer: int, named: Sequence[int] = (), inner: int | None = None) -> int | None:
-        """Return the joint that tells where a hand, a foot or a head points, if there is one.
-
-        Parameters
-        ----------
-        outer : int
-            Where it begins: wrist, ankle, neck.
-        named : sequence of int
-            Joints that are called like a tip, best first; else the branch beyond tells.
-        inner : int, optional
-            The joint before: what lies straight on from there is no tip, as the forefoot of some
-            rigs, straight under the ankle.
-        """
+        """Return the joint that tells where a hand, a foot or a head points, if there is one."""
         apart = (index for index in named if self.beyond(index, outer) > self.nothing)
         found = (*apart, *self.branch(outer))
         return next((one for one in found if inner is None or self._aside(one, outer, inner)), None)

@@ -47,14 +47,7 @@ _UPWARDS = ("Chest", "Neck", "Head")
 
 
 def hung(joints: Sequence[str]) -> list[int]:
-    """Return on which of some joints of the body each of them hangs; -1: on none.
-
-    Examples
-    --------
-    >>> from lanindex.body.standing import hung
-    >>> hung(["Pelvis", "Neck", "LHip", "LAnkle"])
-    [-1, 0, 0, -1]
-    """
+    """Return on which of some joints of the body each of them hangs; -1: on none."""
     place = {joint: number for number, joint in enumerate(joints)}
     return [next((place[up] for up in UP.get(joint, ()) if up in place), -1) for joint in joints]
 
@@ -62,15 +55,7 @@ def hung(joints: Sequence[str]) -> list[int]:
 def at_rest(places: Mapping[str, Floats]) -> Floats:
     """Return where joints are at rest, each from the one that it hangs on.
 
-    Parameters
-    ----------
-    places : mapping of str to ndarray
-        By joint of the body: (T, 3) mm, y up; NaN where unknown. Some hundred frames are enough.
-
-    Returns
-    -------
-    ndarray
-        (J, 3) in the order of the joints; 0 where a joint hangs on none.
+    returned (J, 3) in the order of the joints; 0 where a joint hangs on none.
     """
     joints = list(places)
     ups = hung(joints)

@@ -19,13 +19,7 @@ LARGEST = 1 << 20
 
 
 def told_body(path: str) -> Mapping[str, tuple[str, ...]]:
-    """Return what plays each joint that a file tells, by ``alphabet.JOINTS``.
-
-    Raises
-    ------
-    UsageError
-        The file cannot be read, is no TOML, or names a joint that a body has not.
-    """
+    """Return what plays each joint that a file tells, by ``alphabet.JOINTS``."""
     try:
         with open(path, "rb") as file:
             said = tomllib.loads(file.read(LARGEST).decode())

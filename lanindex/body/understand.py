@@ -39,31 +39,17 @@ _LIKE = 75  # of 100: how much a misspelt name has to be like the right one
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Understanding:
-    """How the joints of a file are to be read as a body.
+    """How the joints of a file are to be read as a body."""
 
-    Attributes
-    ----------
-    body : ndarray
-        (20,) int16, index of the joint that plays each of ``alphabet.JOINTS``, -1: absent.
-    unit : str
-        Name of the unit, with ``(detected)`` where the file does not state it, ``(guessed)``
-        where no unit gives the body a usual size.
-    scale : float
-        Millimetres in one unit of the file.
-    up : str
-        The file's vertical axis.
-    first : int
-        The first frame that is movement: behind a calibration pose, if there is one.
-    doubts : tuple of str
-        What a person should look at.
-    """
-
+    # (20,) int16, index of the joint that plays each of ``alphabet.JOINTS``, -1: absent
     body: NDArray[np.int16]
+    # Name of the unit, with ``(detected)`` where the file does not state it, ``(guessed)`` where no
+    # unit gives the body a usual size
     unit: str
-    scale: float
-    up: str
-    first: int
-    doubts: tuple[str, ...]
+    scale: float  # Millimetres in one unit of the file
+    up: str  # The file's vertical axis
+    first: int  # The first frame that is movement: behind a calibration pose, if there is one
+    doubts: tuple[str, ...]  # What a person should look at
 
     def oriented(
         self,
@@ -73,19 +59,9 @@ class Understanding:
     ) -> NDArray[np.float32]:
         """Turn places to y up and scale them to millimetres.
 
-        Parameters
-        ----------
-        places : ndarray
-            (..., 3) float64, units and axes of the file.
-        out : ndarray, optional
-            (..., 3) float32: where to.
-        kept : ndarray, optional
-            (K,) int64, which joints of (..., J, 3) places; else all.
-
-        Returns
-        -------
-        ndarray
-            (..., 3) float32, mm, y up.
+        `places` (..., 3) float64, units and axes of the file; `out` (..., 3) float32: where to;
+        `kept` (K,) int64, which joints of (..., J, 3) places; else all; returned (..., 3) float32,
+        mm, y up.
         """
         if kept is not None:
             places = places.take(kept, axis=-2)
@@ -103,20 +79,11 @@ class Understanding:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stated:
-    """What a file says of itself, each None where it does not.
+    """What a file says of itself, each None where it does not."""
 
-    Attributes
-    ----------
-    unit : str or None
-        Of its lengths.
-    up : str or None
-        Its vertical axis.
-    body : ndarray or None
-        (20,) int16: which of its joints play the body, where the format leaves no doubt.
-    """
-
-    unit: str | None = None
-    up: str | None = None
+    unit: str | None = None  # Of its lengths
+    up: str | None = None  # Its vertical axis
+    # (20,) int16: which of its joints play the body, where the format leaves no doubt
     body: NDArray[np.int16] | None = None
 
 
@@ -124,14 +91,7 @@ _NOTHING = Stated()
 
 
 def sampled(frames: int) -> NDArray[np.int64]:
-    """Return the frames whose poses tell the body: spread over the capture, at most `POSES`.
-
-    Examples
-    --------
-    >>> from lanindex.body.understand import sampled
-    >>> sampled(5), len(sampled(100_000))
-    (array([0, 1, 2, 3, 4]), 32)
-    """
+    """Return the frames whose poses tell the body: spread over the capture, at most `POSES`."""
     return np.linspace(0, frames - 1, min(frames, POSES)).astype(np.int64)
 
 
@@ -147,49 +107,10 @@ def understand(
 ) -> Understanding:
     """Find the body among named joints.
 
-    Parameters
-    ----------
-    names : tuple of str
-        (J) as in the file.
-    parents : sequence of int or None
-        (J) parents before children, -1 for a root; None where the file has no hierarchy.
-    poses : ndarray
-        (S, J, 3) float64, units and axes of the file: some frames, as `sampled` chooses them.
-    beginning : ndarray
-        (N, J, 3) float64: the first frames, `BEGINNING` or fewer, which tell a calibration pose.
-    rate : Fraction
-        Frames a second.
-    told : Reading
-        Unit and vertical axis, where the user knows them.
-    path : str
-        The file, for errors.
-    stated : Stated, optional
-        What the file says of itself.
-
-    Returns
-    -------
-    Understanding
-
-    Raises
-    ------
-    BodyError
-        This is no human skeleton; names the joints that are missing.
-    UsageError
-        Unit or axis are not known.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import lanindex
-    >>> from lanindex.body.understand import sampled, understand
-    >>> from lanindex.model import Reading
-    >>> motion = lanindex.read("corpus/compass.bvh")
-    >>> places = motion.positions.astype(float) / 1000  # as a file in metres would have them
-    >>> names, parents = motion.skeleton.names, motion.skeleton.parents.tolist()
-    >>> poses = places[sampled(len(places))]
-    >>> found = understand(names, parents, poses, places[:40], motion.rate, Reading())
-    >>> found.unit, found.scale, found.up, names[found.body[0]]
-    ('m (detected)', 1000.0, 'y', 'Hips')
+    `names` (J) as in the file; `parents` (J) parents before children, -1 for a root; None where the
+    file has no hierarchy; `poses` (S, J, 3) float64, units and axes of the file: some frames, as
+    `sampled` chooses them; `beginning` (N, J, 3) float64: the first frames, `BEGINNING` or fewer,
+    which tell a calibration pose.
     """
     if stated.body is None:
         said = told_joints(told, names, path)
@@ -225,16 +146,8 @@ def _posed(first: int) -> str:
 def body_of(skeleton: Skeleton) -> tuple[NDArray[np.int64], Skeleton]:
     """Leave out the joints that play no part in the body.
 
-    Parameters
-    ----------
-    skeleton : Skeleton
-        Of a file.
-
-    Returns
-    -------
-    tuple of ndarray and Skeleton
-        (K,) int64, the joints that stay, in their order; and the skeleton that they make, each
-        joined to the nearest above it that stays.
+    returned (K,) int64, the joints that stay, in their order; and the skeleton that they make, each
+    joined to the nearest above it that stays.
     """
     kept = np.unique(skeleton.body[skeleton.body >= 0]).astype(np.int64)
     place = np.full(len(skeleton.names) + 1, -1, np.int16)  # the last one stands for -1: none
@@ -251,13 +164,7 @@ def body_of(skeleton: Skeleton) -> tuple[NDArray[np.int64], Skeleton]:
 
 
 def told_joints(told: Reading, names: tuple[str, ...], path: str) -> dict[str, int]:
-    """Return which of some joints the user says play the body, by ``alphabet.JOINTS``.
-
-    Raises
-    ------
-    BodyError
-        One is not there, or is to be made of several.
-    """
+    """Return which of some joints the user says play the body, by ``alphabet.JOINTS``."""
     found = {}
     for joint, (name, *more) in told_body(told.body).items() if told.body else ():
         if name not in names or more:
@@ -275,35 +182,8 @@ def find_body(
 ) -> tuple[NDArray[np.int16], tuple[str, ...]]:
     """Find the body.
 
-    Parameters
-    ----------
-    rig : Rig
-        The skeleton.
-    path : str
-        The file, for errors.
-    said : mapping of str to int, optional
-        The joints that the user says play the body.
-
-    Returns
-    -------
-    tuple of ndarray and tuple of str
-        (20,) int16, the joint that plays each of ``alphabet.JOINTS``, -1: absent; and warnings.
-
-    Raises
-    ------
-    BodyError
-        This is no human skeleton; names the joints that are missing.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.body.rig import Rig
-    >>> from lanindex.body.understand import find_body
-    >>> motion = lanindex.read("corpus/compass.bvh")
-    >>> names, parents = motion.skeleton.names, motion.skeleton.parents.tolist()
-    >>> body, doubts = find_body(Rig(names, parents, motion.positions[:3].astype(float)))
-    >>> [names[index] for index in body[:4]], doubts
-    (['Hips', 'Chest', 'Neck', 'Head'], ())
+    returned (20,) int16, the joint that plays each of ``alphabet.JOINTS``, -1: absent; and
+    warnings.
     """
     body = by_name(rig) | dict(said or {})
     warnings: tuple[str, ...] = ()

@@ -17,69 +17,23 @@ from lanindex.encoding.segment import Segment
 
 
 class Run(NamedTuple):
-    """Frames in a row that lie in one cell.
+    """Frames in a row that lie in one cell."""
 
-    Attributes
-    ----------
-    cell : int
-        direction · 3 + level.
-    start, stop : int
-        Resampled frames, half-open.
-    achieved : int
-        The frame at which the cell's direction is achieved.
-    angle : float
-        Degrees from the reference direction there.
-    apart : float
-        Distance from the middle of the cell there, as in `direction.Course`.
-    outcome : str
-        ``symbol``, or why it is none: ``not achieved``, ``in force``, ``joined`` with an equal
-        neighbour, ``passing`` (deleted by a rule), ``rejoined`` with an equal neighbour that a
-        deletion left.
-    rule : int
-        Line of the rule that deleted it, else 0.
-    """
-
-    cell: int
-    start: int
+    cell: int  # direction · 3 + level
+    start: int  # Resampled frames, half-open
     stop: int
-    achieved: int
-    angle: float
-    apart: float
+    achieved: int  # The frame at which the cell's direction is achieved
+    angle: float  # Degrees from the reference direction there
+    apart: float  # Distance from the middle of the cell there, as in `direction.Course`
+    # ``symbol``, or why it is none: ``not achieved``, ``in force``, ``joined`` with an equal
+    # neighbour, ``passing`` (deleted by a rule), ``rejoined`` with an equal neighbour that a
+    # deletion left
     outcome: str = "symbol"
-    rule: int = 0
+    rule: int = 0  # Line of the rule that deleted it, else 0
 
 
 def runs(course: Course, moves: Sequence[Segment]) -> Iterator[list[Run]]:
-    """Yield the runs of each move, each with the frame that comes nearest to its reference.
-
-    Parameters
-    ----------
-    course : Course
-        The cells of the whole stretch.
-    moves : sequence of Segment
-        In order of time.
-
-    Yields
-    ------
-    list of Run
-        Those of a move, in order of time; the last is achieved at the move's end.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import lanindex
-    >>> from lanindex.encoding.achieve import runs
-    >>> from lanindex.encoding.direction import course, space
-    >>> from lanindex.encoding.segment import Segment
-    >>> turn = np.radians(np.linspace(0, 90, 10))  # an arm lifted to the side
-    >>> arm = 550 * np.stack([0 * turn, -np.cos(turn), np.sin(turn)], axis=-1)
-    >>> (passed,) = course(arm[None], [space(lanindex.load_profile().ranges["r_arm"], 550)])
-    >>> for run in next(runs(passed, [Segment(0, 9, 0, 9)])):
-    ...     print(run.cell, run.start, run.stop, "nearest at", run.achieved)
-    24 0 3 nearest at 0
-    0 3 7 nearest at 4
-    1 7 10 nearest at 9
-    """
+    """Yield the runs of each move, each with the frame that comes nearest to its reference."""
     cells, apart, angle = course.cells, course.apart, course.angle
     changed = np.append(True, cells[1:] != cells[:-1])
     borders = np.flatnonzero(changed)
@@ -121,34 +75,7 @@ def _nearest(
 
 
 def achieve(found: Sequence[Run], in_force: int, within: float) -> list[Run]:
-    """Decide which runs of a move become symbols.
-
-    Parameters
-    ----------
-    found : sequence of Run
-        All of the move, in order.
-    in_force : int
-        The cell of the last symbol before.
-    within : float
-        Degrees: runs but the last that come no nearer to their reference are dropped.
-
-    Returns
-    -------
-    list of Run
-        The same runs, with their outcome; a run that is joined with a later one hands it its
-        nearest frame if that comes nearer.
-
-    Examples
-    --------
-    >>> from lanindex.encoding.achieve import Run, achieve
-    >>> low, passed, mid = (
-    ...     Run(24, 0, 5, 0, 0.0, 0.0),
-    ...     Run(0, 5, 9, 8, 30.0, 0.5),
-    ...     Run(1, 9, 12, 11, 5.0, 0.1),
-    ... )
-    >>> [run.outcome for run in achieve([low, passed, mid], in_force=24, within=20)]
-    ['in force', 'not achieved', 'symbol']
-    """
+    """Decide which runs of a move become symbols."""
     result, last = list(found), len(found) - 1
     kept: list[int] = []
     for index, run in enumerate(found):

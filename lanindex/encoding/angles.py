@@ -28,24 +28,13 @@ events, as from `events.table`."""
 
 
 class Lean(NamedTuple):
-    """How a track is found.
+    """How a track is found."""
 
-    Attributes
-    ----------
-    needed : tuple of str
-        Joints without which it is not known.
-    angles : callable
-        What makes of their places, and of the heading, how far they are turned, or lean.
-    away : float
-        Degrees: what is turned less is in place.
-    eighths : bool
-        Whether its directions are eight, not right and left alone.
-    """
-
-    needed: tuple[str, ...]
+    needed: tuple[str, ...]  # Joints without which it is not known
+    # What makes of their places, and of the heading, how far they are turned, or lean
     angles: Callable[[Places, Floats], Angles]
-    away: float
-    eighths: bool
+    away: float  # Degrees: what is turned less is in place
+    eighths: bool  # Whether its directions are eight, not right and left alone
 
 
 HEAD = ("Head up",)
@@ -60,32 +49,7 @@ _CHAINS = {part: PARTS[limb].chain for limb, part in BENDS.items()}
 
 
 def bends(body: Body) -> Iterator[Told]:
-    """Yield how each arm and leg bends, stretch by stretch.
-
-    Parameters
-    ----------
-    body : Body
-        The capture; a limb without its middle joint has no bends.
-
-    Yields
-    ------
-    tuple of str, Span, int and ndarray
-        The track, the frames of the source over which it is known, the first resampled frame, and
-        the symbols, as from `events.table`: first the degree at the beginning, then the bends.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.encoding.angles import bends
-    >>> from lanindex.encoding.joints import Body
-    >>> body = Body(lanindex.read("corpus/compass.bvh"), lanindex.load_profile())
-    >>> for part, known, begin, found in bends(body):
-    ...     print(part, known, found[:, 6])  # the amounts
-    r_arm_bend Span(start=0, stop=840) [0. 6. 7.]
-    l_arm_bend Span(start=0, stop=840) [0.]
-    r_leg_bend Span(start=0, stop=840) [0.]
-    l_leg_bend Span(start=0, stop=840) [0.]
-    """
+    """Yield how each arm and leg bends, stretch by stretch."""
     find = body.stages.bends
     for stretch, parts in together(body, _CHAINS):
         found = find(_angles(stretch, parts), body.profile)
@@ -108,18 +72,7 @@ def _angles(stretch: Stretch, parts: Sequence[str]) -> Floats:
 def leans(body: Body, turn: Floats) -> Iterator[Told]:
     """Yield where torso and head are turned, and lean, stretch by stretch.
 
-    Parameters
-    ----------
-    body : Body
-        The capture.
-    turn : ndarray
-        (N,) radians, as from `lanindex.encoding.heading.heading`.
-
-    Yields
-    ------
-    tuple
-        As from `bends`; the symbols are where the part is at first, and where it goes. Of the head
-        where the source tells how that is held.
+    `turn` (N,) radians, as from `lanindex.encoding.heading.heading`.
     """
     for over, parts in together(body, _NEEDED):
         front = turn[over.frames.start : over.frames.stop]

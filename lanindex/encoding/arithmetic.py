@@ -18,21 +18,11 @@ BLOCK = 1 << 13
 
 
 class Block(NamedTuple):
-    """Some frames of many.
+    """Some frames of many."""
 
-    Attributes
-    ----------
-    inner : slice
-        Those frames.
-    outer : slice
-        They, and as many neighbours as they depend on, as far as there are any.
-    within : slice
-        Where `inner` lies in `outer`.
-    """
-
-    inner: slice
-    outer: slice
-    within: slice
+    inner: slice  # Those frames
+    outer: slice  # They, and as many neighbours as they depend on, as far as there are any
+    within: slice  # Where `inner` lies in `outer`
 
 
 def blocks(count: int, neighbours: int = 0, size: int = 0) -> Iterator[Block]:
@@ -50,15 +40,7 @@ def sizes(vectors: Floats) -> Floats:
 
     The horizontal part is summed first: quarter turns and mirroring then change no bit.
 
-    Parameters
-    ----------
-    vectors : ndarray
-        (..., 3) float64: forward, up, right.
-
-    Returns
-    -------
-    ndarray
-        (...) float64, in the vectors' unit.
+    `vectors` (..., 3) float64: forward, up, right; returned (...) float64, in the vectors' unit.
     """
     size: Floats = np.sqrt(vectors[..., 0] ** 2 + vectors[..., 2] ** 2 + vectors[..., 1] ** 2)
     return size
@@ -88,10 +70,8 @@ def dist(one: Sequence[float], other: Sequence[float]) -> float:
 def bend(upper: Floats, lower: Floats) -> Floats:
     """Return by how many degrees lower bones are turned from upper ones, (...); 0: straight on.
 
-    Parameters
-    ----------
-    upper, lower : ndarray
-        (3, ...) float64, each bone from the joint nearer to the trunk to the one farther off.
+    `upper, lower` (3, ...) float64, each bone from the joint nearer to the trunk to the one farther
+    off.
     """
     along = upper[0] * lower[0] + upper[2] * lower[2] + upper[1] * lower[1]
     x, y, z = cross(upper, lower)
@@ -121,17 +101,7 @@ def unwrapped(angles: Floats) -> Floats:
 def smooth(curve: Floats, window: int) -> Floats:
     """Return the centred moving average; at the ends of the frames that exist.
 
-    Parameters
-    ----------
-    curve : ndarray
-        (..., N) float64.
-    window : int
-        Frames, odd.
-
-    Returns
-    -------
-    ndarray
-        (..., N) float64.
+    `curve` (..., N) float64; returned (..., N) float64.
     """
     half = min(window // 2, curve.shape[-1] - 1)
     if half < 1:
@@ -148,25 +118,14 @@ def smooth(curve: Floats, window: int) -> Floats:
 
 
 def window(seconds: float, rate: Fraction) -> int:
-    """Return the odd number of frames nearest to `seconds`.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> from lanindex.encoding.arithmetic import window
-    >>> window(0.083, Fraction(60)), window(0.15, Fraction(60))
-    (5, 9)
-    """
+    """Return the odd number of frames nearest to `seconds`."""
     return 2 * int(seconds * float(rate) / 2) + 1
 
 
 def median(values: NDArray[Any]) -> float:
     """Return the middle value, in a tenth of the time of numpy's median, which checks for NaN.
 
-    Parameters
-    ----------
-    values : ndarray
-        (N,) float, one at least, none NaN.
+    `values` (N,) float, one at least, none NaN.
     """
     lower, upper = (len(values) - 1) // 2, len(values) // 2
     found = np.partition(values, (lower, upper))
@@ -188,16 +147,7 @@ def runs(mask: NDArray[Any]) -> list[tuple[int, int]]:
 
 
 def held(begins: NDArray[np.bool_], stays: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return a state with hysteresis: on from a frame where it begins, as long as it stays.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encoding.arithmetic import held
-    >>> speed = np.array([3, 1, 2, 2, 3, 2])
-    >>> held(speed < 2, speed < 3).tolist()
-    [False, True, True, True, False, False]
-    """
+    """Return a state with hysteresis: on from a frame where it begins, as long as it stays."""
     state = np.empty(len(begins), bool)
     before = np.zeros(1, bool)
     for part in blocks(len(begins)):

@@ -36,17 +36,8 @@ Ends = tuple[int, int]
 def found(angles: Floats, profile: Profile) -> list[Floats]:
     """Return the symbols of curves.
 
-    Parameters
-    ----------
-    angles : ndarray
-        (P, N) float64, degrees from straight.
-    profile : Profile
-        For the rate.
-
-    Returns
-    -------
-    list of ndarray
-        (P), as from `events.table`: the degree at the beginning, and the bends.
+    `angles` (P, N) float64, degrees from straight; returned (P), as from `events.table`: the degree
+    at the beginning, and the bends.
     """
     calm = mean(angles, window(CALM, profile.rate))
     short = angles.shape[1] < 2

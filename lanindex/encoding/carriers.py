@@ -64,14 +64,7 @@ FEW = 256
 def lowest(places: Places, leg: float, floor: float) -> slice:
     """Return the frames between which something may carry, and one more on both sides.
 
-    Parameters
-    ----------
-    places : dict of str to ndarray
-        (N, 3) mm, by joint.
-    leg : float
-        Its length, mm.
-    floor : float
-        Its height, lengths of a leg.
+    `places` (N, 3) mm, by joint.
     """
     found = np.zeros(len(places["RHip"]), bool)
     for joint, height in LIMITS.items():
@@ -107,18 +100,8 @@ def masses(names: tuple[str, ...]) -> Floats:
 def carriers(points: Floats, masses: Floats, feet: Flags, rate: float, speeds: Speeds) -> Flags:
     """Return what may carry: where it begins to, and where it goes on, (2, C, N).
 
-    Parameters
-    ----------
-    points : ndarray
-        (3, J, N), as from `points`.
-    masses : ndarray
-        (J,), as from the function.
-    feet : ndarray
-        (2, N) bool, whether they carry.
-    rate : float
-        Frames a second.
-    speeds : tuple of float
-        Lengths of a leg a second: what is slower is still, begins to carry, goes on to.
+    `points` (3, J, N), as from `points`; `masses` (J,), as from the function; `feet` (2, N) bool,
+    whether they carry.
     """
     stirs, stands, slides = speeds
     pace = _pace(points, rate)

@@ -25,19 +25,7 @@ def mean(curve: Floats, width: int) -> Floats:
 def swings(curve: Floats, least: float) -> list[Ends]:
     """Return from where to where a curve goes one way, less than `least` back not counted.
 
-    Parameters
-    ----------
-    curve : ndarray
-        (N,) float64.
-    least : float
-        In the curve's unit.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encoding.curves import swings
-    >>> swings(np.array([0.0, 30, 25, 60, 20, 30]), 20)
-    [(0, 3), (3, 4)]
+    `curve` (N,) float64.
     """
     found, anchor, best = list[Ends](), 0, 0
     for frame in chain(_turning(curve), [len(curve) - 1]):
@@ -62,21 +50,7 @@ def _turning(curve: Floats) -> Iterator[int]:
 def lulls(pace: Floats, slow: float, least: int) -> list[Ends]:
     """Return the frames, half-open, in which a pace stays below another for long enough.
 
-    Parameters
-    ----------
-    pace : ndarray
-        (N,) float64.
-    slow : float
-        The other.
-    least : int
-        Frames.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encoding.curves import lulls
-    >>> lulls(np.array([0.0, 0, 5, 0, 5, 0, 0, 0]), 1, 2)
-    [(0, 2), (5, 8)]
+    `pace` (N,) float64.
     """
     return [(start, stop) for start, stop in runs(pace < slow) if stop - start >= least]
 
@@ -84,19 +58,7 @@ def lulls(pace: Floats, slow: float, least: int) -> list[Ends]:
 def departures(angles: NDArray[np.complex128], least: float) -> list[Ends]:
     """Return from where to where angles go away, less than `least` back not counted.
 
-    Parameters
-    ----------
-    angles : ndarray
-        (N,) complex128: how far something is turned, or leans, to one side and another.
-    least : float
-        Degrees.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encoding.curves import departures
-    >>> departures(np.array([0, 20, 20 + 30j, 18 + 28j, 5]), 15)
-    [(0, 2), (2, 4)]
+    `angles` (N,) complex128: how far something is turned, or leans, to one side and another.
     """
     found, anchor, best = list[Ends](), 0, 0
     here = far = complex(angles[0])

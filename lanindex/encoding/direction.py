@@ -30,21 +30,12 @@ FULL = 22.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Space:
-    """The space around a joint, divided for one limb.
+    """The space around a joint, divided for one limb."""
 
-    Attributes
-    ----------
-    ranges : Ranges
-        The borders.
-    length : float
-        L, mm.
-    references : ndarray
-        (27, 3) float64, the middle of each cell: unit vectors, and for place the points
-        (0, -1, 0), (0, 0, 0), (0, 1, 0); forward +x, up +y, right +z.
-    """
-
-    ranges: Ranges
-    length: float
+    ranges: Ranges  # The borders
+    length: float  # L, mm
+    # (27, 3) float64, the middle of each cell: unit vectors, and for place the points (0, -1, 0),
+    # (0, 0, 0), (0, 1, 0); forward +x, up +y, right +z
     references: Floats
 
     def reference(self, cell: int) -> Floats:
@@ -55,36 +46,19 @@ class Space:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """A curve in terms of the cells that it passes, point by point.
+    """A curve in terms of the cells that it passes, point by point."""
 
-    Attributes
-    ----------
-    cells : ndarray
-        (N,) int8, direction · 3 + level.
-    apart : ndarray
-        (N,) float64, distance from the middle of the point's cell: between unit vectors, for place
-        between points, in limb lengths. To be compared within one cell.
-    angle : ndarray
-        (N,) float64, degrees from the reference direction: for place low and high from the
-        vertical, 0 for place mid.
-    """
-
-    cells: NDArray[np.int8]
+    cells: NDArray[np.int8]  # (N,) int8, direction · 3 + level
+    # (N,) float64, distance from the middle of the point's cell: between unit vectors, for place
+    # between points, in limb lengths. To be compared within one cell
     apart: Floats
+    # (N,) float64, degrees from the reference direction: for place low and high from the vertical,
+    # 0 for place mid
     angle: Floats
 
 
 def space(ranges: Ranges, length: float) -> Space:
-    """Divide the space around a joint for a limb of `length` mm.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.encoding.direction import space
-    >>> around = space(lanindex.load_profile().ranges["r_arm"], length=550)
-    >>> around.reference(0 * 3 + 2).round()  # right high: forward, up, right
-    array([  0., 389., 389.])
-    """
+    """Divide the space around a joint for a limb of `length` mm."""
     return Space(ranges, length, _references(ranges))
 
 
@@ -156,28 +130,8 @@ def numbers(around: Sequence[Space]) -> tuple[Borders, Floats]:
 def course(curves: Floats, around: Sequence[Space]) -> list[Course]:
     """Tell where each point of each curve lies.
 
-    Parameters
-    ----------
-    curves : ndarray
-        (P, N, 3) float64, mm: child minus parent, forward +x, up +y, right +z.
-    around : sequence of Space
-        (P) divisions, one a limb.
-
-    Returns
-    -------
-    list of Course
-        (P) of (N) points.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> import numpy as np
-    >>> from lanindex.encoding.direction import course, space
-    >>> around = space(lanindex.load_profile().ranges["r_arm"], length=550)
-    >>> hand = np.array([[[0.0, -550, 0], [0, -389, 389], [0, 0, 550]]])  # forward, up, right
-    >>> (passed,) = course(hand, [around])
-    >>> passed.cells, passed.angle.round()  # place low, right low, right mid
-    (array([24,  0,  1], dtype=int8), array([0., 0., 0.]))
+    `curves` (P, N, 3) float64, mm: child minus parent, forward +x, up +y, right +z; `around` (P)
+    divisions, one a limb; returned (P) of (N) points.
     """
     shape = curves.shape[:-1]
     cells, apart, angle = np.empty(shape, np.int8), np.empty(shape), np.empty(shape)
@@ -221,34 +175,10 @@ def margins(
 ) -> tuple[Floats, NDArray[np.int64]]:
     """Return how clearly points lie in their cells, and the cell across the nearest border.
 
-    Parameters
-    ----------
-    points : ndarray
-        (N, 3) float64, mm.
-    code : ndarray
-        (N,) int64, the cell of each.
-    around : sequence of Space
-        (P) divisions, one a limb.
-    limb : ndarray
-        (N,) int64, which of them each point belongs to.
-
-    Returns
-    -------
-    margin : ndarray
-        (N,) float64, 0 at a border, 1 at 22.5 degrees or one radius of place from every border.
-    runner_up : ndarray
-        (N,) int64, the cell across the border that is nearest in this measure.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> import numpy as np
-    >>> from lanindex.encoding.direction import margins, space
-    >>> around = space(lanindex.load_profile().ranges["r_arm"], length=550)
-    >>> hand = np.array([[0.0, -550, 0], [0, -100, 540]])  # forward, up, right
-    >>> clear, other = margins(hand, np.array([24, 1]), [around], np.array([0, 0]))
-    >>> clear.round(2), other  # the second, right mid, might have been right low
-    (array([1.  , 0.53]), array([0, 0]))
+    `points` (N, 3) float64, mm; `code` (N,) int64, the cell of each; `around` (P) divisions, one a
+    limb; `limb` (N,) int64, which of them each point belongs to; `margin` (N,) float64, 0 at a
+    border, 1 at 22.5 degrees or one radius of place from every border; `runner_up` (N,) int64, the
+    cell across the border that is nearest in this measure.
     """
     found, told = numbers(around)
     _, radius, mid, high = told[:, limb]

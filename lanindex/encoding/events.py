@@ -18,35 +18,18 @@ SECTOR = 22.5
 
 
 class Event(NamedTuple):
-    """A foot that stands anew, or a flight; frames as in `Ground`, half-open.
+    """A foot that stands anew, or a flight; frames as in `Ground`, half-open."""
 
-    Attributes
-    ----------
-    start, stop : int
-        From when the weight goes there until all of it is there; of a flight, its frames.
-    direction, level : int
-        Codes of the alphabet; -1: none.
-    margin : float
-        As of a symbol.
-    foot : int
-        0 right, 1 left; of a flight 0.
-    amount : int
-        Of a flight, which feet; of a turn and a way, degrees; else -1.
-    speed : float
-        The highest: of a way in legs a second, of a turn in whole turns; below 0 not measured.
-    beside : int
-        The direction across the nearest border; -1: none.
-    """
-
-    start: int
+    start: int  # From when the weight goes there until all of it is there; of a flight, its frames
     stop: int
-    direction: int
+    direction: int  # Codes of the alphabet; -1: none
     level: int
-    margin: float
-    foot: int = 0
-    amount: int = -1
+    margin: float  # As of a symbol
+    foot: int = 0  # 0 right, 1 left; of a flight 0
+    amount: int = -1  # Of a flight, which feet; of a turn and a way, degrees; else -1
+    # The highest: of a way in legs a second, of a turn in whole turns; below 0 not measured
     speed: float = -0.01
-    beside: int = -1
+    beside: int = -1  # The direction across the nearest border; -1: none
 
 
 def table(found: Sequence[Event]) -> Floats:

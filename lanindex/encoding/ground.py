@@ -67,25 +67,15 @@ LEG, FOOT = ("Hip", "Knee", "Ankle"), ("Ankle", "Toe")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Feet:
-    """What feet do over one stretch, counted in lengths of a leg.
+    """What feet do over one stretch, counted in lengths of a leg."""
 
-    Attributes
-    ----------
-    pace : ndarray
-        (N,) float32, lengths of a leg a second: how fast the middle of the hips goes over the
-        ground.
-    heights : ndarray
-        (2, K, N) float32: of ankle, and toe where both are known, of the right and the left foot.
-    speed : ndarray
-        (2, N) float64, lengths of a leg a second: of each foot the slower of ankle and toe.
-    slow : ndarray
-        (2, K, N) bool: which joints are slower than `STANDS`.
-    """
-
+    # (N,) float32, lengths of a leg a second: how fast the middle of the hips goes over the ground
     pace: NDArray[np.float32]
+    # (2, K, N) float32: of ankle, and toe where both are known, of the right and the left foot
     heights: NDArray[np.float32]
+    # (2, N) float64, lengths of a leg a second: of each foot the slower of ankle and toe
     speed: Floats
-    slow: Flags
+    slow: Flags  # (2, K, N) bool: which joints are slower than `STANDS`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,60 +84,24 @@ class Ground:
 
     All frames are resampled ones, counted from the stretch's first; coordinates are those of the
     capture, smoothed.
-
-    Attributes
-    ----------
-    places : Stretch
-        Where its joints are.
-    rate : float
-        Resampled frames a second.
-    leg : float
-        Its length, mm.
-    feet : Feet
-        What they do.
-    bent : ndarray
-        (2, N) float32, degrees from straight, of the knees; NaN where none is known.
-    carries : ndarray
-        (2, N) bool: the right foot, the left foot.
-    air : list of tuple of int and int
-        Flights: the first frame in which no foot carries, and the one behind the last.
-    usual : tuple of float or None
-        How much higher the ankle stands than the toe, usually, of each foot; lengths of a leg.
-    doubts : tuple of str
-        What was doubtful.
     """
 
-    places: Stretch
-    rate: float
-    leg: float
-    feet: Feet
+    places: Stretch  # Where its joints are
+    rate: float  # Resampled frames a second
+    leg: float  # Its length, mm
+    feet: Feet  # What they do
+    # (2, N) float32, degrees from straight, of the knees; NaN where none is known
     bent: NDArray[np.float32]
-    carries: Flags
+    carries: Flags  # (2, N) bool: the right foot, the left foot
+    # Flights: the first frame in which no foot carries, and the one behind the last
     air: list[tuple[int, int]]
+    # How much higher the ankle stands than the toe, usually, of each foot; lengths of a leg
     usual: tuple[float | None, ...]
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()  # What was doubtful
 
 
 def grounds(body: Body, leg: float) -> Iterator[Ground]:
-    """Yield how a body stands and goes, stretch by stretch.
-
-    Parameters
-    ----------
-    body : Body
-        The capture.
-    leg : float
-        How long its legs are, mm.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.encoding.ground import LEGS, grounds
-    >>> from lanindex.encoding.joints import Body
-    >>> body = Body(lanindex.read("corpus/jumping_jacks.bvh"), lanindex.load_profile())
-    >>> (found,) = grounds(body, body.length(LEGS))
-    >>> found.carries.shape
-    (2, 719)
-    """
+    """Yield how a body stands and goes, stretch by stretch."""
     needed = [side + name for side in SIDES for name in ("Hip", "Ankle")]
     wished = [side + name for side in SIDES for name in ("Knee", "Toe")]
     rate = float(body.profile.rate)
@@ -263,14 +217,7 @@ def _level(one: Stretch, leg: float, feet: Feet, stood: Stood, least: float) -> 
 def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flags, bool]:
     """Return which feet carry, (2, N), and whether they stand at heights that no floor explains.
 
-    Parameters
-    ----------
-    feet : Feet
-        What they do.
-    heights : ndarray
-        (2, K, N) float32: of their joints, up to a constant.
-    rate : float
-        Frames a second.
+    `heights` (2, K, N) float32: of their joints, up to a constant.
     """
     speed = feet.speed
     height = np.full(speed.shape, np.inf, np.float32)
@@ -298,14 +245,8 @@ def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flag
 def stood(points: NDArray[np.float32], speed: Floats, least: float) -> Floats:
     """Return where toes, or else ankles, stand for so long: (S, 3), over the ground and up.
 
-    Parameters
-    ----------
-    points : ndarray
-        (2, N, 3) float32, lengths of a leg: where they are.
-    speed : ndarray
-        (2, N) float64, as of `Feet`.
-    least : float
-        Frames.
+    `points` (2, N, 3) float32, lengths of a leg: where they are; `speed` (2, N) float64, as of
+    `Feet`.
     """
     heights = points[..., 1]
     lower = heights <= heights[::-1] + NEAR

@@ -29,29 +29,8 @@ SHORTEST_AXIS = 1.0
 def heading(motion: Motion, target: Fraction, body: Body | None = None) -> Floats:
     """Return the turn that brings the hip axis to +z, frame by frame.
 
-    Parameters
-    ----------
-    motion : Motion
-        The capture.
-    target : Fraction
-        Frames a second of the result.
-    body : Body, optional
-        Its joints, where they have been read.
-
-    Returns
-    -------
-    ndarray
-        (N,) float64, radians about the vertical; where the axis tells nothing the last turn is
-        kept. A body without hips is turned by its shoulders.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> import lanindex
-    >>> from lanindex.encoding.heading import heading
-    >>> turn = heading(lanindex.read("corpus/compass.bvh"), Fraction(60))
-    >>> turn.shape, round(float(turn[0]), 3)  # faces +z; forward shall be +x
-    ((1679,), -1.571)
+    returned (N,) float64, radians about the vertical; where the axis tells nothing the last turn is
+    kept.
     """
     whole = body or Body(motion, load("default"))
     for pair in AXES:

@@ -19,24 +19,8 @@ INCLINED = 15.0
 def leaning(upward: Floats, turn: Floats) -> Angles:
     """Return how far something leans to the right, and (the imaginary part) forward.
 
-    Parameters
-    ----------
-    upward : ndarray
-        (N, 3) float64: where it points, in the axes of the capture.
-    turn : ndarray
-        (N,) radians, the heading.
-
-    Returns
-    -------
-    ndarray
-        (N,) complex128, degrees.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encoding.inclines import leaning
-    >>> leaning(np.array([[1.0, 1, 0]]), np.zeros(1)).round(6)
-    array([0.+45.j])
+    `upward` (N, 3) float64: where it points, in the axes of the capture; `turn` (N,) radians, the
+    heading; returned (N,) complex128, degrees.
     """
     east, up, south = upward.T
     flat = np.hypot(east, south)

@@ -55,22 +55,12 @@ COLUMNS = {name: column for column, name in enumerate(NAMES)}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Joints:
-    """Joints of the body over a whole capture.
+    """Joints of the body over a whole capture."""
 
-    Attributes
-    ----------
-    names : tuple of str
-        (K) of ``alphabet.JOINTS``, and of `AXES`.
-    places : ndarray
-        (T, K, 3) float64, mm, y up; NaN where a joint is unknown, or nowhere. Of `AXES` unit
-        vectors.
-    unknown : ndarray
-        (T, K) bool, where they are.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # (K) of ``alphabet.JOINTS``, and of `AXES`
+    # (T, K, 3) float64, mm, y up; NaN where a joint is unknown, or nowhere. Of `AXES` unit vectors
     places: Floats
-    unknown: NDArray[np.bool_]
+    unknown: NDArray[np.bool_]  # (T, K) bool, where they are
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -82,24 +72,7 @@ class Joints:
 
 
 class Body:
-    """The joints of one capture, for all tracks: of a short capture they are worked out once.
-
-    Attributes
-    ----------
-    motion : Motion
-        The capture.
-    profile : Profile
-        Rate and smoothing.
-    names : tuple of str
-        `NAMES`, and those of `PALMS` of which the capture tells where they face.
-    step : Fraction
-        Frames of the source from one resampled frame to the next.
-    short : bool
-        Whether what is worked out of all joints may be kept.
-    calm : dict of tuple of int and int to ndarray
-        Kept by `lanindex.encoding.places`: by first frame of a stretch and the one behind the last
-        (K, N, 3) float64, all of `NAMES`, resampled and smoothed.
-    """
+    """The joints of one capture, for all tracks: of a short capture they are worked out once."""
 
     def __init__(self, motion: Motion, profile: Profile) -> None:
         """Read nothing yet."""
@@ -126,17 +99,8 @@ class Body:
     def at(self, names: Sequence[str], frames: slice) -> Floats:
         """Return where joints are in some frames of the source.
 
-        Parameters
-        ----------
-        names : sequence of str
-            (K) of `names`.
-        frames : slice
-            Which.
-
-        Returns
-        -------
-        ndarray
-            (n, K, 3) float64, mm, gaps filled; NaN where a joint is unknown.
+        `names` (K) of `names`; returned (n, K, 3) float64, mm, gaps filled; NaN where a joint is
+        unknown.
         """
         wanted = tuple(names)
         joints, first = (self._all, 0) if self.short else self._read(wanted, frames)
@@ -194,23 +158,7 @@ class Body:
     def lengths(self, parts: Sequence[str]) -> Floats:
         """Return the length of parts: medians over time of the sums of their bones.
 
-        Parameters
-        ----------
-        parts : sequence of str
-            (P) names.
-
-        Returns
-        -------
-        ndarray
-            (P,) float64, mm; NaN where a part was never seen.
-
-        Examples
-        --------
-        >>> import lanindex
-        >>> from lanindex.encoding.joints import Body
-        >>> body = Body(lanindex.read("corpus/compass.bvh"), lanindex.load_profile())
-        >>> body.lengths(["r_arm", "r_leg"]).round()
-        array([570., 820.])
+        `parts` (P) names; returned (P,) float64, mm; NaN where a part was never seen.
         """
         count = len(self.motion)
         for new in grouped([part for part in parts if part not in self._lengths], count):
@@ -246,28 +194,7 @@ def grouped(parts: Sequence[str], frames: int) -> Iterator[Sequence[str]]:
 
 
 def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
-    """Return joints of the body model, with a calibration pose replaced and gaps filled.
-
-    Parameters
-    ----------
-    motion : Motion
-        Any skeleton.
-    names : iterable of str
-        Which joints, `AXES`, and `PALMS`; all of a long capture are many.
-
-    Returns
-    -------
-    Joints
-        In the order of `NAMES`.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.encoding.joints import body
-    >>> joints = body(lanindex.read("corpus/compass.bvh"), ["RShoulder", "RWrist"])
-    >>> joints.names, joints["RWrist"][0].round()
-    (('RShoulder', 'RWrist'), array([-185.,  805.,    0.]))
-    """
+    """Return joints of the body model, with a calibration pose replaced and gaps filled."""
     wanted = set(names)
     ordered = tuple(name for name in (*NAMES, *PALMS) if name in wanted)
     places = _seen(motion, ordered)
@@ -376,13 +303,6 @@ def unmeasured(body: Body, parts: Sequence[str]) -> list[str]:
     """Return the parts whose ends are seen together, but whose length is not to be told.
 
     The joint between is there, yet never in a frame with both of its neighbours.
-
-    Parameters
-    ----------
-    body : Body
-        The capture.
-    parts : sequence of str
-        Those that have no track.
     """
     found = []
     for name, length in zip(parts, body.lengths(parts).tolist(), strict=True):

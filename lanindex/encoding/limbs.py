@@ -25,30 +25,15 @@ Curves = Callable[[Floats, NDArray[np.int64], Resampling, range, Floats, int], F
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Limbs:
-    """Parts of the body over one stretch in which all of them are known.
+    """Parts of the body over one stretch in which all of them are known."""
 
-    Attributes
-    ----------
-    parts : tuple of str
-        (P) names.
-    known : Span
-        The stretch, in frames of the source.
-    rate : Fraction
-        Frames a second of the source.
-    begin : int
-        Number of the first resampled frame.
-    curve : ndarray
-        (P, N, 3) float64, mm: child minus parent, forward +x, up +y, right +z, smoothed.
-    lengths : ndarray
-        (P,) float64, mm.
-    """
-
-    parts: tuple[str, ...]
-    known: Span
-    rate: Fraction
-    begin: int
+    parts: tuple[str, ...]  # (P) names
+    known: Span  # The stretch, in frames of the source
+    rate: Fraction  # Frames a second of the source
+    begin: int  # Number of the first resampled frame
+    # (P, N, 3) float64, mm: child minus parent, forward +x, up +y, right +z, smoothed
     curve: Floats
-    lengths: Floats
+    lengths: Floats  # (P,) float64, mm
 
 
 def limbs(
@@ -59,35 +44,7 @@ def limbs(
 ) -> Iterator[Limbs]:
     """Yield the curves of parts, as far as the capture knows them, stretch by stretch.
 
-    Parameters
-    ----------
-    body : Body
-        The capture.
-    turn : ndarray
-        (N,) float64, radians, as from `lanindex.encoding.heading.heading`.
-    parts : iterable of str
-        Which; by default all that the capture may have.
-    make : Curves, optional
-        What makes curves of places; by default `curves`.
-
-    Yields
-    ------
-    Limbs
-        Parts that are known over the same stretch stand together; of a long capture only a few
-        parts are worked out at a time.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.encoding.heading import heading
-    >>> from lanindex.encoding.joints import Body
-    >>> from lanindex.encoding.limbs import limbs
-    >>> body = Body(lanindex.read("corpus/compass.bvh"), lanindex.load_profile())
-    >>> (found,) = limbs(body, heading(body.motion, body.profile.rate))
-    >>> found.known, found.curve.shape, found.parts[:2]
-    (Span(start=0, stop=840), (18, 1679, 3), ('r_arm', 'l_arm'))
-    >>> [round(float(number)) for number in found.curve[0, 0]]  # the right arm hangs
-    [0, -570, 0]
+    `turn` (N,) float64, radians, as from `lanindex.encoding.heading.heading`.
     """
     names = told(body.motion) if parts is None else list(parts)
     sizes = dict(zip(names, body.lengths(names).tolist(), strict=True))
@@ -131,25 +88,9 @@ def curves(
 ) -> Floats:
     """Return curves of some frames.
 
-    Parameters
-    ----------
-    near : ndarray
-        (S, K, 3) float64, the places that the frames are made of.
-    ends : ndarray
-        (2, P): of each part which joint is the parent, and which the child.
-    work : Resampling
-        How frames are made of places.
-    frames : range
-        Which.
-    angle : ndarray
-        (N,) float64, radians: the heading.
-    width : int
-        Frames of the moving average.
-
-    Returns
-    -------
-    ndarray
-        (3, P, N) float64.
+    `near` (S, K, 3) float64, the places that the frames are made of; `ends` (2, P): of each part
+    which joint is the parent, and which the child; `angle` (N,) float64, radians: the heading;
+    returned (3, P, N) float64.
     """
     parents, children = ends
     forward, up, right = work.values(near[:, children] - near[:, parents], frames).T

@@ -37,19 +37,9 @@ def measure(
 ) -> None:
     """Fill in the measures of rows, in place; a starting position has none.
 
-    Parameters
-    ----------
-    rows : ndarray
-        (S,) of `model.SYMBOL`, part by part, start and stop in resampled frames, the first of each
-        its starting position.
-    counts : sequence of int
-        (P) rows of each part.
-    limbs : Limbs
-        (P) parts whose symbols they are.
-    profile : Profile
-        Frames a second.
-    look : Look, optional
-        What follows the curves; by default `looked`.
+    `rows` (S,) of `model.SYMBOL`, part by part, start and stop in resampled frames, the first of
+    each its starting position; `counts` (P) rows of each part; `limbs` (P) parts whose symbols they
+    are.
     """
     limb, frames = np.arange(len(counts)).repeat(counts), limbs.curve.shape[1]
     first = np.maximum(rows["start"].astype(np.int64) - limbs.begin - 1, 0)
@@ -100,27 +90,11 @@ def looked(
 
     The way of a row is looked at in points, `pace` frames apart, of which the last may lie nearer.
 
-    Parameters
-    ----------
-    curves : ndarray
-        (3, P, N) float64, mm.
-    limb, first, last : ndarray
-        (S,) int64: the part of each row, and its frames, both included.
-    lengths : ndarray
-        (P,) float64, mm.
-    pace : int
-        Frames.
-
-    Returns
-    -------
-    peaks : ndarray
-        (S,) float64: the highest speed, mm a frame, by central differences.
-    begins : ndarray
-        (S,) int64: where the points of each row begin.
-    turned, gone : ndarray
-        (M,) float64: between the directions of each point and the one before it how far their tips
-        are apart; and how much farther away it is, in lengths of the part. For the first point of a
-        row, the same between its first and its last one.
+    `curves` (3, P, N) float64, mm; `limb, first, last` (S,) int64: the part of each row, and its
+    frames, both included; `lengths` (P,) float64, mm; `peaks` (S,) float64: the highest speed, mm a
+    frame, by central differences; `begins` (S,) int64: where the points of each row begin; `turned,
+    gone` (M,) float64: between the directions of each point and the one before it how far their
+    tips are apart; and how much farther away it is, in lengths of the part.
     """
     counts = -((first - last) // pace) + 1
     begins = np.cumsum(counts) - counts

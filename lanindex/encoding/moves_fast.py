@@ -213,32 +213,14 @@ def _longer(table, many):
 def moved(curves, rate, onset, numbers, sides, orders, cells):
     """Return the moves of parts, and find out the cells that they pass.
 
-    Parameters
-    ----------
-    curves : ndarray
-        (3, P, N) float64, mm.
-    rate, onset : float
-        Frames a second; part of the peak speed at which a move begins.
-    numbers : ndarray
-        (P, 11): the highest speed of a candidate, its prominence, the speed that is still, d_t,
-        how far a part may stray in a hold, its length, the radius of place, cosine and sine of the
-        elevations at which mid and high begin.
-    sides : ndarray
-        (P, 8, 5): cosine and sine of the azimuths where a direction begins and ends, and where it
-        begins in degrees; no cosine and sine where it takes half of the circle or more.
-    orders : ndarray
-        (P, 8): the directions in order of azimuth.
-    cells : ndarray
-        (P, N) int8, `UNSEEN`: of the frames that are asked for they are written.
-
-    Returns
-    -------
-    moves : ndarray
-        (M, 5) int64: the fields of `Segment`, and room for how many runs it passes.
-    counts : ndarray
-        (P) moves of each part.
-    unclear : int
-        How many cells are not to be told here.
+    `curves` (3, P, N) float64, mm; `numbers` (P, 11): the highest speed of a candidate, its
+    prominence, the speed that is still, d_t, how far a part may stray in a hold, its length, the
+    radius of place, cosine and sine of the elevations at which mid and high begin; `sides` (P, 8,
+    5): cosine and sine of the azimuths where a direction begins and ends, and where it begins in
+    degrees; no cosine and sine where it takes half of the circle or more; `orders` (P, 8): the
+    directions in order of azimuth; `cells` (P, N) int8, `UNSEEN`: of the frames that are asked for
+    they are written; `moves` (M, 5) int64: the fields of `Segment`, and room for how many runs it
+    passes; `counts` (P) moves of each part.
     """
     parts, frames = cells.shape
     speed, depths, rims = np.empty(frames), np.empty(frames), np.empty(frames)
@@ -270,21 +252,9 @@ def moved(curves, rate, onset, numbers, sides, orders, cells):
 def passed(curves, moves, counts, lengths, middles, cells):
     """Return the runs that moves pass, and write how many each does.
 
-    Parameters
-    ----------
-    curves, moves, counts, cells : ndarray
-        As for `moved`, and from it; no cell is unclear.
-    lengths : ndarray
-        (P,) float64, mm.
-    middles : ndarray
-        (P, 27, 3): the middle of each cell.
-
-    Returns
-    -------
-    runs : ndarray
-        (R, 4) int64: the cell, its frames, and the one that is nearest to the middle.
-    apart : ndarray
-        (R, 1) float64, how far from it.
+    `lengths` (P,) float64, mm; `middles` (P, 27, 3): the middle of each cell; `runs` (R, 4) int64:
+    the cell, its frames, and the one that is nearest to the middle; `apart` (R, 1) float64, how far
+    from it.
     """
     runs = np.empty((128 * len(counts), 4), np.int64)
     nearest = np.empty((128 * len(counts), 1))

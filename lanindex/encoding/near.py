@@ -95,21 +95,11 @@ had again at once."""
 
 
 class Near(NamedTuple):
-    """What both hands together, the right one and the left one are nearest to, frame by frame.
+    """What both hands together, the right one and the left one are nearest to, frame by frame."""
 
-    Attributes
-    ----------
-    what : ndarray
-        (3, N) int8, codes of ``alphabet.TOUCHED``.
-    apart : ndarray
-        (3, N) float32, how far it is, as a part of how near touches.
-    pace : ndarray
-        (3, N) float32, lengths of an arm a second past it.
-    """
-
-    what: NDArray[np.int8]
-    apart: NDArray[np.float32]
-    pace: NDArray[np.float32]
+    what: NDArray[np.int8]  # (3, N) int8, codes of ``alphabet.TOUCHED``
+    apart: NDArray[np.float32]  # (3, N) float32, how far it is, as a part of how near touches
+    pace: NDArray[np.float32]  # (3, N) float32, lengths of an arm a second past it
 
     def take(self, other: Near, part: Block) -> None:
         """Take what was found of some frames and their neighbours."""
@@ -119,42 +109,24 @@ class Near(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """What points are made of the joints that are known, and what lines hands may be near.
+    """What points are made of the joints that are known, and what lines hands may be near."""
 
-    Attributes
-    ----------
-    joints : tuple of str
-        The first rows of the points.
-    size : int
-        How many points there are.
-    tips : ndarray
-        (2, M): from which joint towards which one palms and the middle of the head lie. They are
-        the rows behind the joints.
-    far : ndarray
-        (M, 1) float64, lengths of an arm from the first of both.
-    trunk : ndarray
-        Right hip, left hip, neck, the middle of the hips, the waist, and the first of both sides'
-        waists and necks; empty where they are not known.
-    arms : ndarray
-        (4, 2): wrist, shoulder, middle of the hips, neck of each side; -1 where it is not known.
-    lines : ndarray
-        (6, L): of which of `Near`, the code of what is touched, the palm, both ends, and when it
-        does not count. The first of each never does; the second is from palm to palm.
-    reaches : ndarray
-        (L,) float64, lengths of an arm.
-    parts : tuple of slice
-        The lines of each of `Near`.
-    """
-
-    joints: tuple[str, ...]
-    size: int
+    joints: tuple[str, ...]  # The first rows of the points
+    size: int  # How many points there are
+    # (2, M): from which joint towards which one palms and the middle of the head lie. They are the
+    # rows behind the joints
     tips: Ints
-    far: Floats
+    far: Floats  # (M, 1) float64, lengths of an arm from the first of both
+    # Right hip, left hip, neck, the middle of the hips, the waist, and the first of both sides'
+    # waists and necks; empty where they are not known
     trunk: Ints
+    # (4, 2): wrist, shoulder, middle of the hips, neck of each side; -1 where it is not known
     arms: Ints
+    # (6, L): of which of `Near`, the code of what is touched, the palm, both ends, and when it does
+    # not count. The first of each never does; the second is from palm to palm
     lines: Ints
-    reaches: Floats
-    parts: tuple[slice, ...]
+    reaches: Floats  # (L,) float64, lengths of an arm
+    parts: tuple[slice, ...]  # The lines of each of `Near`
 
 
 Nearest = Callable[[Floats, Plan, float], Near]
@@ -199,14 +171,7 @@ def plan(joints: tuple[str, ...]) -> Plan:
 def points(places: dict[str, Floats], arm: float, told: Plan) -> Floats:
     """Return joints, and room for what `fill` makes of them: (3, P, N), lengths of an arm.
 
-    Parameters
-    ----------
-    places : dict of str to ndarray
-        (N, 3) mm, by joint.
-    arm : float
-        Its length, mm.
-    told : Plan
-        Of these joints.
+    `places` (N, 3) mm, by joint.
     """
     joints, frames = len(told.joints), len(places[told.joints[0]])
     flat = np.empty((3, told.size * frames))
@@ -240,14 +205,7 @@ def fill(points: Floats, told: Plan) -> None:
 def nearest(points: Floats, told: Plan, rate: float) -> Near:
     """Return what hands are nearest to.
 
-    Parameters
-    ----------
-    points : ndarray
-        (3, P, N), as from `points`; it is filled.
-    told : Plan
-        What the points are.
-    rate : float
-        Frames a second.
+    `points` (3, P, N), as from `points`; it is filled.
     """
     fill(points, told)
     found = empty(points.shape[2])
@@ -285,19 +243,9 @@ def _nearest(points: Floats, told: Plan, rate: float) -> Near:
 def _gaps(points: Floats, told: Plan, off: Flags) -> tuple[NDArray[np.float32], Floats]:
     """Return how far palms are from lines, as a part of what touches, and from where on them.
 
-    Parameters
-    ----------
-    points : ndarray
-        (3, P, N).
-    told : Plan
-        What they are.
-    off : ndarray
-        (5, N) bool, when lines do not count; whether hands are clasped is found out.
-
-    Returns
-    -------
-    tuple of ndarray
-        (L, N): `FAR` for lines that do not count; and 0 to 1 from one end to the other.
+    `points` (3, P, N); `off` (5, N) bool, when lines do not count; whether hands are clasped is
+    found out; returned (L, N): `FAR` for lines that do not count; and 0 to 1 from one end to the
+    other.
     """
     way, start, line = (points.take(row, axis=1) for row in told.lines[2:5])
     way -= start

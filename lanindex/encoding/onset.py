@@ -30,27 +30,7 @@ def seen(
 ) -> tuple[int, int]:
     """Return from which frame to which a movement is seen.
 
-    Parameters
-    ----------
-    curve : ndarray
-        (N,) float64 or complex128: what moves.
-    pace : ndarray
-        (N,) float64: roughly how fast.
-    part : tuple of int
-        The first and the last frame of the movement, as far as it is known.
-    within : tuple of int
-        The first and the last frame of the rests around it: it is looked for there.
-    rests : float
-        What of `curve` a frame is no rest any more.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encoding.onset import seen
-    >>> share = np.clip((np.arange(100) - 30) / 40, 0, 1)
-    >>> there = 20 * (1 - np.cos(np.pi * share))  # from frame 30 to 70
-    >>> seen(there, np.gradient(there), (35, 60), (0, 99), 0.3)
-    (30, 70)
+    `curve` (N,) float64 or complex128: what moves; `pace` (N,) float64: roughly how fast.
     """
     (first, last), (low, high) = part, within
     own = pace[first : last + 1]
@@ -71,23 +51,7 @@ def seen(
 
 
 def begun(pace: list[float], part: int, rests: float) -> float:
-    """Return when a movement begins, in frames.
-
-    Parameters
-    ----------
-    pace : list of float
-        Of a rest and what comes after it, up to the fastest frame or farther.
-    part : int
-        The first frame of which it is known that it belongs to the movement.
-    rests : float
-        At a faster pace nothing rests.
-
-    Examples
-    --------
-    >>> from lanindex.encoding.onset import begun
-    >>> begun([0, 0, 0, 0, 1, 2, 3, 4, 5], 5, 1)
-    3.0
-    """
+    """Return when a movement begins, in frames."""
     peak = max(pace[part:])
     if peak <= 0:
         return 0.0

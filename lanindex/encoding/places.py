@@ -21,45 +21,18 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
-    """Joints over frames in which all of them are known; nothing is worked out before it is asked.
+    """Joints over frames in which all are known; nothing is worked out before it is needed."""
 
-    Attributes
-    ----------
-    body : Body
-        The capture.
-    known : Span
-        The frames of the source.
-    names : tuple of str
-        The joints, and what of ``joints.AXES`` is with them.
-    work : Resampling
-        How its frames are made of those of the source.
-    frames : range
-        Numbers of the resampled frames.
-    """
-
-    body: Body
-    known: Span
-    names: tuple[str, ...]
-    work: Resampling
-    frames: range
+    body: Body  # The capture
+    known: Span  # The frames of the source
+    names: tuple[str, ...]  # The joints, and what of ``joints.AXES`` is with them
+    work: Resampling  # How its frames are made of those of the source
+    frames: range  # Numbers of the resampled frames
 
     def blocks(
         self, neighbours: int = 0, names: Sequence[str] = ()
     ) -> Iterator[tuple[Block, dict[str, Floats]]]:
-        """Yield where the joints are, resampled and smoothed, block by block.
-
-        Parameters
-        ----------
-        neighbours : int
-            Frames on both sides of a block that are wanted, too.
-        names : sequence of str
-            Of its joints; by default all.
-
-        Yields
-        ------
-        tuple of Block and dict of str to ndarray
-            Frames counted from the stretch's first; by joint (outer, 3) float64, mm, y up.
-        """
+        """Yield where the joints are, resampled and smoothed, block by block."""
         wanted = tuple(names) or self.names
         size = 0 if self.body.short else few(len(wanted))
         for block in blocks(len(self.frames), neighbours, size):
@@ -113,17 +86,7 @@ class Stretch:
 
 
 def stretches(whole: Body, needed: Sequence[str], wished: Sequence[str] = ()) -> Iterator[Stretch]:
-    """Yield the stretches in which joints are known.
-
-    Parameters
-    ----------
-    whole : Body
-        The capture.
-    needed : sequence of str
-        Joints without which there is no stretch.
-    wished : sequence of str
-        Joints that are there if they are known over the whole of it.
-    """
+    """Yield the stretches in which joints are known."""
     found = whole.together(needed)
     there = [(name, _within(found, whole.known[name])) for name in wished]
     for number, (start, stop) in enumerate(found.tolist()):
@@ -134,15 +97,7 @@ def stretches(whole: Body, needed: Sequence[str], wished: Sequence[str] = ()) ->
 def together(
     whole: Body, needed: Mapping[str, Sequence[str]]
 ) -> Iterator[tuple[Stretch, Sequence[str]]]:
-    """Yield the stretches in which parts are known, with a few of these parts at a time.
-
-    Parameters
-    ----------
-    whole : Body
-        The capture.
-    needed : Mapping of str to sequence of str
-        By part: the joints without which it is not known.
-    """
+    """Yield the stretches in which parts are known, with a few of these parts at a time."""
     found: dict[tuple[int, int], list[str]] = {}
     for part, names in needed.items():
         for start, stop in whole.together(names).tolist():

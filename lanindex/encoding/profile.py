@@ -29,77 +29,36 @@ BUILT_IN = Path(__file__).parent / "profiles"
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """A length or a speed: millimetres (a second), or parts of the limb's length.
+    """A length or a speed: millimetres (a second), or parts of the limb's length."""
 
-    Attributes
-    ----------
-    value : float
-        The number.
-    relative : bool
-        Whether it counts in the limb's length.
-    """
-
-    value: float
-    relative: bool
+    value: float  # The number
+    relative: bool  # Whether it counts in the limb's length
 
     def of(self, length: float) -> float:
-        """Return millimetres (a second) for a limb of `length` mm.
-
-        Examples
-        --------
-        >>> from lanindex.encoding.profile import Measure
-        >>> Measure(0.09, relative=True).of(550), Measure(50, relative=False).of(550)
-        (49.5, 50)
-        """
+        """Return millimetres (a second) for a limb of `length` mm."""
         return self.value * length if self.relative else self.value
 
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """Everything that the encoding may vary by.
+    """Everything that the encoding may vary by."""
 
-    Attributes
-    ----------
-    name : str
-        As the folder says.
-    digest : str
-        sha256 of the method's number and the folder's files: equal digests encode equally.
-    rate : Fraction
-        Frames a second that captures are resampled to.
-    smoothing : float
-        Seconds of the moving average.
-    candidate_speed, prominence, still : Measure
-        Speeds: v0, how far a rim must stand above a minimum, what counts as no speed.
-    distance : Measure
-        d_t.
-    path_check : float
-        In d_t; 0: not checked.
-    achieved_within : float
-        Degrees.
-    onset : float
-        Part of the peak speed; 0: off.
-    meter : Meter
-        Tempo, rhythm and grid.
-    ranges : Mapping of str to Ranges
-        By part.
-    rules : Mapping of str to Rules
-        By part.
-    """
-
-    name: str
+    name: str  # As the folder says
+    # sha256 of the method's number and the folder's files: equal digests encode equally
     digest: str
-    rate: Fraction
-    smoothing: float
+    rate: Fraction  # Frames a second that captures are resampled to
+    smoothing: float  # Seconds of the moving average
+    # Speeds: v0, how far a rim must stand above a minimum, what counts as no speed
     candidate_speed: Measure
     prominence: Measure
     still: Measure
-    distance: Measure
-    path_check: float
-    achieved_within: float
-    onset: float
-    meter: Meter
-    ranges: Mapping[str, lpd.Ranges]
-    rules: Mapping[str, Rules]
+    distance: Measure  # d_t
+    path_check: float  # In d_t; 0: not checked
+    achieved_within: float  # Degrees
+    onset: float  # Part of the peak speed; 0: off
+    meter: Meter  # Tempo, rhythm and grid
+    ranges: Mapping[str, lpd.Ranges]  # By part
+    rules: Mapping[str, Rules]  # By part
 
 
 def _text(value: Any) -> str:

@@ -19,21 +19,11 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Resampling:
-    """A cubic Hermite, slopes by central differences, one-sided at the ends.
+    """A cubic Hermite, slopes by central differences, one-sided at the ends."""
 
-    Attributes
-    ----------
-    start : int
-        Number of the first frame of the source.
-    count : int
-        How many there are.
-    step : Fraction
-        Frames of the source from one frame of the result to the next.
-    """
-
-    start: int
-    count: int
-    step: Fraction
+    start: int  # Number of the first frame of the source
+    count: int  # How many there are
+    step: Fraction  # Frames of the source from one frame of the result to the next
 
     @property
     def frames(self) -> range:
@@ -53,29 +43,15 @@ class Resampling:
     def weights(self, frames: range) -> tuple[NDArray[np.int64], Floats]:
         """Return what values are made of, beside that they are the points where there is nothing.
 
-        Returns
-        -------
-        index : ndarray
-            (N,) int64: which of the points of ``sources(frames)`` is the one before each frame.
-        weights : ndarray
-            (4, N) float64: of this point and the next, and of their slopes.
+        `index` (N,) int64: which of the points of ``sources(frames)`` is the one before each frame;
+        `weights` (4, N) float64: of this point and the next, and of their slopes.
         """
         return _weights(self, frames)
 
     def values(self, points: Floats, frames: range) -> Floats:
         """Return the values of some frames.
 
-        Parameters
-        ----------
-        points : ndarray
-            (S, ...) float64, the points of ``sources(frames)``.
-        frames : range
-            One at least.
-
-        Returns
-        -------
-        ndarray
-            (N, ...) float64.
+        `points` (S, ...) float64, the points of ``sources(frames)``; returned (N, ...) float64.
         """
         index, weights = self.weights(frames)
         if not len(index):
@@ -107,29 +83,8 @@ def _weights(work: Resampling, frames: range) -> tuple[NDArray[np.int64], Floats
 def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tuple[int, Floats]:
     """Resample all points.
 
-    Parameters
-    ----------
-    points : ndarray
-        (T, ...) float64, values at source frames `start` and on.
-    start : int
-        Number of the first of these frames.
-    rate, target : Fraction
-        Frames a second before and after.
-
-    Returns
-    -------
-    begin : int
-        Number of the first frame of the result; frame k lies at source frame k · rate / target.
-    values : ndarray
-        (N, ...) float64; no frame lies after the last of the source.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> import numpy as np
-    >>> from lanindex.encoding.resample import resample
-    >>> resample(np.array([0.0, 1.0, 4.0]), 0, Fraction(30), Fraction(60))
-    (0, array([0.   , 0.375, 1.   , 2.375, 4.   ]))
+    `points` (T, ...) float64, values at source frames `start` and on; `values` (N, ...) float64; no
+    frame lies after the last of the source.
     """
     work = Resampling(start, len(points), rate / target)
     frames = work.frames

@@ -27,15 +27,7 @@ WISHED = ("Neck", *(side + it for side in SIDES for it in ("Knee", "Toe", "Wrist
 
 
 def rests(ground: Ground, places: Stretch) -> list[Event]:
-    """Return when something else than feet carries, and what.
-
-    Parameters
-    ----------
-    ground : Ground
-        Which foot carries.
-    places : Stretch
-        Where `NEEDED` joints and `WISHED` ones are, over the same stretch.
-    """
+    """Return when something else than feet carries, and what."""
     count, rate = ground.carries.shape[1], ground.rate
     floor, mass = _floor(ground), masses(places.names)
     low = np.zeros((2, len(CARRIERS), count), bool)
@@ -66,17 +58,7 @@ def rests(ground: Ground, places: Stretch) -> list[Event]:
 
 
 def apart(steps: list[Event], carried: list[Event], count: int) -> list[Event]:
-    """Return the steps that end, and as they begin, while nothing else than feet carries.
-
-    Parameters
-    ----------
-    steps : list of Event
-        In order of time.
-    carried : list of Event
-        As from `rests`.
-    count : int
-        Frames of the stretch.
-    """
+    """Return the steps that end, and as they begin, while nothing else than feet carries."""
     resting, free = np.zeros(count + 1, bool), np.zeros(count + 1, np.int64)
     for one in carried:
         resting[one.start : one.stop], free[one.stop] = True, one.stop

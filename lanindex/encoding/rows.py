@@ -41,18 +41,7 @@ class Row:
 class Writer:
     """Writes the symbols of one part, move by move.
 
-    Parameters
-    ----------
-    curve : ndarray
-        (N, 3) float64, mm.
-    cell : int
-        The cell at the first frame: the starting position.
-    around : Space
-        The division of space.
-    distance : float
-        d_t, mm.
-    lengthen : bool
-        Whether moves without a symbol lengthen those they touch (stage 2b).
+    `curve` (N, 3) float64, mm.
     """
 
     def __init__(
@@ -64,15 +53,7 @@ class Writer:
         self.idle: list[Segment] = []
 
     def add(self, move: Segment, runs: list[Run]) -> None:
-        """Add a move.
-
-        Parameters
-        ----------
-        move : Segment
-            Its frames.
-        runs : list of Run
-            What it passes, with the outcome of each.
-        """
+        """Add a move."""
         shown = [run for run in runs if run.outcome in _SHOWN]
         if not shown:
             self._stay(move)
@@ -124,17 +105,8 @@ class Writer:
 def table_of(writers: Sequence[Writer], begin: int) -> NDArray[Any]:
     """Return the rows with their margins, part by part.
 
-    Parameters
-    ----------
-    writers : sequence of Writer
-        (P) of parts that are known over one stretch.
-    begin : int
-        Number of the stretch's first resampled frame.
-
-    Returns
-    -------
-    ndarray
-        (S,) of `model.SYMBOL`, start and stop in resampled frames.
+    `writers` (P) of parts that are known over one stretch; returned (S,) of `model.SYMBOL`, start
+    and stop in resampled frames.
     """
     counts = [len(writer.rows) for writer in writers]
     rows = [row for writer in writers for row in writer.rows]

@@ -208,40 +208,12 @@ def rows(
 ):  # fmt: skip
     """Return the rows of parts, and how many each has.
 
-    Parameters
-    ----------
-    curves : ndarray
-        (3, P, N) float64, mm.
-    moves, counts, runs, apart : ndarray
-        As from `moves_fast`; runs and apart are used up.
-    angle : ndarray
-        (R,) float64, degrees from the middle of a run's cell.
-    firsts : ndarray
-        (P,) the cells of the first frame.
-    within : float
-        Degrees within which a direction is achieved.
-    distances : ndarray
-        (P,) d_t, mm.
-    middles : ndarray
-        (P, 27, 3) mm.
-    lengthen : bool
-        Whether moves without a symbol lengthen those they touch.
-    which : ndarray
-        (P,) which rules are a part's.
-    openings, rules : ndarray
-        As from `Rules.table`, one a row, and all one behind the other.
-    frames : tuple of int
-        Of the source: the first, and behind the last; the first resampled one, and numerator and
-        denominator of the frames of the source from one to the next.
-
-    Returns
-    -------
-    table : ndarray
-        (S, 9) int64: the cell, first frame and behind the last in the source, the resampled frame
-        where it is achieved, the rule, whether it is passing, swings, and first frame and behind
-        the last of those that are resampled.
-    shares : ndarray
-        (P,) rows of each part.
+    `curves` (3, P, N) float64, mm; `angle` (R,) float64, degrees from the middle of a run's cell;
+    `firsts` (P,) the cells of the first frame; `distances` (P,) d_t, mm; `middles` (P, 27, 3) mm;
+    `which` (P,) which rules are a part's; `table` (S, 9) int64: the cell, first frame and behind
+    the last in the source, the resampled frame where it is achieved, the rule, whether it is
+    passing, swings, and first frame and behind the last of those that are resampled; `shares` (P,)
+    rows of each part.
     """
     known, until, begin, numerator, denominator = frames
     parts, longest = len(counts), 1

@@ -18,13 +18,7 @@ from lanindex.notation.ldd import Rule
 
 
 class Rules:
-    """The rules of a part, ready to be looked up.
-
-    Parameters
-    ----------
-    rules : sequence of Rule
-        In their file's order.
-    """
+    """The rules of a part, ready to be looked up."""
 
     def __init__(self, rules: Sequence[Rule]) -> None:
         self._by_opening: dict[tuple[int, ...], list[tuple[tuple[int, ...], Rule]]] = {}
@@ -68,34 +62,7 @@ class Rules:
 
 
 def apply(runs: Sequence[Run], in_force: int, rules: Rules) -> list[Run]:
-    """Mark the symbols that the rules delete as passing, and join equal neighbours.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-        All of a move, as from `achieve`.
-    in_force : int
-        The cell of the last symbol before: the left context, never deleted.
-    rules : Rules
-        Left to right the first that matches is applied, then again from the left, until nothing
-        matches.
-
-    Returns
-    -------
-    list of Run
-        The same runs, some of them ``passing`` or ``rejoined``.
-
-    Examples
-    --------
-    >>> from lanindex.encoding.achieve import Run
-    >>> from lanindex.encoding.profile import BUILT_IN
-    >>> from lanindex.encoding.rules import Rules, apply
-    >>> from lanindex.notation import ldd
-    >>> rules = Rules(ldd.read(BUILT_IN / "default" / "all.ldd"))
-    >>> side = [Run(0, 5, 9, 8, 2.0, 0.1), Run(1, 9, 12, 11, 5.0, 0.1)]  # right low, right mid
-    >>> [run.outcome for run in apply(side, 24, rules)]  # after place low
-    ['passing', 'symbol']
-    """
+    """Mark the symbols that the rules delete as passing, and join equal neighbours."""
     result = list(runs)
     alive = [index for index, run in enumerate(runs) if run.outcome == "symbol"]
     while match := rules.first_match([in_force, *[runs[index].cell for index in alive]]):

@@ -23,56 +23,26 @@ LONG_HOLD = 6
 
 
 class Hold(NamedTuple):
-    """Where a part stays near one point, from one candidate to another.
+    """Where a part stays near one point, from one candidate to another."""
 
-    Attributes
-    ----------
-    first, last : int
-        Resampled frames, both included.
-    """
-
-    first: int
+    first: int  # Resampled frames, both included
     last: int
 
 
 class Segment(NamedTuple):
-    """A move between two holds.
+    """A move between two holds."""
 
-    Attributes
-    ----------
-    first, last : int
-        Resampled frames, both included: the last of the hold before, the first of the one after.
-    begin, end : int
-        When the move is seen to begin and to end (stage 2b), both included.
-    """
-
+    # Resampled frames, both included: the last of the hold before, the first of the one after
     first: int
     last: int
-    begin: int
+    begin: int  # When the move is seen to begin and to end (stage 2b), both included
     end: int
 
 
 def speeds(curve: Floats, rate: float) -> Floats:
     """Return the speed: central difference, one-sided at the ends.
 
-    Parameters
-    ----------
-    curve : ndarray
-        (..., N, 3) float64, mm.
-    rate : float
-        Frames a second.
-
-    Returns
-    -------
-    ndarray
-        (..., N) float64, mm/s.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encoding.segment import speeds
-    >>> speeds(np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0]]), rate=60)
-    array([ 60.,  90., 120.])
+    `curve` (..., N, 3) float64, mm; returned (..., N) float64, mm/s.
     """
     if curve.shape[-2] < 2:
         return np.zeros(curve.shape[:-1])
@@ -86,29 +56,7 @@ def speeds(curve: Floats, rate: float) -> Floats:
 def candidates(speed: Floats, slow: float, prominence: float, still: float) -> NDArray[np.int64]:
     """Return the frames at which the limb may have stopped.
 
-    Parameters
-    ----------
-    speed : ndarray
-        (N,) float64, mm/s.
-    slow : float
-        v0, mm/s: minima above it do not count.
-    prominence : float
-        mm/s by which the lower rim must stand above a minimum.
-    still : float
-        mm/s: speeds at or below are one plateau, and both its ends count.
-
-    Returns
-    -------
-    ndarray
-        (C,) int64, rising; always the first frame and the last.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encoding.segment import candidates
-    >>> speed = np.array([900.0, 5, 3, 4, 800, 300, 280, 290, 700])
-    >>> candidates(speed, slow=600, prominence=50, still=10)
-    array([0, 1, 3, 6, 8])
+    `speed` (N,) float64, mm/s; returned (C,) int64, rising; always the first frame and the last.
     """
     level = np.maximum(speed, still)
     borders = np.ones(len(level) + 1, bool)
@@ -146,30 +94,7 @@ def holds(
 ) -> list[Hold]:
     """Group candidates that stay together.
 
-    Parameters
-    ----------
-    curve : ndarray
-        (N, 3) float64, mm.
-    stops : ndarray
-        (C,) int64, rising.
-    distance : float
-        d_t, mm from the group's first.
-    path_check : float
-        mm from the group's first that the limb may stray between two of them; 0: anything.
-
-    Returns
-    -------
-    list of Hold
-        In order of time.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encoding.segment import holds
-    >>> curve = np.zeros((6, 3))
-    >>> curve[:, 0] = 0, 10, 20, 300, 310, 320
-    >>> holds(curve, np.array([0, 2, 3, 5]), distance=50, path_check=100)
-    [Hold(first=0, last=2), Hold(first=3, last=5)]
+    `curve` (N, 3) float64, mm; `stops` (C,) int64, rising.
     """
     found: list[Hold] = []
     limit = path_check or np.inf
@@ -217,29 +142,7 @@ def _strayed(curve: Floats, stops: NDArray[np.int64]) -> Floats:
 def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -> list[Segment]:
     """Return the moves between the holds, with the times at which they begin and end.
 
-    Parameters
-    ----------
-    speed : ndarray
-        (N,) float64, mm/s.
-    stops : sequence of Hold
-        In order of time.
-    onset : float
-        Part of the peak speed at which a move begins; 0: at the candidate.
-    still : float
-        mm/s.
-
-    Returns
-    -------
-    list of Segment
-        In order of time: one between each hold and the next.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encoding.segment import Hold, segments
-    >>> speed = np.array([0.0, 10, 20, 400, 900, 400, 20, 10, 0])
-    >>> segments(speed, [Hold(0, 1), Hold(7, 8)], onset=0.03, still=5)
-    [Segment(first=1, last=7, begin=2, end=6)]
+    `speed` (N,) float64, mm/s.
     """
     if not onset:
         return [Segment(a.last, b.first, a.last, b.first) for a, b in pairwise(stops)]

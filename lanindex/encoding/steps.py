@@ -47,14 +47,7 @@ both, from both to one; or one of them not seen."""
 def ways(ground: Ground, turn: Floats, spans: Sequence[tuple[int, int]]) -> list[tuple[int, float]]:
     """Return in which direction the pelvis goes between two frames, and how clear that is.
 
-    Parameters
-    ----------
-    ground : Ground
-        The body.
-    turn : ndarray
-        (N,) radians, its heading, as `lanindex.encoding.heading.heading` returns it.
-    spans : sequence of tuple of int
-        Frames, both; the front is that of the second.
+    `turn` (N,) radians, its heading, as `lanindex.encoding.heading.heading` returns it.
     """
     if not spans:
         return []
@@ -89,12 +82,7 @@ def sector(forward: float, right: float, least: float) -> tuple[int, float]:
 def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
     """Return the feet that stand anew, and the flights, each in order of time.
 
-    Parameters
-    ----------
-    ground : Ground
-        Which foot carries.
-    turn : ndarray
-        (N,) radians, the heading over the same frames.
+    `turn` (N,) radians, the heading over the same frames.
     """
     brief = round(FLICKER * ground.rate)
     full = 0  # when the last foot stood
@@ -207,18 +195,7 @@ def levels(
 ) -> list[int]:
     """Return the levels of steps, by how the leg takes the weight from some frames on.
 
-    Parameters
-    ----------
-    frames : sequence of int
-        When the foot stands.
-    carries, bent : ndarray
-        (N,) as of a `Ground`, of the foot.
-    heights : ndarray
-        (K, N) as of `Feet`, of the foot.
-    usual : float or None
-        As of a `Ground`, of the foot.
-    rate : float
-        Frames a second.
+    `carries, bent` (N,) as of a `Ground`, of the foot; `heights` (K, N) as of `Feet`, of the foot.
     """
     width, count = max(round(WEIGHT * rate), 1), len(carries)
     near = np.array(frames, np.int64)[:, None] + np.arange(width)

@@ -32,22 +32,8 @@ STEADY = 0.15
 def swings(angles: Angles, profile: Profile) -> list[tuple[int, int]]:
     """Return from which frame to which angles go somewhere.
 
-    Parameters
-    ----------
-    angles : ndarray
-        (N,) complex128, degrees: how far something is turned, or how far forward (the imaginary
-        part) and to the right it leans.
-    profile : Profile
-        For the rate.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import lanindex
-    >>> from lanindex.encoding.swings import swings
-    >>> there = np.clip(np.arange(120) - 30.0, 0, 40) + 0j  # 40 degrees in 40 frames of 60
-    >>> swings(there, lanindex.load_profile())
-    [(30, 70)]
+    `angles` (N,) complex128, degrees: how far something is turned, or how far forward (the
+    imaginary part) and to the right it leans.
     """
     rate, width = float(profile.rate), window(STEADY, profile.rate)
     if len(angles) < 2:
@@ -86,16 +72,7 @@ def _parts(
 def arrivals(angles: Angles, away: float, profile: Profile, eighths: bool) -> Floats:
     """Return where angles are at first, and where they go: as from `events.table`.
 
-    Parameters
-    ----------
-    angles : ndarray
-        (N,) complex128, as for `swings`; one at least.
-    away : float
-        Degrees: what is nearer to nothing is in place.
-    profile : Profile
-        For the rate.
-    eighths : bool
-        Whether their directions are eight, not right and left alone.
+    `angles` (N,) complex128, as for `swings`; one at least.
     """
     found = [_there(angles, 0, 0, away, eighths)]
     for start, stop in swings(angles, profile):

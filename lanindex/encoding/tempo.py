@@ -54,21 +54,11 @@ _PERIODS = np.geomspace(SHORTEST, LONGEST, 360)
 
 
 class Tempo(NamedTuple):
-    """What was found.
+    """What was found."""
 
-    Attributes
-    ----------
-    speed : Fraction
-        Beats a minute, to a tenth.
-    confidence : float
-        From 0, nothing recurs, to 1, all recurs evenly.
-    source : str
-        What tells it.
-    """
-
-    speed: Fraction
-    confidence: float
-    source: str
+    speed: Fraction  # Beats a minute, to a tenth
+    confidence: float  # From 0, nothing recurs, to 1, all recurs evenly
+    source: str  # What tells it
 
     @property
     def clear(self) -> bool:
@@ -82,46 +72,17 @@ class Tempo(NamedTuple):
 
 
 class Count(NamedTuple):
-    """How the time of a score is counted.
+    """How the time of a score is counted."""
 
-    Attributes
-    ----------
-    meter : Meter
-        Tempo, rhythm and grid.
-    header : tuple of str
-        Comments of the score that tell more.
-    doubts : tuple of str
-        What a person should know.
-    """
-
-    meter: Meter
-    header: tuple[str, ...] = ()
-    doubts: tuple[str, ...] = ()
+    meter: Meter  # Tempo, rhythm and grid
+    header: tuple[str, ...] = ()  # Comments of the score that tell more
+    doubts: tuple[str, ...] = ()  # What a person should know
 
 
 def count(
     asked: str | Path | None, motion: Motion, profile: Profile, rows: Mapping[str, Rows]
 ) -> Count:
-    """Give all symbols their ticks, and say how they are counted.
-
-    Parameters
-    ----------
-    asked : str, Path or None
-        ``auto``, a file of beats, or None: as the profile says.
-    motion : Motion
-        The capture.
-    profile : Profile
-        Rate and grid.
-    rows : Mapping of str to ndarray
-        By part: (S,) of `model.SYMBOL`, in frames of the source; ``tick`` and ``ticks`` are filled.
-
-    Raises
-    ------
-    NotationError
-        Where the file cannot be read.
-    UsageError
-        Where its beats come after the capture.
-    """
+    """Give all symbols their ticks, and say how they are counted."""
     beats = None
     if asked is None:
         found = Count(profile.meter)
@@ -157,30 +118,7 @@ def _told(beats: Beats, motion: Motion, meter: Meter, place: str) -> Count:
 
 
 def estimated(motion: Motion, profile: Profile, rows: Mapping[str, Rows]) -> Tempo | None:
-    """Look for the beat of a movement: in its steps, else in the speed of its limbs.
-
-    Parameters
-    ----------
-    motion : Motion
-        The capture.
-    profile : Profile
-        Rate and smoothing.
-    rows : Mapping of str to ndarray
-        By part: (S,) of `model.SYMBOL`, in frames of the source.
-
-    Returns
-    -------
-    Tempo or None
-        The clearer of both, if neither is clear; None where there is too little to compare.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.encoding.tempo import estimated
-    >>> motion = lanindex.read("corpus/jumping_jacks.bvh")
-    >>> print(estimated(motion, lanindex.load_profile(), {}))
-    119.9 beats a minute (confidence 0.76, from limbs)
-    """
+    """Look for the beat of a movement: in its steps, else in the speed of its limbs."""
     feet = [rows[foot] for foot in SUPPORTS if foot in rows]
     stops = [table["stop"][table["stop"] > table["start"]] for table in feet]
     times = np.unique(np.concatenate(stops)) / float(motion.rate) if stops else np.zeros(0)

@@ -35,29 +35,8 @@ def to_source(
     lies inside the row after it. Where a stretch has fewer frames than symbols, the first of them
     become passing.
 
-    Parameters
-    ----------
-    rows : ndarray
-        (S,) of `model.SYMBOL`, track by track in order of time, start and stop in resampled frames;
-        the first of each is its starting position.
-    counts : sequence of int
-        Rows of each track, one at least.
-    known : sequence of Span
-        By track: the stretch of the source that it belongs to.
-    rate, target : Fraction
-        Frames a second of the source and of `rows`.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> from lanindex.encoding.timing import to_source
-    >>> from lanindex.model import Span
-    >>> from lanindex.model.symbol import blank
-    >>> rows = blank(2)
-    >>> rows["start"], rows["stop"] = [0, 31], [0, 53]  # a starting position, a symbol
-    >>> to_source(rows, [2], [Span(0, 30)], Fraction(30), Fraction(60))
-    >>> rows["start"], rows["stop"]
-    (array([ 0, 16], dtype=int32), array([ 0, 27], dtype=int32))
+    `rows` (S,) of `model.SYMBOL`, track by track in order of time, start and stop in resampled
+    frames; the first of each is its starting position.
     """
     owner, ends = np.arange(len(counts)).repeat(counts), np.cumsum(counts)
     first = ends - counts
@@ -118,37 +97,8 @@ def quantise(
 ) -> Meter:
     """Round the borders of all symbols to the score's grid, in place.
 
-    Parameters
-    ----------
-    tracks : iterable of ndarray
-        (S,) of `model.SYMBOL` each, start and stop in source frames; ``tick`` and ``ticks`` are
-        filled.
-    frames : int
-        Length of the source.
-    rate : Fraction
-        Frames a second.
-    meter : Meter
-        The grid that is wanted.
-    beats : Beats, optional
-        When each beat comes; else as evenly as the meter says.
-
-    Returns
-    -------
-    Meter
-        The grid that was used: as wanted, or finer by a power of two where a symbol found no
-        room. Each symbol has a tick at least; they neither overlap nor get lost.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> from lanindex.encoding.timing import quantise
-    >>> from lanindex.model import Meter
-    >>> from lanindex.model.symbol import blank
-    >>> rows = blank(2)
-    >>> rows["start"], rows["stop"] = [0, 31], [0, 53]  # a starting position, a symbol
-    >>> meter = quantise([rows], 60, Fraction(30), Meter())
-    >>> meter.division, rows["tick"], rows["ticks"]
-    (32, array([0, 8], dtype=int32), array([0, 6], dtype=int32))
+    `tracks` (S,) of `model.SYMBOL` each, start and stop in source frames; ``tick`` and ``ticks``
+    are filled.
     """
     few = list(_few(tracks))
     last = np.array([frames])

@@ -40,15 +40,7 @@ _TRACKS = ("hands_touch", "r_hand_touch", "l_hand_touch")
 
 
 def touches(body: Body, arm: float) -> Iterator[tuple[str, Stretch, list[Event]]]:
-    """Yield what the hands touch: track, stretch, symbols.
-
-    Parameters
-    ----------
-    body : Body
-        The capture.
-    arm : float
-        How long its arms are, mm.
-    """
+    """Yield what the hands touch: track, stretch, symbols."""
     rate = float(body.profile.rate)
     core = [name for name in CORE if len(body.known[name])]
     for one in stretches(body, (*HANDS, *core), _OTHERS):

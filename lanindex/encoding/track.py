@@ -34,47 +34,20 @@ class Trace:
     """How one part was written down, over one stretch of the capture.
 
     All frames are resampled ones (60 a second by default), counted from the stretch's first.
-
-    Attributes
-    ----------
-    part : str
-        Its name.
-    known : Span
-        The stretch, in frames of the source.
-    begin : int
-        Number of the stretch's first resampled frame.
-    curve : ndarray
-        (N, 3) float64, mm: forward, up, right of the joint that it is seen from.
-    space : Space
-        Length of the part and the cells around the joint.
-    speed : ndarray
-        (N,) float64, mm/s.
-    course : Course
-        The cell of each frame, and how near to its middle.
-    candidates : ndarray
-        (C,) int64, frames at which the part may have stopped.
-    holds : list of Hold
-        Candidates grouped.
-    segments : list of Segment
-        The moves between the holds.
-    runs : list of list of Run
-        By segment: the cells that the move passes, and what became of each.
-    rows : ndarray
-        (S,) of `model.SYMBOL`: the result, in frames of the source.
     """
 
-    part: str
-    known: Span
-    begin: int
-    curve: Floats
-    space: Space
-    speed: Floats
-    course: Course
-    candidates: NDArray[np.int64]
-    holds: list[Hold]
-    segments: list[Segment]
-    runs: list[list[Run]]
-    rows: NDArray[Any]
+    part: str  # Its name
+    known: Span  # The stretch, in frames of the source
+    begin: int  # Number of the stretch's first resampled frame
+    curve: Floats  # (N, 3) float64, mm: forward, up, right of the joint that it is seen from
+    space: Space  # Length of the part and the cells around the joint
+    speed: Floats  # (N,) float64, mm/s
+    course: Course  # The cell of each frame, and how near to its middle
+    candidates: NDArray[np.int64]  # (C,) int64, frames at which the part may have stopped
+    holds: list[Hold]  # Candidates grouped
+    segments: list[Segment]  # The moves between the holds
+    runs: list[list[Run]]  # By segment: the cells that the move passes, and what became of each
+    rows: NDArray[Any]  # (S,) of `model.SYMBOL`: the result, in frames of the source
 
     def __str__(self) -> str:
         """Return the moves and what became of each of their runs, a line each."""
@@ -128,22 +101,7 @@ def together(written: Iterable[Written]) -> dict[str, tuple[NDArray[Any], tuple[
 
 
 def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Iterator[Trace]:
-    """Write down parts that are known over one stretch.
-
-    Parameters
-    ----------
-    limbs : Limbs
-        Their curves.
-    profile : Profile
-        The numbers.
-    traced : bool
-        Whether the traces shall tell the runs of each move.
-
-    Yields
-    ------
-    Trace
-        One a part.
-    """
+    """Write down parts that are known over one stretch."""
     around = [
         space(profile.ranges[part], length)
         for part, length in zip(limbs.parts, limbs.lengths.tolist(), strict=True)

@@ -41,22 +41,8 @@ def trunk(places: dict[str, Floats]) -> Floats:
 def between(first: Floats, second: Floats, about: Floats) -> Angles:
     """Return by how many degrees lines are turned against others about an axis.
 
-    Parameters
-    ----------
-    first, second, about : ndarray
-        (N, 3) float64.
-
-    Returns
-    -------
-    ndarray
-        (N,) complex128, degrees to the right, at most 180; to the left they are below 0.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.encoding.twists import between
-    >>> between(np.array([[1.0, 0, 0]]), np.array([[1.0, 3, 1]]), np.array([[0.0, 1, 0]]))
-    array([45.+0.j])
+    `first, second, about` (N, 3) float64; returned (N,) complex128, degrees to the right, at most
+    180; to the left they are below 0.
     """
     axis = about.T / np.maximum(np.sqrt(dot(about.T, about.T)), 1e-9)
     one, other = (some.T - dot(some.T, axis) * axis for some in (first, second))

@@ -40,21 +40,7 @@ PAUSE = 10.0
 def travel(hips: Stretch, front: Floats, leg: float, profile: Profile) -> Floats:
     """Return the stretches in which the body goes one way, or stays, as from `events.table`.
 
-    Parameters
-    ----------
-    hips : Stretch
-        Where both are.
-    front : ndarray
-        (N,) radians, the heading, averaged over `STRIDE`.
-    leg : float
-        Its length, mm.
-    profile : Profile
-        For the rate.
-
-    Returns
-    -------
-    ndarray
-        They fill the stretch.
+    `front` (N,) radians, the heading, averaged over `STRIDE`.
     """
     rate, count = float(profile.rate), len(front)
     if count < 2:
@@ -127,12 +113,7 @@ def pieces(codes: NDArray[Any], least: int) -> list[tuple[int, int]]:
 def turns(heading: Floats, profile: Profile) -> Floats:
     """Return the turns about the vertical, as from `events.table`.
 
-    Parameters
-    ----------
-    heading : ndarray
-        (N,) degrees, in one go: past half a circle it goes on.
-    profile : Profile
-        For the rate.
+    `heading` (N,) degrees, in one go: past half a circle it goes on.
     """
     rate = float(profile.rate)
     if len(heading) < 2:

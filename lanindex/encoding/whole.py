@@ -34,17 +34,7 @@ TOGETHER = 1 << 14
 def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
     """Write down what the whole body does.
 
-    Parameters
-    ----------
-    body : Body
-        The capture.
-    turn : ndarray
-        (N,) radians, as from `lanindex.encoding.heading.heading`.
-
-    Returns
-    -------
-    tuple of list of Written and tuple of str
-        Tracks of which the capture knows enough, stretch by stretch; and what was doubtful.
+    `turn` (N,) radians, as from `lanindex.encoding.heading.heading`.
     """
     found, told, many = list[Written](), list[Told](), 0
     doubts = dict[str, None]()

@@ -30,15 +30,7 @@ Ints = NDArray[np.int64]
 
 
 def written(limbs: Limbs, profile: Profile) -> list[Written]:
-    """Write down parts that are known over one stretch, as `lanindex.encoding.track.written` does.
-
-    Parameters
-    ----------
-    limbs : Limbs
-        Their curves.
-    profile : Profile
-        The numbers.
-    """
+    """Write down parts that are known over one stretch, as `track.written` does."""
     lengths = limbs.lengths.tolist()
     around = list(map(space, (profile.ranges[part] for part in limbs.parts), lengths))
     curves = np.ascontiguousarray(limbs.curve.transpose(2, 0, 1))
