@@ -33,7 +33,7 @@ class Loops(NamedTuple):
 
 
 _CURVES = "lanindex.encoding.curves_fast"
-_ENCODE = ("carriers", "ground", "limbs", "near", "written")
+_ENCODE = ("near", "written")
 
 LOOPS = {
     "encode": Loops(

@@ -76,7 +76,7 @@ def encode(
     """
     import numpy as np
 
-    from lanindex.encoding import compiled, heading, joints, limbs, track
+    from lanindex.encoding import heading, joints, limbs, loops, track
     from lanindex.encoding.tempo import count
     from lanindex.encoding.whole import whole
     from lanindex.model import Score, Track
@@ -88,13 +88,17 @@ def encode(
         raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
     body = joints.Body(motion, chosen)
     turn = heading.heading(motion, chosen.rate, body)
-    stages = compiled.chosen(len(turn))
+    ways = loops.chosen(len(turn))
+    if ways.compiled:
+        from lanindex.encoding.written_fast import written
+    else:
+        from lanindex.encoding.track import written
     told = joints.told(motion)
     # feet take the most memory beside their rows, which are the fewest: they come first
     of_all, doubts = whole(body, turn)
     of_limbs = list[track.Written]()
-    for group in limbs.limbs(body, turn, told, stages.curves):
-        of_limbs += stages.written(group, chosen)
+    for group in limbs.limbs(body, turn, told, ways.curves):
+        of_limbs += written(group, chosen)
         del group
     if not of_limbs:
         raise EncodeError(

@@ -1,23 +1,103 @@
-"""How far limbs are bent, and torso and head are turned and lean: angles, and what is told of them.
+"""How arms and legs bend, and how torso and head turn and lean, stretch by stretch.
 
 Source: ``encoding/BODY.md``, "Bends", "Twists" and "Inclines".
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import (
+    Callable,
+    Iterator,
+    Sequence,
+)
+from typing import (
+    NamedTuple,
+)
 
 import numpy as np
+from numpy.typing import (
+    NDArray,
+)
 
-from lanindex.alphabet import BENDS, PARTS
-from lanindex.encoding.arithmetic import Floats, bend
-from lanindex.encoding.inclines import INCLINED, leaning
-from lanindex.encoding.joints import Body
-from lanindex.encoding.places import Stretch, together
-from lanindex.encoding.swings import Angles
-from lanindex.encoding.twists import TRUNK, TWISTED, head, torso, trunk
-from lanindex.model import Span
+from lanindex.alphabet import (
+    BENDS,
+    PARTS,
+)
+from lanindex.encoding.arithmetic import (
+    bend,
+    cross,
+    dot,
+)
+from lanindex.encoding.curves import (
+    Angles,
+)
+from lanindex.encoding.joints import (
+    Body,
+)
+from lanindex.encoding.places import (
+    Stretch,
+    together,
+)
+from lanindex.model import (
+    Span,
+)
+
+Floats = NDArray[np.float64]
+
+INCLINED = 15.0
+"""Degrees: what leans less is in place."""
+
+
+def leaning(upward: Floats, turn: Floats) -> Angles:
+    """Return how far something leans to the right, and (the imaginary part) forward.
+
+    `upward` (N, 3) float64: where it points, in the axes of the capture; `turn` (N,) radians, the
+    heading; returned (N,) complex128, degrees.
+    """
+    east, up, south = upward.T
+    flat = np.hypot(east, south)
+    size = np.degrees(np.arctan2(flat, up)) / np.maximum(flat, 1e-9)
+    lean: Angles = size * (south + 1j * east) * np.exp(-1j * turn)
+    return lean
+
+
+TWISTED = 30.0
+"""Degrees: what is turned less is in place."""
+
+TRUNK = ("RHip", "LHip", "RShoulder", "LShoulder")
+
+
+def torso_twist(places: dict[str, Floats]) -> Angles:
+    """Return how far the shoulders are turned to the right of the hips, (N,) degrees."""
+    hips, shoulders = (places["R" + it] - places["L" + it] for it in ("Hip", "Shoulder"))
+    return between(hips, shoulders, trunk_line(places))
+
+
+def head_turn(places: dict[str, Floats]) -> Angles:
+    """Return how far the head_turn is turned to the right of the shoulders, (N,) degrees."""
+    shoulders = places["RShoulder"] - places["LShoulder"]
+    return between(shoulders, places["Head right"], trunk_line(places))
+
+
+def trunk_line(places: dict[str, Floats]) -> Floats:
+    """Return the way from the middle of the hips to that of the shoulders, (N, 3)."""
+    hips, shoulders = (places["R" + it] + places["L" + it] for it in ("Hip", "Shoulder"))
+    way: Floats = (shoulders - hips) / 2
+    return way
+
+
+def between(first: Floats, second: Floats, about: Floats) -> Angles:
+    """Return by how many degrees lines are turned against others about an axis.
+
+    `first, second, about` (N, 3) float64; returned (N,) complex128, degrees to the right, at most
+    180; to the left they are below 0.
+    """
+    axis = about.T / np.maximum(np.sqrt(dot(about.T, about.T)), 1e-9)
+    one, other = (some.T - dot(some.T, axis) * axis for some in (first, second))
+    left = dot(cross(one, other), axis)
+    angles: Angles = np.degrees(np.arctan2(-left, dot(one, other))) + 0j
+    return angles
+
 
 Places = dict[str, Floats]
 
@@ -39,9 +119,9 @@ class Lean(NamedTuple):
 
 HEAD = ("Head up",)
 LEANS = {
-    "torso_twist": Lean(TRUNK, lambda places, _: torso(places), TWISTED, False),
-    "head_turn": Lean((*TRUNK, "Head right"), lambda places, _: head(places), TWISTED, False),
-    "torso_incline": Lean(TRUNK, lambda it, front: leaning(trunk(it), front), INCLINED, True),
+    "torso_twist": Lean(TRUNK, lambda places, _: torso_twist(places), TWISTED, False),
+    "head_turn": Lean((*TRUNK, "Head right"), lambda places, _: head_turn(places), TWISTED, False),
+    "torso_incline": Lean(TRUNK, lambda it, front: leaning(trunk_line(it), front), INCLINED, True),
     "head_incline": Lean(HEAD, lambda it, front: leaning(it[HEAD[0]], front), INCLINED, True),
 }
 _NEEDED = {part: lean.needed for part, lean in LEANS.items()}
@@ -50,7 +130,7 @@ _CHAINS = {part: PARTS[limb].chain for limb, part in BENDS.items()}
 
 def bends(body: Body) -> Iterator[Told]:
     """Yield how each arm and leg bends, stretch by stretch."""
-    find = body.stages.bends
+    find = body.loops.bends
     for stretch, parts in together(body, _CHAINS):
         found = find(_angles(stretch, parts), body.profile)
         for part, those in zip(parts, found, strict=True):
@@ -70,7 +150,7 @@ def _angles(stretch: Stretch, parts: Sequence[str]) -> Floats:
 
 
 def leans(body: Body, turn: Floats) -> Iterator[Told]:
-    """Yield where torso and head are turned, and lean, stretch by stretch.
+    """Yield where torso_twist and head_turn are turned, and lean, stretch by stretch.
 
     `turn` (N,) radians, as from `lanindex.encoding.heading.heading`.
     """
@@ -82,5 +162,5 @@ def leans(body: Body, turn: Floats) -> Iterator[Told]:
                 own[block.inner] = LEANS[part].angles(places, front[block.inner])
         for part, own in zip(parts, angles, strict=True):
             _, _, away, eighths = LEANS[part]
-            found = body.stages.arrivals(own, away, body.profile, eighths)
+            found = body.loops.arrivals(own, away, body.profile, eighths)
             yield part, over.known, over.frames.start, found

@@ -1,46 +1,206 @@
 """How one curve goes, and what is told of it, compiled (extra ``fast``).
 
-The same as `curves`, `onset`, `bends`, `ways` and `swings` do without, which are the truth: equal
-numbers. Tables of events are those of `events.table`.
+The same as `resample` and `curves` do without, which are the truth: equal numbers.
 """
 
 from __future__ import annotations
 
-from math import atan2, degrees, hypot, sqrt
+from math import (
+    atan2,
+    degrees,
+    hypot,
+    sqrt,
+)
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import (
+    NDArray,
+)
 
-from lanindex.alphabet import DIRECTION_CODES, PLACE, SIXTHS
-from lanindex.encoding.arithmetic import window
-from lanindex.encoding.bends import CALM, IDLES, LULL, SWING
-from lanindex.encoding.events import Event
-from lanindex.encoding.limbs_fast import _smooth
-from lanindex.encoding.nth_fast import nth
-from lanindex.encoding.onset import FAINT, PLAIN, WIDTH
-from lanindex.encoding.profile import Profile
-from lanindex.encoding.swings import MOVED, STEADY, Angles
-from lanindex.encoding.ways import BRIEF, PAUSE, STRIDE, TURNS
-from lanindex.model.derived import DEGREE, STRETCHES
+from lanindex.alphabet import (
+    PLACE,
+    SIXTHS,
+)
+from lanindex.encoding.arithmetic import (
+    window,
+)
+from lanindex.encoding.curves import (
+    BRIEF,
+    CALM,
+    FAINT,
+    IDLES,
+    LULL,
+    MOVED,
+    PAUSE,
+    PLAIN,
+    STEADY,
+    SWING,
+    WIDTH,
+    Angles,
+    Event,
+)
+from lanindex.encoding.profile import (
+    Profile,
+)
+from lanindex.encoding.resample import (
+    Resampling,
+)
+from lanindex.model.derived import (
+    DEGREE,
+    STRETCHES,
+)
+
+
+@numba.njit
+def nth(values, place):
+    """Return the number that `place` others come before; the numbers change their places."""
+    low, high, random = 0, len(values) - 1, 1
+    while low < high:
+        random = (random * 16807) % 2147483647  # no shape of a curve makes it slow
+        pivot = values[low + random % (high - low + 1)]
+        left, right = low, high
+        while left <= right:
+            while values[left] < pivot:
+                left += 1
+            while values[right] > pivot:
+                right -= 1
+            if left <= right:
+                values[left], values[right] = values[right], values[left]
+                left, right = left + 1, right - 1
+        if place <= right:
+            high = right
+        elif place >= left:
+            low = left
+        else:
+            break
+    return values[place]
+
+
+@numba.njit
+def middle(values):
+    """Return the median of numbers, one at least; they change their places."""
+    upper = nth(values, len(values) // 2)
+    return (nth(values, (len(values) - 1) // 2) + upper) / 2
+
 
 Floats = NDArray[np.float64]
 
-FIELDS = len(Event._fields)
-LEFT, RIGHT = DIRECTION_CODES["left"], DIRECTION_CODES["right"]
+
+@numba.njit
+def _resampled(points, index, weights, slope, values):
+    """Write values between points (S), two at least, of which slopes are written, too."""
+    last = len(points) - 1
+    slope[0], slope[last] = points[1] - points[0], points[last] - points[last - 1]
+    for place in range(1, last):
+        slope[place] = (points[place + 1] - points[place - 1]) / 2.0
+    here, there, rise, fall = weights
+    for frame in range(len(values)):
+        place = index[frame]
+        value = points[place] * here[frame] + points[place + 1] * there[frame]
+        value += slope[place] * rise[frame]
+        values[frame] = value + slope[place + 1] * fall[frame]
+
+
+@numba.njit
+def _add(values, others):
+    for frame in range(len(others)):
+        values[frame] += others[frame]
+
+
+@numba.njit
+def _smooth(rough, half, calm):
+    """Write the moving average; loops without a question for each frame take a quarter."""
+    frames = len(rough)
+    calm[:] = rough
+    for shift in range(1, half + 1):
+        _add(calm[shift:], rough[: frames - shift])
+        _add(calm[: frames - shift], rough[shift:])
+    whole = 2.0 * half + 1.0
+    for frame in range(frames):
+        calm[frame] /= whole - max(half - frame, 0) - max(half - (frames - 1 - frame), 0)
 
 
 @numba.njit(cache=True, nogil=True)
+def _curves(places, ends, index, weights, sine, cosine, half, curves):
+    """Write curves (3, P, N) of places (3, K, S); without an index each frame is one of theirs."""
+    frames = curves.shape[2]
+    points, rough = np.empty(places.shape[2]), np.empty((3, frames))
+    slope = np.empty(len(points))
+    half = min(half, frames - 1)
+    for part in range(ends.shape[1]):
+        for axis in range(3):
+            child, parent = places[axis, ends[1, part]], places[axis, ends[0, part]]
+            for frame in range(len(points)):
+                points[frame] = child[frame] - parent[frame]
+            if len(index):
+                _resampled(points, index, weights, slope, rough[axis])
+            else:
+                rough[axis] = points
+        forward, right = rough[0], rough[2]
+        for frame in range(frames):
+            ahead, aside = forward[frame], right[frame]
+            forward[frame] = ahead * cosine[frame] - aside * sine[frame]
+            right[frame] = ahead * sine[frame] + aside * cosine[frame]
+        for axis in range(3):
+            _smooth(rough[axis], half, curves[axis, part])
+
+
+@numba.njit(cache=True, nogil=True)
+def _calm(places, index, weights, half, found):
+    """Write places (3, K, S), resampled and smoothed, (3, K, N); without an index as they are."""
+    rough, slope = np.empty(found.shape[2]), np.empty(places.shape[2])
+    half = min(half, len(rough) - 1)
+    for axis in range(3):
+        for joint in range(places.shape[1]):
+            points = places[axis, joint]
+            if len(index):
+                _resampled(points, index, weights, slope, rough)
+            else:
+                rough[:] = points
+            _smooth(rough, half, found[axis, joint])
+
+
+def calm(points: Floats, work: Resampling, frames: range, width: int) -> Floats:
+    """Return joints resampled and smoothed: see `lanindex.encoding.limbs.calm`."""
+    index, weights = work.weights(frames)
+    found = np.empty((3, points.shape[1], len(frames)))
+    _calm(np.ascontiguousarray(points.T), index, weights, width // 2, found)
+    return found.transpose(1, 2, 0)
+
+
+def curves(
+    near: Floats,
+    ends: NDArray[np.int64],
+    work: Resampling,
+    frames: range,
+    angle: Floats,
+    width: int,
+) -> Floats:
+    """Return curves of some frames: see `lanindex.encoding.limbs.curves`."""
+    index, weights = work.weights(frames)
+    found = np.empty((3, ends.shape[1], len(frames)))
+    _curves(
+        np.ascontiguousarray(near.T),
+        ends,
+        index,
+        weights,
+        np.sin(angle),
+        np.cos(angle),
+        width // 2,
+        found,
+    )
+    return found
+
+
+FIELDS = len(Event._fields)
+
+
+@numba.njit
 def _mean(curve, width):
     calm = np.empty(len(curve))
     _smooth(curve, min(width // 2, len(curve) - 1), calm)
     return calm
-
-
-def mean(curve: Floats, width: int) -> Floats:
-    """Return the centred moving average: see `lanindex.encoding.curves.mean`."""
-    found: Floats = _mean(np.ascontiguousarray(curve), width)
-    return found
 
 
 @numba.njit
@@ -145,7 +305,7 @@ def _begun(pace, at, step, count, part, rests):
 
 @numba.njit
 def _seen(curve, pace, first, last, low, high, rests):
-    """Return from when to when a movement is seen: see `lanindex.encoding.onset.seen`."""
+    """Return from when to when a movement is seen: see `lanindex.encoding.curves.seen`."""
     own = PLAIN * _most(pace, first, last)
     one = two = -1
     for frame in range(first, last + 1):
@@ -203,7 +363,7 @@ def _edges(first, last, rests, behind):
 
 @numba.njit
 def _put(table, count, frames, told, margin, amount, speed):
-    """Write an event: see `lanindex.encoding.events.Event`; return how many there are."""
+    """Write an event: see `lanindex.encoding.curves.Event`; return how many there are."""
     row = table[count]
     row[0], row[1], row[2] = frames[0], frames[1], told
     row[3], row[4], row[5], row[6], row[7], row[8] = -1.0, margin, 0.0, amount, speed, -1.0
@@ -249,46 +409,9 @@ def _bends(angle, width, rate, least):
 
 
 def bends(angles: Floats, profile: Profile) -> list[Floats]:
-    """Return the bends of limbs: see `lanindex.encoding.bends.found`."""
+    """Return the bends of limbs: see `lanindex.encoding.curves.found`."""
     told = window(CALM, profile.rate), float(profile.rate), round(LULL * profile.rate)
     return [_bends(angle, *told) for angle in angles]
-
-
-@numba.njit
-def _turn(heading, start, stop, rate, table, count):
-    some = heading[start:stop]
-    left, last = some[-1] > some[0], len(some) - 1
-    pace = _slopes(some, rate if left else -rate)
-    begin, end = _seen(some, pace, 0, last, 0, last, PAUSE / rate)
-    amount = np.rint(abs(some[end] - some[begin]))
-    if amount < TURNS:
-        return count
-    frames, told = (start + begin, start + end), LEFT if left else RIGHT
-    return _put(
-        table, count, frames, told, min(amount / TURNS - 1, 1.0), amount, _most(pace, 0, last) / 360
-    )
-
-
-@numba.njit(cache=True, nogil=True)
-def _turns(heading, wide, narrow, rate, least):
-    calm, light = _mean(heading, wide), _mean(heading, narrow)
-    pace, table, count = _slopes(calm, rate), np.empty((len(heading), FIELDS)), 0
-    for frame in range(len(pace)):
-        pace[frame] = abs(pace[frame])
-    for first, last in _swings(calm, TURNS):
-        rests = _lulls(pace, first, last, 1, PAUSE, least)
-        for start, stop in _edges(first, last + 1, rests, last + 1):
-            if stop > start and abs(calm[stop - 1] - calm[start]) >= TURNS:
-                count = _turn(light, start, stop, rate, table, count)
-    return table[:count].copy()
-
-
-def turns(heading: Floats, profile: Profile) -> Floats:
-    """Return the turns about the vertical: see `lanindex.encoding.ways.turns`."""
-    rate = float(profile.rate)
-    widths = window(STRIDE, profile.rate), window(profile.smoothing, profile.rate)
-    found: Floats = _turns(heading, *widths, rate, round(BRIEF * rate))
-    return found
 
 
 @numba.njit
@@ -344,7 +467,7 @@ def _arrivals(angles, width, rate, least, away, step):
 
 
 def arrivals(angles: Angles, away: float, profile: Profile, eighths: bool) -> Floats:
-    """Return where angles are, and where they go: see `lanindex.encoding.swings.arrivals`."""
+    """Return where angles are, and where they go: see `lanindex.encoding.curves.arrivals`."""
     rate = float(profile.rate)
     told = window(STEADY, profile.rate), rate, round(BRIEF * rate)
     found: Floats = _arrivals(angles, *told, away, 45 if eighths else 180)

@@ -5,7 +5,7 @@ Source: ``encoding/BODY.md``, "Which foot carries".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +18,6 @@ from lanindex.encoding.places import Stretch, stretches
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-Stood = Callable[[NDArray[np.float32], Floats, float], Floats]
 
 STANDS, SLIDES = 0.3, 0.9
 """Lengths of a leg a second: a foot that is slower begins to carry; a faster one ends."""
@@ -107,8 +106,8 @@ def grounds(body: Body, leg: float) -> Iterator[Ground]:
     rate = float(body.profile.rate)
     for one in stretches(body, needed, wished):
         feet, wide = _feet(one, leg, rate)
-        level = _level(one, leg, feet, body.stages.stood, STANCE * rate) if wide else feet.heights
-        carries, uneven = body.stages.carried(feet, level, rate)
+        level = _level(one, leg, feet, STANCE * rate) if wide else feet.heights
+        carries, uneven = carried(feet, level, rate)
         del level
         doubts: tuple[str, ...] = (UNTOLD,) if uneven else ()
         bent, height = _legs(one, leg)
@@ -189,7 +188,7 @@ def _flat(heights: NDArray[np.float32], carries: Flags) -> float | None:
     return fifth(ankle - toe)
 
 
-def _level(one: Stretch, leg: float, feet: Feet, stood: Stood, least: float) -> NDArray[np.float32]:
+def _level(one: Stretch, leg: float, feet: Feet, least: float) -> NDArray[np.float32]:
     """Return how high joints of the feet are above the floor, (2, K, N), up to a constant.
 
     The floor may slope: it is the plane nearest to where toes stand, of four stands at least.

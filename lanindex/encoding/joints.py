@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache, cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +18,11 @@ from numpy.typing import NDArray
 from lanindex.alphabet import JOINT_CODES, JOINTS, PALMS, PARTS
 from lanindex.body.facing import TURNING
 from lanindex.body.made import GAP, MADE, weighted
-from lanindex.encoding import arithmetic
+from lanindex.encoding import arithmetic, loops
 from lanindex.encoding.arithmetic import blocks, runs
+from lanindex.encoding.loops import Loops
 from lanindex.encoding.profile import Profile
 from lanindex.model import Motion
-
-if TYPE_CHECKING:
-    from lanindex.encoding.compiled import Stages
 
 Floats = NDArray[np.float64]
 Frames = NDArray[np.int64]
@@ -86,11 +83,9 @@ class Body:
         self._some: dict[tuple[str, ...], tuple[int, int, int, Joints]] = {}
 
     @cached_property
-    def stages(self) -> Stages:
+    def loops(self) -> Loops:
         """How its loops over frames are done: plainly, or compiled."""
-        from lanindex.encoding import compiled
-
-        return compiled.chosen(0)
+        return loops.chosen(0)
 
     @cached_property
     def _all(self) -> Joints:

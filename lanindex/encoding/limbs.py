@@ -5,7 +5,7 @@ Source: ``encoding/METHOD.md``, stages 0 and 1; Matsumoto and Hachimura (2001), 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PARTS
-from lanindex.encoding.arithmetic import blocks, smooth, window
+from lanindex.encoding.arithmetic import blocks, window
 from lanindex.encoding.joints import Body, told
 from lanindex.encoding.places import Stretch, together
-from lanindex.encoding.resample import Resampling
+from lanindex.encoding.resample import Curves, curves
 from lanindex.model import Span
 
 Floats = NDArray[np.float64]
-Curves = Callable[[Floats, NDArray[np.int64], Resampling, range, Floats, int], Floats]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,29 +70,3 @@ def _curve(
         found = make(near, ends, stretch.work, some, angle, width)
         curve[..., part.inner] = found[..., part.within]
     return curve.transpose(1, 2, 0)
-
-
-def calm(points: Floats, work: Resampling, frames: range, width: int) -> Floats:
-    """Return joints (S, K, 3) resampled and smoothed, (K, N, 3); the rest is as for `curves`."""
-    return smooth(work.values(points, frames).T, width).transpose(1, 2, 0)
-
-
-def curves(
-    near: Floats,
-    ends: NDArray[np.int64],
-    work: Resampling,
-    frames: range,
-    angle: Floats,
-    width: int,
-) -> Floats:
-    """Return curves of some frames.
-
-    `near` (S, K, 3) float64, the places that the frames are made of; `ends` (2, P): of each part
-    which joint is the parent, and which the child; `angle` (N,) float64, radians: the heading;
-    returned (3, P, N) float64.
-    """
-    parents, children = ends
-    forward, up, right = work.values(near[:, children] - near[:, parents], frames).T
-    sine, cosine = np.sin(angle), np.cos(angle)
-    turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
-    return smooth(turned, width)

@@ -6,7 +6,6 @@ Source: ``encoding/BODY.md``, "Touch".
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import cache
 from itertools import count
 from typing import NamedTuple
@@ -127,9 +126,6 @@ class Plan(NamedTuple):
     lines: Ints
     reaches: Floats  # (L,) float64, lengths of an arm
     parts: tuple[slice, ...]  # The lines of each of `Near`
-
-
-Nearest = Callable[[Floats, Plan, float], Near]
 
 
 @cache

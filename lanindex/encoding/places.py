@@ -72,7 +72,7 @@ class Stretch:
         width = window(profile.smoothing, profile.rate)
         first = max(frames.start - width // 2, 0)
         some = self.frames[first : frames.stop + width // 2]
-        calm = self.body.stages.calm(self.sources(names, some), self.work, some, width)
+        calm = self.body.loops.calm(self.sources(names, some), self.work, some, width)
         return calm[:, frames.start - first : frames.stop - first]
 
     def sources(self, names: Sequence[str], frames: range) -> Floats:

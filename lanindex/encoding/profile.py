@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from lanindex.alphabet import GROUPS, PARTS
-from lanindex.encoding.rules import Rules
+from lanindex.encoding.symbols import Rules
 from lanindex.errors import NotationError, quoted, shown
 from lanindex.model import Meter
 from lanindex.notation import ldd, lpd

@@ -5,6 +5,7 @@ Source: ``encoding/METHOD.md``, stage 0.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -12,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encoding.arithmetic import blocks
+from lanindex.encoding.arithmetic import blocks, smooth
 
 Floats = NDArray[np.float64]
 
@@ -95,3 +96,32 @@ def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tu
         some = frames[part.inner]
         values[..., part.inner] = work.values(points[work.sources(some)], some).T
     return frames.start, values.T
+
+
+def calm(points: Floats, work: Resampling, frames: range, width: int) -> Floats:
+    """Return joints (S, K, 3) resampled and smoothed, (K, N, 3); the rest is as for `curves`."""
+    return smooth(work.values(points, frames).T, width).transpose(1, 2, 0)
+
+
+def curves(
+    near: Floats,
+    ends: NDArray[np.int64],
+    work: Resampling,
+    frames: range,
+    angle: Floats,
+    width: int,
+) -> Floats:
+    """Return curves of some frames.
+
+    `near` (S, K, 3) float64, the places that the frames are made of; `ends` (2, P): of each part
+    which joint is the parent, and which the child; `angle` (N,) float64, radians: the heading;
+    returned (3, P, N) float64.
+    """
+    parents, children = ends
+    forward, up, right = work.values(near[:, children] - near[:, parents], frames).T
+    sine, cosine = np.sin(angle), np.cos(angle)
+    turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
+    return smooth(turned, width)
+
+
+Curves = Callable[[Floats, NDArray[np.int64], Resampling, range, Floats, int], Floats]

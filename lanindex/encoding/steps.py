@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -15,13 +15,11 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, MID, PLACE
 from lanindex.encoding.arithmetic import runs
-from lanindex.encoding.events import SECTOR, Event
+from lanindex.encoding.curves import SECTOR, Event, begun
 from lanindex.encoding.ground import FLICKER, FOOT, HIPS, SIDES, STIRS, Flags, Ground
-from lanindex.encoding.onset import begun
 
 Floats = NDArray[np.float64]
 Heights = NDArray[np.float32]
-Levels = Callable[[Sequence[int], Flags, Heights, Heights, float | None, float], list[int]]
 
 STAYS = 0.15
 """Lengths of a leg: a step that takes the pelvis no farther is in place."""
@@ -181,7 +179,6 @@ def _levels(ground: Ground, foot: int, frames: Sequence[int]) -> list[int]:
     if not frames:
         return []
     own = ground.carries[foot], ground.bent[foot], ground.feet.heights[foot]
-    levels = ground.places.body.stages.levels
     return levels(frames, *own, ground.usual[foot], ground.rate)
 
 

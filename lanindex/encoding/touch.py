@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.encoding.arithmetic import held, runs
-from lanindex.encoding.events import Event
+from lanindex.encoding.curves import Event, pieces
 from lanindex.encoding.ground import FLICKER
 from lanindex.encoding.joints import Body
 from lanindex.encoding.near import CORE, LEAVES, empty, plan, points
 from lanindex.encoding.places import Stretch, stretches
-from lanindex.encoding.ways import pieces
 
 Flags = NDArray[np.bool_]
 
@@ -46,7 +45,7 @@ def touches(body: Body, arm: float) -> Iterator[tuple[str, Stretch, list[Event]]
     for one in stretches(body, (*HANDS, *core), _OTHERS):
         found, told = empty(len(one.frames)), plan(one.names)
         for block, places in one.blocks(1):
-            near = body.stages.nearest(points(places, arm, told), told, rate)
+            near = body.loops.nearest(points(places, arm, told), told, rate)
             found.take(near, block)
         for part, what, apart, pace in zip(_TRACKS, *found, strict=True):
             yield part, one, _events(what, apart, pace, rate, part == _TRACKS[0])

@@ -13,15 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
-from lanindex.encoding import rules
-from lanindex.encoding.achieve import Run, achieve, runs
 from lanindex.encoding.arithmetic import parted
 from lanindex.encoding.direction import Course, Space, course, space
 from lanindex.encoding.limbs import Limbs
 from lanindex.encoding.measures import measure
 from lanindex.encoding.profile import Profile
-from lanindex.encoding.rows import Writer, table_of
 from lanindex.encoding.segment import Hold, Segment, candidates, holds, segments, speeds
+from lanindex.encoding.symbols import Run, Writer, achieve, apply, runs, table_of
 from lanindex.encoding.timing import to_source
 from lanindex.model import Span
 from lanindex.model.symbol import joined
@@ -157,9 +155,7 @@ def _follow(
     found = []
     for move, seen in zip(moves, runs(passed, moves), strict=True):
         cell = writer.in_force.cell
-        judged = rules.apply(
-            achieve(seen, cell, profile.achieved_within), cell, profile.rules[part]
-        )
+        judged = apply(achieve(seen, cell, profile.achieved_within), cell, profile.rules[part])
         writer.add(move, judged)
         if traced:
             found.append(judged)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
 from lanindex.encoding.angles import Told, bends, leans
-from lanindex.encoding.arithmetic import parted, unwrapped, window
-from lanindex.encoding.events import Event, table
+from lanindex.encoding.arithmetic import parted, smooth, unwrapped, window
+from lanindex.encoding.curves import STRIDE, Event, table, turns
 from lanindex.encoding.ground import LEGS, Ground, grounds
 from lanindex.encoding.joints import Body
 from lanindex.encoding.places import Stretch, stretches
@@ -22,7 +22,7 @@ from lanindex.encoding.steps import events, stances
 from lanindex.encoding.timing import to_source
 from lanindex.encoding.touch import ARMS, touches
 from lanindex.encoding.track import Written
-from lanindex.encoding.ways import STRIDE, travel
+from lanindex.encoding.travel import travel
 from lanindex.model.symbol import blank
 
 Floats = NDArray[np.float64]
@@ -57,12 +57,12 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
         yield from _feet(body, leg, turn, doubts)
     for hips in stretches(body, ("RHip", "LHip")):
         begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
-        front, stages, profile = unwrapped(front), body.stages, body.profile
+        front, profile = unwrapped(front), body.profile
         way = table([])
         if leg:
-            way = travel(hips, stages.mean(front, window(STRIDE, profile.rate)), leg, profile)
+            way = travel(hips, smooth(front, window(STRIDE, profile.rate)), leg, profile)
         yield "body_travel", hips.known, begin, way
-        yield "body_turn", hips.known, begin, stages.turns(np.degrees(front), profile)
+        yield "body_turn", hips.known, begin, turns(np.degrees(front), profile)
     yield from leans(body, turn)
 
 

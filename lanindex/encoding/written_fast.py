@@ -1,29 +1,629 @@
-"""Parts of the body written down by compiled stages (extra ``fast``), all of a stretch together.
+"""Stages 2 to 6, compiled (extra ``fast``): all parts of a stretch from curves to rows.
 
-What rounds otherwise in a compiled loop than in numpy (angles, margins) is left to numpy, so that
-the rows are those of `track`, bit for bit.
+The same as `segment`, `direction`, `symbols` and `measures` do with numpy, which are the truth:
+equal rows. What rounds otherwise in a compiled loop (angles, margins) is left to numpy.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cache, lru_cache
-from math import inf
-from typing import Any
+from collections.abc import (
+    Sequence,
+)
+from functools import (
+    cache,
+    lru_cache,
+)
+from math import (
+    atan2,
+    degrees,
+    inf,
+    sqrt,
+)
+from typing import (
+    Any,
+)
 
+import numba
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import (
+    NDArray,
+)
 
-from lanindex.encoding import moves_fast, rows_fast
-from lanindex.encoding.arithmetic import parted
-from lanindex.encoding.direction import Space, angles, borders, course, margins, numbers, space
-from lanindex.encoding.limbs import Limbs
-from lanindex.encoding.measures import measure
-from lanindex.encoding.profile import Profile
-from lanindex.encoding.rules import Rules
-from lanindex.encoding.track import Written
-from lanindex.model.symbol import blank
-from lanindex.notation.lpd import Ranges
+from lanindex.alphabet import (
+    PLACE,
+)
+from lanindex.encoding.arithmetic import (
+    parted,
+)
+from lanindex.encoding.curves_fast import (
+    middle,
+)
+from lanindex.encoding.direction import (
+    Space,
+    angles,
+    borders,
+    course,
+    margins,
+    numbers,
+    space,
+)
+from lanindex.encoding.limbs import (
+    Limbs,
+)
+from lanindex.encoding.measures import (
+    _TINY,
+    measure,
+)
+from lanindex.encoding.profile import (
+    Profile,
+)
+from lanindex.encoding.segment import (
+    LONG_HOLD,
+)
+from lanindex.encoding.symbols import (
+    Rules,
+)
+from lanindex.encoding.track import (
+    Written,
+)
+from lanindex.model.symbol import (
+    blank,
+)
+from lanindex.notation.lpd import (
+    Ranges,
+)
+
+UNSEEN, UNCLEAR = -2, -1
+"""What stands for a cell that nobody asked for, and for one at whose border a point lies."""
+
+_CLEAR = 1e-9  # of a radius, or of a degree: nearer to a border the plain way decides
+
+
+@numba.njit
+def _size(x, y, z):
+    return sqrt(x * x + z * z + y * y)
+
+
+@numba.njit
+def _between(x, y, z, one, other):
+    return _size(x[one] - x[other], y[one] - y[other], z[one] - z[other])
+
+
+@numba.njit
+def _speeds(x, y, z, rate, speed):
+    last = len(speed) - 1
+    for frame in range(1, last):
+        speed[frame] = _size(
+            (x[frame + 1] - x[frame - 1]) / 2.0 * rate,
+            (y[frame + 1] - y[frame - 1]) / 2.0 * rate,
+            (z[frame + 1] - z[frame - 1]) / 2.0 * rate,
+        )
+    for frame, first in ((0, 0), (last, last - 1)):
+        speed[frame] = 0.0 if last < 1 else _size(
+            (x[first + 1] - x[first]) * rate,
+            (y[first + 1] - y[first]) * rate,
+            (z[first + 1] - z[first]) * rate,
+        )  # fmt: skip
+
+
+@numba.njit
+def _minima(speed, slow, prominence, still, depths, rims, firsts, lasts):
+    """Write the minima that are deep enough, and where each begins and ends; return how many."""
+    many, frame, before, rim = 0, 0, inf, 0.0
+    while frame < len(speed):
+        level, first = max(speed[frame], still), frame
+        behind = inf
+        while frame < len(speed):
+            behind = max(speed[frame], still)
+            if behind != level:
+                break
+            behind = inf
+            frame += 1
+        rim = max(rim, level)
+        if level <= slow and before > level and behind > level:
+            while many and depths[many - 1] > level and rim - depths[many - 1] < prominence:
+                many -= 1
+                rim = max(rim, rims[many])
+            if not (many and level > depths[many - 1] and rim - level < prominence):
+                depths[many], rims[many], firsts[many], lasts[many] = level, rim, first, frame - 1
+                many += 1
+                rim = level
+        before = level
+    return many
+
+
+@numba.njit
+def _holds(x, y, z, firsts, lasts, many, distance, limit, holds):
+    """Write the holds: frames that stay together; return how many."""
+    within = min(distance, limit)
+    last = len(x) - 1
+    holds[0, 0] = holds[0, 1] = 0
+    count = 1
+    for number in range(2 * many + 1):
+        if number == 2 * many:
+            stop = last
+        else:
+            stop = firsts[number // 2] if number % 2 == 0 else lasts[number // 2]
+        first, before = holds[count - 1]
+        if stop == before:
+            continue
+        near = _between(x, y, z, stop, first) <= within
+        if near and limit < inf:
+            for frame in range(before, stop):
+                if _between(x, y, z, frame, first) > limit:
+                    near = False
+                    break
+        if not near:
+            holds[count, 0] = stop
+            count += 1
+        holds[count - 1, 1] = stop
+    return count
+
+
+@numba.njit
+def _quiet(speed, hold, still):
+    """Return the speed that a move is told from the noise of a hold by."""
+    first, last = hold
+    if last - first + 1 < LONG_HOLD:
+        return still
+    return max(still, middle(speed[first : last + 1].copy()))
+
+
+@numba.njit
+def _seen_from(speed, hold, first, last, step, fast, slow):
+    start = first
+    while speed[start] < fast and start != last:
+        start += step
+    while start != hold:
+        if speed[start] <= slow:
+            return start
+        start -= step
+    return hold
+
+
+@numba.njit
+def _moves(speed, holds, count, onset, still, moves):
+    """Write the moves between holds: first and last frame, and when each is seen to be."""
+    calm = _quiet(speed, holds[0], still) if onset else still
+    for number in range(count - 1):
+        first, last = holds[number, 1], holds[number + 1, 0]
+        begin, end = first, last
+        if onset:
+            peak = speed[first]
+            for frame in range(first, last + 1):
+                peak = max(peak, speed[frame])
+            quiet, calm = calm, _quiet(speed, holds[number + 1], still)
+            slow = onset * peak
+            begin = _seen_from(speed, holds[number, 0], first, last, 1, peak / 4, max(slow, quiet))
+            end = _seen_from(
+                speed, holds[number + 1, 1], last, first, -1, peak / 4, max(slow, calm)
+            )
+            end = max(begin, end)
+        moves[number, 0], moves[number, 1] = first, last
+        moves[number, 2], moves[number, 3] = begin, end
+
+
+@numba.njit
+def _sector(x, z, starts, order):
+    """Return the sector of a point, by its azimuth."""
+    azimuth = degrees(atan2(x, z))
+    if azimuth < 0:
+        azimuth += 360.0
+    sector = order[-1]
+    for one in order:
+        off = abs(azimuth - starts[one])
+        if off < _CLEAR or off > 360 - _CLEAR:
+            return UNCLEAR
+        if starts[one] <= azimuth:
+            sector = one
+    return sector
+
+
+@numba.njit
+def _find(x, y, z, first, last, numbers, sides, order, cells):
+    """Find out cells from a frame to another; return how many are unclear."""
+    radius, mid_cosine, mid_sine, high_cosine, high_sine = numbers[6:]
+    place, sector, unclear = radius * radius, UNSEEN, 0
+    a = b = c = d = 0.0
+    for frame in range(first, last + 1):
+        if cells[frame] != UNSEEN:
+            continue
+        forward, up, right = x[frame], y[frame], z[frame]
+        square = forward * forward + right * right
+        away = sqrt(square)
+        mid = away * mid_cosine + up * mid_sine
+        high = away * high_cosine + up * high_sine
+        near, off = _CLEAR * (away + abs(up)), square - place
+        code = (1 if mid > 0 else 0) + (1 if high > 0 else 0)
+        if not (abs(mid) > near and abs(high) > near and abs(off) > _CLEAR * place):
+            code = UNCLEAR
+        elif off < 0:
+            code += PLACE * 3
+        else:
+            near = _CLEAR * away
+            if not (a * forward - b * right > near and d * right - c * forward > near):
+                sector = _sector(forward, right, sides[:, 4], order)
+                a, b, c, d = sides[sector, :4]
+            code = sector * 3 + code if sector >= 0 else UNCLEAR
+        cells[frame] = code
+        unclear += code == UNCLEAR
+    return unclear
+
+
+@numba.njit
+def _nearest(x, y, z, start, stop, length, middle):
+    """Return the frame of a run that comes nearest to the middle of its cell, and how near."""
+    found, least = start, inf
+    forward, up, right = middle[0], middle[1], middle[2]
+    for frame in range(start, stop):
+        scale = length if length else max(_size(x[frame], y[frame], z[frame]), 1e-9)
+        apart = _size(x[frame] / scale - forward, y[frame] / scale - up, z[frame] / scale - right)
+        if apart < least:
+            found, least = frame, apart
+    return found, least
+
+
+@numba.njit
+def _longer(table, many):
+    more = np.empty((2 * len(table), table.shape[1]), table.dtype)
+    more[:many] = table[:many]
+    return more
+
+
+@numba.njit(cache=True, nogil=True)
+def moved(curves, rate, onset, numbers, sides, orders, cells):
+    """Return the moves of parts, and find out the cells that they pass.
+
+    `curves` (3, P, N) float64, mm; `numbers` (P, 11): the highest speed of a candidate, its
+    prominence, the speed that is still, d_t, how far a part may stray in a hold, its length, the
+    radius of place, cosine and sine of the elevations at which mid and high begin; `sides` (P, 8,
+    5): cosine and sine of the azimuths where a direction begins and ends, and where it begins in
+    degrees; no cosine and sine where it takes half of the circle or more; `orders` (P, 8): the
+    directions in order of azimuth; `cells` (P, N) int8, `UNSEEN`: of the frames that are asked for
+    they are written; `moves` (M, 5) int64: the fields of `Segment`, and room for how many runs it
+    passes; `counts` (P) moves of each part.
+    """
+    parts, frames = cells.shape
+    speed, depths, rims = np.empty(frames), np.empty(frames), np.empty(frames)
+    firsts, lasts = np.empty(frames, np.int64), np.empty(frames, np.int64)
+    holds = np.empty((frames + 1, 2), np.int64)
+    counts = np.empty(parts, np.int64)
+    moves = np.empty((64 * parts, 5), np.int64)
+    done = unclear = 0
+    for part in range(parts):
+        x, y, z = curves[0, part], curves[1, part], curves[2, part]
+        slow, prominence, still, distance, limit = numbers[part, :5]
+        order, own = orders[part], cells[part]
+        _speeds(x, y, z, rate, speed)
+        count = _minima(speed, slow, prominence, still, depths, rims, firsts, lasts)
+        count = _holds(x, y, z, firsts, lasts, count, distance, limit, holds)
+        counts[part] = count - 1
+        while len(moves) < done + count:
+            moves = _longer(moves, done)
+        _moves(speed, holds, count, onset, still, moves[done:, :4])
+        unclear += _find(x, y, z, 0, 0, numbers[part], sides[part], order, own)
+        for number in range(done, done + count - 1):
+            first, last = moves[number, 0], moves[number, 1]
+            unclear += _find(x, y, z, first, last, numbers[part], sides[part], order, own)
+        done += count - 1
+    return moves[:done], counts, unclear
+
+
+@numba.njit(cache=True, nogil=True)
+def passed(curves, moves, counts, lengths, middles, cells):
+    """Return the runs that moves pass, and write how many each does.
+
+    `lengths` (P,) float64, mm; `middles` (P, 27, 3): the middle of each cell; `runs` (R, 4) int64:
+    the cell, its frames, and the one that is nearest to the middle; `apart` (R, 1) float64, how far
+    from it.
+    """
+    runs = np.empty((128 * len(counts), 4), np.int64)
+    nearest = np.empty((128 * len(counts), 1))
+    done = many = 0
+    for part in range(len(counts)):
+        x, y, z, own = curves[0, part], curves[1, part], curves[2, part], cells[part]
+        for number in range(done, done + counts[part]):
+            first, last = moves[number, 0], moves[number, 1]
+            while len(runs) < many + last - first + 1:
+                runs, nearest = _longer(runs, many), _longer(nearest, many)
+            begin, start = many, first
+            while start <= last:
+                code, stop = own[start], start + 1
+                while stop <= last and own[stop] == code:
+                    stop += 1
+                some = last if stop > last else start
+                scale = lengths[part] if code // 3 == PLACE else 0.0
+                near, off = _nearest(x, y, z, some, stop, scale, middles[part, code])
+                runs[many, 0], runs[many, 1], runs[many, 2], runs[many, 3] = code, start, stop, near
+                nearest[many, 0] = off
+                many, start = many + 1, stop
+            moves[number, 4] = many - begin
+        done += counts[part]
+    return runs[:many], nearest[:many]
+
+
+_SYMBOL, _DROPPED, _PASSING, _REJOINED = range(4)
+_CELL, _START, _STOP, _ACHIEVED, _RULE, _IS_PASSING, _SWINGS, _FIRST, _BEHIND = range(9)
+
+
+@numba.njit
+def _apart(curve, frame, x, y, z):
+    x, y, z = curve[0, frame] - x, curve[1, frame] - y, curve[2, frame] - z
+    return sqrt(x * x + z * z + y * y)
+
+
+@numba.njit
+def _moved(curve, move):
+    last = move[1]
+    return _apart(curve, move[0], curve[0, last], curve[1, last], curve[2, last])
+
+
+@numba.njit
+def _gain(curve, move, middle):
+    before = _apart(curve, move[0], middle[0], middle[1], middle[2])
+    return before - _apart(curve, move[1], middle[0], middle[1], middle[2])
+
+
+@numba.njit
+def _achieved(runs, apart, angle, in_force, within, outcome, alive):
+    """Write what becomes of the runs of a move; return how many are symbols, and list them."""
+    last, many = len(runs) - 1, 0
+    for run in range(last + 1):
+        outcome[run] = _SYMBOL
+        if angle[run] > within and run < last:
+            outcome[run] = _DROPPED
+            continue
+        before = alive[many - 1]
+        if many and runs[before, 0] == runs[run, 0]:
+            if apart[before] <= apart[run] and run < last:
+                runs[run, 3], apart[run] = runs[before, 3], apart[before]
+            outcome[before] = _DROPPED
+            many -= 1
+        alive[many] = run
+        many += 1
+    if many and runs[alive[0], 0] == in_force:
+        outcome[alive[0]] = _DROPPED
+        alive[: many - 1] = alive[1:many].copy()
+        many -= 1
+    return many
+
+
+@numba.njit
+def _apply_rules(runs, in_force, alive, many, openings, rules, outcome, deleted):
+    """Write which symbols the rules delete, and which are joined with an equal neighbour."""
+    start = 0
+    while start < many:
+        before = in_force if start == 0 else runs[alive[start - 1], 0]
+        opening = before * 27 + runs[alive[start], 0]
+        found = -1
+        for rule in range(openings[opening], openings[opening + 1]):
+            length, third, gone, _ = rules[rule]
+            if start + length > many + 1 or (start == 0 and gone & 1):
+                continue
+            if start + length == many + 1 and gone >> (length - 1) & 1:
+                continue
+            if length == 2 or runs[alive[start + 1], 0] == third:
+                found = rule
+                break
+        if found < 0:
+            start += 1
+            continue
+        length, _, gone, line = rules[found]
+        kept = start - 1 if start else 0
+        for place in range(0 if start else 1, length):
+            run = alive[start + place - 1]
+            if gone >> place & 1:
+                outcome[run], deleted[run] = _PASSING, line
+            else:
+                alive[kept] = run
+                kept += 1
+        rest = many - (start + length - 1)
+        for place in range(rest):
+            alive[kept + place] = alive[start + length - 1 + place]
+        many = kept + rest
+        start = max(start - 2, 0)
+    for place in range(many - 1):
+        if runs[alive[place], 0] == runs[alive[place + 1], 0]:
+            outcome[alive[place]] = _REJOINED
+
+
+@numba.njit
+def _spread(rows, known, stop):
+    """Give every symbol a frame, of its neighbours; those for which there is none are passing."""
+    shown = 0
+    for row in rows[1:]:
+        shown += row[_IS_PASSING] == 0
+    surplus, free = shown - (stop - known), known
+    for row in rows[1:]:
+        if row[_IS_PASSING]:
+            continue
+        if surplus > 0:
+            surplus -= 1
+            row[_IS_PASSING] = 1
+            continue
+        row[_START] = max(row[_START], free)
+        row[_STOP] = free = max(row[_STOP], row[_START] + 1)
+    limit = stop
+    for number in range(len(rows) - 1, 0, -1):
+        row = rows[number]
+        if row[_IS_PASSING]:
+            continue
+        if row[_STOP] <= limit:
+            break
+        row[_STOP] = limit
+        row[_START] = limit = min(row[_START], limit - 1)
+    outer = rows[-1]
+    for number in range(len(rows) - 1, 0, -1):
+        row = rows[number]
+        if not row[_IS_PASSING]:
+            outer = row
+            continue
+        low, high = outer[_START], outer[_STOP]
+        row[_START] = min(max(row[_START], low), high - 1)
+        row[_STOP] = min(max(row[_STOP], row[_START] + 1), high)
+
+
+@numba.njit
+def _symbol_begin(curve, moves, move, idle, middle):
+    """Return where the first symbol of a move begins: perhaps with moves before that had none."""
+    begin = move[2]
+    for number in idle[::-1]:
+        before = moves[number]
+        if before[3] + 1 < begin or _gain(curve, before, middle) < _moved(curve, before) / 2:
+            break
+        begin = before[2]
+    return begin
+
+
+@numba.njit
+def _put(runs, outcome, deleted, start, end, rows, many, now):
+    """Write the rows of a move; return how many there are, and which is in force."""
+    cut = start
+    for run in range(len(runs)):
+        if outcome[run] == _DROPPED:
+            continue
+        stop = min(max(runs[run, 3] + 1, cut), end)
+        if outcome[run] != _REJOINED:
+            passing = outcome[run] == _PASSING
+            if not passing and run == len(runs) - 1:
+                stop = end
+            rows[many] = 0
+            rows[many, _CELL], rows[many, _ACHIEVED] = runs[run, 0], runs[run, 3]
+            rows[many, _START], rows[many, _STOP] = cut if passing else start, stop
+            rows[many, _RULE], rows[many, _IS_PASSING] = deleted[run] if passing else 0, passing
+            if not passing:
+                now, start = many, stop
+            many += 1
+        cut = stop
+    return many, now
+
+
+@numba.njit
+def _written(curve, moves, runs, apart, angle, scales, middles, lengthen, ruled, rows, scratch):
+    """Write the rows of a part, in frames from the stretch's first; return how many."""
+    within, distance = scales
+    openings, rules = ruled
+    alive, outcome, deleted, idle = scratch
+    many, now, waiting, begun = 1, 0, 0, 0
+    for number in range(len(moves)):
+        move = moves[number]
+        behind = begun + move[4]
+        some, near, off = runs[begun:behind], apart[begun:behind], angle[begun:behind]
+        begun = behind
+        force = rows[now, _CELL]
+        symbols = _achieved(some, near, off, force, within, outcome, alive)
+        if symbols == 0:
+            rows[now, _SWINGS] += _moved(curve, move) >= distance
+            touches = rows[now, _STOP] > 0 and move[2] <= rows[now, _STOP]
+            if lengthen and touches and _gain(curve, move, middles[force]) > 0:
+                rows[now, _STOP] = max(rows[now, _STOP], move[3] + 1)
+            else:
+                idle[waiting] = number
+                waiting += 1
+            continue
+        first = alive[0]
+        _apply_rules(some, force, alive, symbols, openings, rules, outcome, deleted)
+        earlier = idle[: waiting if lengthen else 0]
+        begin = _symbol_begin(curve, moves, move, earlier, middles[some[first, 0]])
+        waiting, start = 0, max(begin, rows[now, _STOP])
+        end = max(move[3] + 1, start)
+        many, now = _put(some, outcome, deleted, start, end, rows, many, now)
+    return many
+
+
+@numba.njit(cache=True, nogil=True)
+def written_rows(
+    curves, moves, counts, runs, apart, angle, firsts, within, distances, middles, lengthen, which,
+    openings, rules, frames,
+):  # fmt: skip
+    """Return the rows of parts, and how many each has.
+
+    `curves` (3, P, N) float64, mm; `angle` (R,) float64, degrees from the middle of a run's cell;
+    `firsts` (P,) the cells of the first frame; `distances` (P,) d_t, mm; `middles` (P, 27, 3) mm;
+    `which` (P,) which rules are a part's; `table` (S, 9) int64: the cell, first frame and behind
+    the last in the source, the resampled frame where it is achieved, the rule, whether it is
+    passing, swings, and first frame and behind the last of those that are resampled; `shares` (P,)
+    rows of each part.
+    """
+    known, until, begin, numerator, denominator = frames
+    parts, longest = len(counts), 1
+    for move in moves:
+        longest = max(longest, move[4])
+    scratch = (
+        np.empty(longest, np.int64), np.empty(longest, np.int64), np.empty(longest, np.int64),
+        np.empty(len(moves), np.int64),
+    )  # fmt: skip
+    table = np.empty((len(runs) + parts, _BEHIND + 1), np.int64)
+    shares = np.empty(parts, np.int64)
+    done = first = run = 0
+    for part in range(parts):
+        own = moves[first : first + counts[part]]
+        behind = run + own[:, 4].sum()
+        some = table[done:]
+        some[0] = 0
+        some[0, _CELL] = firsts[part]
+        ruled = openings[which[part]], rules
+        many = _written(
+            curves[:, part], own, runs[run:behind], apart[run:behind], angle[run:behind],
+            (within, distances[part]), middles[part], lengthen, ruled, some, scratch,
+        )  # fmt: skip
+        some = some[:many]
+        for row in some:
+            for end, seen in ((_START, _FIRST), (_STOP, _BEHIND)):
+                row[seen] = row[end] + begin
+                frame = -(-row[seen] * numerator // denominator)
+                row[end] = min(max(frame, known), until)
+        some[0, _START] = some[0, _STOP] = known
+        _spread(some, known, until)
+        shares[part] = many
+        done, first, run = done + many, first + counts[part], behind
+    return table[:done], shares
+
+
+@numba.njit
+def _speed(curve, frame):
+    """Return the square of twice the way in a frame, one-sided at the ends."""
+    last = curve.shape[1] - 1
+    before, after = max(frame - 1, 0), min(frame + 1, last)
+    square = 0.0
+    for axis in range(3):
+        way = curve[axis, after] - curve[axis, before]
+        square += way * way
+    return square if after - before == 2 else 4 * square
+
+
+@numba.njit(cache=True, nogil=True)
+def looked(curves, limb, first, last, lengths, pace):
+    """Return what rows go along their curves: see `lanindex.encoding.measures.looked`."""
+    count, many = len(first), 0
+    peaks, begins = np.empty(count), np.empty(count, np.int64)
+    for row in range(count):
+        begins[row] = many
+        many += -((first[row] - last[row]) // pace) + 1
+    turned, gone = np.empty(many), np.empty(many)
+    for row in range(count):
+        curve, length = curves[:, limb[row]], lengths[limb[row]]
+        peak = 0.0
+        for frame in range(first[row], last[row] + 1):
+            peak = max(peak, _speed(curve, frame))
+        peaks[row] = sqrt(peak) / 2
+        until = begins[row + 1] if row + 1 < count else many
+        x = y = z = away = 0.0
+        for place in range(begins[row], until):
+            frame = min(first[row] + pace * (place - begins[row]), last[row])
+            a, b, c = curve[0, frame], curve[1, frame], curve[2, frame]
+            size = sqrt(a * a + c * c + b * b)
+            least = max(size, _TINY)
+            a, b, c, size = a / least, b / least, c / least, size / length
+            d, e, f = a - x, b - y, c - z
+            turned[place], gone[place] = sqrt(d * d + f * f + e * e), size - away
+            if place == begins[row]:
+                begun = (a, b, c, size)
+            x, y, z, away = a, b, c, size
+        x, y, z = x - begun[0], y - begun[1], z - begun[2]
+        turned[begins[row]], gone[begins[row]] = sqrt(x * x + z * z + y * y), away - begun[3]
+    return peaks, begins, turned, gone
+
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -39,9 +639,9 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
     owner = limb.repeat(counts).repeat(moves[:, 4])
     points = curves[:, owner, runs[:, 3]].T
     angle = angles(points, runs[:, 0], apart)
-    which, openings, rules = _ruled(tuple(profile.rules[part] for part in limbs.parts))
+    which, openings, rules = _rule_tables(tuple(profile.rules[part] for part in limbs.parts))
     step = limbs.rate / profile.rate
-    table, shares = rows_fast.rows(
+    table, shares = written_rows(
         curves,
         moves,
         counts,
@@ -59,15 +659,15 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
         (limbs.known.start, limbs.known.stop, limbs.begin, step.numerator, step.denominator),
     )
     rows = _rows(table, curves, around, limb.repeat(shares))
-    measure(rows, shares, limbs, profile, rows_fast.looked)
+    measure(rows, shares, limbs, profile, looked)
     rows["start"], rows["stop"] = table.T[1:3]
     each = parted(rows, shares.tolist())
     return [Written(part, limbs.known, own) for part, own in zip(limbs.parts, each, strict=True)]
 
 
 @lru_cache(8)
-def _ruled(each: tuple[Rules, ...]) -> tuple[Ints, Ints, Ints]:
-    """Return which rules are a part's, and all of them: see `rows_fast.rows`."""
+def _rule_tables(each: tuple[Rules, ...]) -> tuple[Ints, Ints, Ints]:
+    """Return which rules are a part's, and all of them: see `rows`."""
     different = list(dict.fromkeys(each))
     begins = np.cumsum([0, *(len(one.table[1]) for one in different)])
     openings = [one.table[0] + begin for one, begin in zip(different, begins, strict=False)]
@@ -91,9 +691,9 @@ def _passed(
     curves: Floats, around: list[Space], profile: Profile
 ) -> tuple[Ints, Ints, Floats, Ints, NDArray[np.int8]]:
     """Return moves, runs, how far they are from the middle, moves of each part, and cells."""
-    cells = np.full(curves.shape[1:], moves_fast.UNSEEN, np.int8)
+    cells = np.full(curves.shape[1:], UNSEEN, np.int8)
     division, measures = numbers(around)
-    turned, levels, orders = _turned(tuple(one.ranges for one in around))
+    turned, levels, orders = _borders_turned(tuple(one.ranges for one in around))
     length, radius, *_ = measures
     distance = profile.distance.of(length)
     limit = profile.path_check * distance
@@ -105,20 +705,20 @@ def _passed(
         table[:, column] = value
     table[table[:, 4] == 0, 4] = inf
     told = table, turned, orders, cells
-    moves, counts, unclear = moves_fast.moved(curves, float(profile.rate), profile.onset, *told)
+    moves, counts, unclear = moved(curves, float(profile.rate), profile.onset, *told)
     if unclear:
         for part, one in enumerate(around):
-            some = np.flatnonzero(cells[part] == moves_fast.UNCLEAR)
+            some = np.flatnonzero(cells[part] == UNCLEAR)
             (seen,) = course(curves[:, part, some].T[None], [one])
             cells[part, some] = seen.cells
     middles = division.references
-    runs, apart = moves_fast.passed(curves, moves, counts, length, middles, cells)
+    runs, apart = passed(curves, moves, counts, length, middles, cells)
     return moves, runs, apart[:, 0], counts, cells
 
 
 @cache
-def _turned(each: tuple[Ranges, ...]) -> tuple[Floats, Floats, Ints]:
-    """Return sides, cosine and sine of the levels, and orders: see `moves_fast.moved`."""
+def _borders_turned(each: tuple[Ranges, ...]) -> tuple[Floats, Floats, Ints]:
+    """Return sides, cosine and sine of the levels, and orders: see `moved`."""
     levels = np.radians([(one.mid, one.high) for one in each])
     turned = np.stack((np.cos(levels), np.sin(levels)), axis=2).reshape(len(each), 4)
     orders = np.array([np.argsort(one.starts) for one in each])

@@ -22,7 +22,7 @@ from made import captures
 from places import CAPTURES
 
 from lanindex import formats
-from lanindex.encoding import compiled, encode
+from lanindex.encoding import encode, loops
 from lanindex.encoding.profile import load
 from lanindex.model import Motion
 
@@ -62,14 +62,11 @@ def clocked() -> Counter[str]:
             place, function = name.split(".")
             module = import_module(f"lanindex.encoding.{place}")
             setattr(module, function, timed(stage, getattr(module, function), spent, inner))
-    compiled.PLAIN = compiled.PLAIN._replace(
-        written=import_module("lanindex.encoding.track").written
-    )
     return spent
 
 
-def taken(motions: list[Motion], stages: compiled.Stages) -> float:
-    compiled.chosen = lambda work: stages
+def taken(motions: list[Motion], stages: loops.Loops) -> float:
+    loops.chosen = lambda work: stages
     begun = time.process_time()
     for motion in motions:
         encode(motion, PROFILE)
@@ -78,7 +75,7 @@ def taken(motions: list[Motion], stages: compiled.Stages) -> float:
 
 def compare(name: str, motions: list[Motion]) -> None:
     frames = sum(float(len(one) / one.rate * 60) for one in motions)
-    times: dict[compiled.Stages, list[float]] = {}
+    times: dict[loops.Loops, list[float]] = {}
     for _ in range(ROUNDS + 1):
         for stages in ways():
             times.setdefault(stages, []).append(taken(motions, stages))
@@ -96,8 +93,8 @@ def share(name: str, motions: list[Motion], spent: Counter[str]) -> None:
         print(f"{name}, {way}: " + ", ".join(told))
 
 
-def ways() -> list[compiled.Stages]:
-    return [compiled.PLAIN, compiled.fast()]
+def ways() -> list[loops.Loops]:
+    return [loops.PLAIN, loops.fast()]
 
 
 def main(names: list[str]) -> None:

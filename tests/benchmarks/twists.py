@@ -14,12 +14,11 @@ from collections import defaultdict
 import numpy as np
 from places import CAPTURES
 
+from lanindex.encoding.angles import TRUNK, TWISTED, head, leaning, torso, trunk
 from lanindex.encoding.heading import heading
-from lanindex.encoding.inclines import leaning
 from lanindex.encoding.joints import Body
 from lanindex.encoding.places import stretches
 from lanindex.encoding.profile import load
-from lanindex.encoding.twists import TRUNK, TWISTED, head, torso, trunk
 from lanindex.errors import LanindexError
 from lanindex.formats import read
 

@@ -65,11 +65,11 @@ import resource, sys
 from fractions import Fraction
 import numpy as np
 from made_motion import motion_of, swung
-from lanindex.encoding import compiled, encode
+from lanindex.encoding import encode, loops
 from lanindex.model import Motion
 way, frames = sys.argv[1], int(sys.argv[2])
-stages = compiled.PLAIN if way == "plain" else compiled.fast()
-compiled.chosen = lambda work: stages
+stages = loops.PLAIN if way == "plain" else loops.fast()
+loops.chosen = lambda work: stages
 some = motion_of(swung(3, 3000, Fraction(60), 5.0), Fraction(60))
 encode(some)
 positions = np.empty((frames, *some.positions.shape[1:]), np.float32)

@@ -4,30 +4,23 @@ import re
 
 from lanindex.body import palms
 from lanindex.encoding import (
-    bends,
-    carriers,
+    angles,
+    curves,
     ground,
-    inclines,
     measures,
     near,
-    onset,
     rests,
     steps,
-    swings,
     tempo,
     touch,
-    twists,
-    ways,
+    travel,
 )
 from lanindex.encoding.profile import BUILT_IN
 from lanindex.model.columns import LIMITS
 from lanindex.notation import beats
 
 PAGE = (BUILT_IN.parent / "BODY.md").read_text()
-MODULES = (
-    *(bends, ground, inclines, onset, steps, rests, carriers, swings, twists, ways, touch, near),
-    *(measures, tempo, beats, palms),
-)
+MODULES = (curves, ground, angles, steps, rests, travel, touch, near, measures, tempo, beats, palms)
 
 
 def test_every_number_is_that_of_the_code():

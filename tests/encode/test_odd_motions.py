@@ -8,12 +8,11 @@ from made_motion import motion_of, swung
 
 from lanindex.alphabet import ALWAYS, DIRECTION_CODES, JOINT_CODES, LEVEL_CODES, PARTS
 from lanindex.encoding import encode, joints, trace
-from lanindex.encoding.achieve import Run
 from lanindex.encoding.direction import space
 from lanindex.encoding.heading import heading
 from lanindex.encoding.profile import load
-from lanindex.encoding.rows import Writer
 from lanindex.encoding.segment import Segment
+from lanindex.encoding.symbols import Run, Writer
 from lanindex.errors import EncodeError
 from lanindex.model import Motion
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lanindex.encoding.onset import begun, seen
+from lanindex.encoding.curves import begun, seen
 from lanindex.perform.limbs import minimum_jerk
 
 RATE = 60

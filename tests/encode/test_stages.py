@@ -9,13 +9,12 @@ from made_motion import motion_of, swung
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.encoding import encode
-from lanindex.encoding.achieve import Run, achieve, runs
 from lanindex.encoding.arithmetic import smooth, window
 from lanindex.encoding.direction import Course, Space, course, margins, space
 from lanindex.encoding.profile import load
 from lanindex.encoding.resample import resample
-from lanindex.encoding.rules import Rules, apply
 from lanindex.encoding.segment import Hold, Segment, candidates, holds, segments, speeds
+from lanindex.encoding.symbols import Rules, Run, achieve, apply, runs
 from lanindex.encoding.timing import quantise, to_source
 from lanindex.model import Meter, Span
 from lanindex.model.symbol import blank, joined

@@ -10,9 +10,9 @@ from changed_motion import mirrored, noisy, thinned, turned
 
 from lanindex import animate, encode, read, read_lnd
 from lanindex.alphabet import JOINT_CODES
+from lanindex.encoding.angles import TWISTED
+from lanindex.encoding.curves import MOVED, arrivals, moves
 from lanindex.encoding.profile import load
-from lanindex.encoding.swings import MOVED, arrivals, swings
-from lanindex.encoding.twists import TWISTED
 from lanindex.model import Motion, Score
 
 PARTS = ("torso_twist", "head_turn", "torso_incline", "head_incline")
@@ -116,7 +116,7 @@ def test_the_sway_of_a_walk_is_no_twist():
 
 
 def test_what_goes_less_than_a_swing_has_not_moved():
-    assert swings(ramp(40, 40 + MOVED - 1, 40), load("default")) == []
+    assert moves(ramp(40, 40 + MOVED - 1, 40), load("default")) == []
     assert shown(ramp(40, 40 + MOVED + 1)) == [(0, 40), (0, 56)]
 
 
@@ -125,7 +125,7 @@ def test_small_steps_that_lead_far_are_one_swing():
 
 
 def test_slow_ways_are_seen_from_end_to_end():
-    ((start, stop),) = swings(ramp(0, 60, seconds=10), load("default"))
+    ((start, stop),) = moves(ramp(0, 60, seconds=10), load("default"))
     assert abs(start - 60) <= 6
     assert abs(stop - 660) <= 6
 

@@ -1,0 +1,106 @@
+"""What lies exactly on a border of the method: it belongs to one side, always the same."""
+
+from fractions import Fraction
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from lanindex.alphabet import PLACE
+from lanindex.encoding import curves, ground, steps
+from lanindex.encoding.arithmetic import smooth, window
+from lanindex.encoding.profile import load
+
+RATE = 100.0
+BRIEF = round(ground.FLICKER * RATE)
+
+
+def flights(frames: int, fall: float, pace: float = 0.0) -> list[tuple[int, int]]:
+    """Return the flights of a body that is without support for some frames, and so falls."""
+    carries = np.ones((2, 40), bool)
+    carries[:, 10 : 10 + frames] = False
+    height = -fall / 2 * (np.arange(40) / RATE) ** 2
+    return ground._flights(carries, height, np.full(40, pace, np.float32), RATE)
+
+
+def test_a_flight_lasts_longer_than_a_flicker():
+    assert flights(BRIEF, 9.81) == []
+    assert flights(BRIEF + 1, 9.81) == [(10, 10 + BRIEF + 1)]
+
+
+@pytest.mark.parametrize(("name", "pace"), [("FALL", 0.0), ("ONWARD", 2.0)])
+def test_who_falls_just_fast_enough_flies(monkeypatch, name, pace):
+    height = -7.0 / 2 * (np.arange(40) / RATE) ** 2
+    fall = -ground._bent(height[10:22]) * RATE**2
+    monkeypatch.setattr(ground, name, fall)
+    assert flights(12, 7.0, pace) == [(10, 22)]
+    monkeypatch.setattr(ground, name, np.nextafter(fall, 9))
+    assert flights(12, 7.0, pace) == []
+
+
+def test_who_is_just_as_fast_as_one_that_goes_somewhere_does_not():
+    between = (ground.ONWARD + ground.FALL) / 2
+    assert flights(12, between, ground.FARES) == []
+    assert flights(12, between, np.nextafter(np.float32(ground.FARES), np.float32(2))) == [(10, 22)]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "foot", "together"),
+    [
+        (20, 20 + BRIEF, 1, True),  # the later foot at the last moment
+        (20, 21 + BRIEF, 1, False),
+        (20, 22, 0, False),  # the same foot
+        (20 + BRIEF, 20 + BRIEF, 1, True),  # the earlier one, too
+        (21 + BRIEF, 21 + BRIEF, 1, False),
+        (19, 22, 1, False),  # in the air
+    ],
+)
+def test_feet_land_together_within_a_flicker(first, second, foot, together):
+    body = SimpleNamespace(air=[(10, 20)])
+    landings = [(5, first, 0), (6, second, foot)]
+    found = steps._together(body, landings, BRIEF)
+    assert found[1] == landings[1]
+    assert found[0] == (5, second if together else first, 0)
+    assert (steps._flown(body, first, BRIEF) is not None) == (20 <= first <= 20 + BRIEF)
+
+
+def test_a_way_of_just_the_least_length_has_a_direction():
+    assert steps.sector(0.25, 0.0, 0.25) == (2, 0.0)
+    assert steps.sector(np.nextafter(0.25, 0), 0.0, 0.25)[0] == PLACE
+
+
+def test_a_piece_of_just_the_least_length_stays():
+    codes = np.repeat([0, 1, 2], [5, 3, 5])
+    assert curves.pieces(codes.copy(), 3) == [(0, 5), (5, 8), (8, 13)]
+    assert curves.pieces(codes.copy(), 4) == [(0, 8), (8, 13)]
+
+
+def test_a_lull_is_slower_and_just_long_enough():
+    pace = np.array([0.0, 0, 5, 1, 0])
+    assert curves.lulls(pace, 1, 2) == [(0, 2)]
+    assert curves.lulls(pace, 1, 3) == []
+
+
+def turned(degrees: float) -> np.ndarray:
+    """Return a heading that rests, turns in a tenth of a second, and rests."""
+    return np.clip(np.arange(300) - 147.0, 0, 6) / 6 * degrees
+
+
+def test_a_turn_of_just_the_least_angle_is_one(monkeypatch):
+    profile, heading = load("default"), turned(31.2)
+    calm = smooth(heading, window(curves.STRIDE, Fraction(60)))
+    ((start, stop),) = curves._turn_parts(np.abs(np.gradient(calm)) * 60, 24)
+    done = float(calm[stop - 1] - calm[start])
+    monkeypatch.setattr(curves, "TURNS", done)
+    assert len(curves.turns(heading, profile)) == 1
+    monkeypatch.setattr(curves, "TURNS", np.nextafter(done, 90))
+    assert len(curves.turns(heading, profile)) == 0
+
+
+def test_angles_that_go_just_far_enough_go_somewhere():
+    far = np.array([0, 0, curves.MOVED, curves.MOVED]) + 0j
+    still = np.zeros(4)
+    assert curves._move_parts(far, still + 99, 0, 3, 2) == [(0, 3)]
+    assert curves.departures(far, curves.MOVED) == [(0, 3)]
+    near = far * (1 - 1e-9)
+    assert curves.departures(near, curves.MOVED) == []
