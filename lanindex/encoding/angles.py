@@ -104,7 +104,7 @@ Places = dict[str, Floats]
 
 Told = tuple[str, Span, int, Floats]
 """A track over one stretch: its name, the frames of the source, the first resampled one, and its
-events, as from `events.table`."""
+events, as from `table`."""
 
 
 class Lean(NamedTuple):

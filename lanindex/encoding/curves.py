@@ -221,7 +221,7 @@ def pieces(codes: NDArray[Any], least: int) -> list[tuple[int, int]]:
 
 
 def turns(heading: Floats, profile: Profile) -> Floats:
-    """Return the turns about the vertical, as from `events.table`.
+    """Return the turns about the vertical, as from `table`.
 
     `heading` (N,) degrees, in one go: past half a circle it goes on.
     """
@@ -311,7 +311,7 @@ def _move_parts(
 
 
 def arrivals(angles: Angles, away: float, profile: Profile, eighths: bool) -> Floats:
-    """Return where angles are at first, and where they go: as from `events.table`.
+    """Return where angles are at first, and where they go: as from `table`.
 
     `angles` (N,) complex128, as for `moves`; one at least.
     """
@@ -353,7 +353,7 @@ LULL = 0.25
 def bends(angles: Floats, profile: Profile) -> list[Floats]:
     """Return the symbols of curves.
 
-    `angles` (P, N) float64, degrees from straight; returned (P), as from `events.table`: the degree
+    `angles` (P, N) float64, degrees from straight; returned (P), as from `table`: the degree
     at the beginning, and the bends.
     """
     calm = smooth(angles, window(CALM, profile.rate))

@@ -162,7 +162,7 @@ def _calm(places, index, weights, half, found):
 
 
 def calm(points: Floats, work: Resampling, frames: range, width: int) -> Floats:
-    """Return joints resampled and smoothed: see `lanindex.encoding.limbs.calm`."""
+    """Return joints resampled and smoothed: see `lanindex.encoding.resample.calm`."""
     index, weights = work.weights(frames)
     found = np.empty((3, points.shape[1], len(frames)))
     _calm(np.ascontiguousarray(points.T), index, weights, width // 2, found)
@@ -177,7 +177,7 @@ def curves(
     angle: Floats,
     width: int,
 ) -> Floats:
-    """Return curves of some frames: see `lanindex.encoding.limbs.curves`."""
+    """Return curves of some frames: see `lanindex.encoding.resample.curves`."""
     index, weights = work.weights(frames)
     found = np.empty((3, ends.shape[1], len(frames)))
     _curves(

@@ -21,7 +21,7 @@ GOES, RESTS = 0.35, 0.2
 
 
 def travel(hips: Stretch, front: Floats, leg: float, profile: Profile) -> Floats:
-    """Return the stretches in which the body goes one way, or stays, as from `events.table`.
+    """Return the stretches in which the body goes one way, or stays, as from `table`.
 
     `front` (N,) radians, the heading, averaged over `STRIDE`.
     """

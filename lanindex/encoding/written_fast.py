@@ -343,7 +343,19 @@ def passed(curves, moves, counts, lengths, middles, cells):
 
 
 _SYMBOL, _DROPPED, _PASSING, _REJOINED = range(4)
-_CELL, _START, _STOP, _ACHIEVED, _RULE, _IS_PASSING, _SWINGS, _FIRST, _BEHIND = range(9)
+_ROW = np.dtype(
+    [
+        ("cell", np.int64),
+        ("start", np.int64),  # frames of the source, half-open, as `stop`
+        ("stop", np.int64),
+        ("achieved", np.int64),  # resampled frame
+        ("rule", np.int64),
+        ("passing", np.int64),
+        ("swings", np.int64),
+        ("first", np.int64),  # resampled frames, half-open, as `behind`
+        ("behind", np.int64),
+    ]
+)
 
 
 @numba.njit
@@ -432,35 +444,35 @@ def _spread(rows, known, stop):
     """Give every symbol a frame, of its neighbours; those for which there is none are passing."""
     shown = 0
     for row in rows[1:]:
-        shown += row[_IS_PASSING] == 0
+        shown += row.passing == 0
     surplus, free = shown - (stop - known), known
     for row in rows[1:]:
-        if row[_IS_PASSING]:
+        if row.passing:
             continue
         if surplus > 0:
             surplus -= 1
-            row[_IS_PASSING] = 1
+            row.passing = 1
             continue
-        row[_START] = max(row[_START], free)
-        row[_STOP] = free = max(row[_STOP], row[_START] + 1)
+        row.start = max(row.start, free)
+        row.stop = free = max(row.stop, row.start + 1)
     limit = stop
     for number in range(len(rows) - 1, 0, -1):
         row = rows[number]
-        if row[_IS_PASSING]:
+        if row.passing:
             continue
-        if row[_STOP] <= limit:
+        if row.stop <= limit:
             break
-        row[_STOP] = limit
-        row[_START] = limit = min(row[_START], limit - 1)
+        row.stop = limit
+        row.start = limit = min(row.start, limit - 1)
     outer = rows[-1]
     for number in range(len(rows) - 1, 0, -1):
         row = rows[number]
-        if not row[_IS_PASSING]:
+        if not row.passing:
             outer = row
             continue
-        low, high = outer[_START], outer[_STOP]
-        row[_START] = min(max(row[_START], low), high - 1)
-        row[_STOP] = min(max(row[_STOP], row[_START] + 1), high)
+        low, high = outer.start, outer.stop
+        row.start = min(max(row.start, low), high - 1)
+        row.stop = min(max(row.stop, row.start + 1), high)
 
 
 @numba.njit
@@ -487,10 +499,9 @@ def _put(runs, outcome, deleted, start, end, rows, many, now):
             passing = outcome[run] == _PASSING
             if not passing and run == len(runs) - 1:
                 stop = end
-            rows[many] = 0
-            rows[many, _CELL], rows[many, _ACHIEVED] = runs[run, 0], runs[run, 3]
-            rows[many, _START], rows[many, _STOP] = cut if passing else start, stop
-            rows[many, _RULE], rows[many, _IS_PASSING] = deleted[run] if passing else 0, passing
+            rows[many].cell, rows[many].achieved = runs[run, 0], runs[run, 3]
+            rows[many].start, rows[many].stop = cut if passing else start, stop
+            rows[many].rule, rows[many].passing = deleted[run] if passing else 0, passing
             if not passing:
                 now, start = many, stop
             many += 1
@@ -510,13 +521,13 @@ def _written(curve, moves, runs, apart, angle, scales, middles, lengthen, ruled,
         behind = begun + move[4]
         some, near, off = runs[begun:behind], apart[begun:behind], angle[begun:behind]
         begun = behind
-        force = rows[now, _CELL]
+        force = rows[now].cell
         symbols = _achieved(some, near, off, force, within, outcome, alive)
         if symbols == 0:
-            rows[now, _SWINGS] += _moved(curve, move) >= distance
-            touches = rows[now, _STOP] > 0 and move[2] <= rows[now, _STOP]
+            rows[now].swings += _moved(curve, move) >= distance
+            touches = rows[now].stop > 0 and move[2] <= rows[now].stop
             if lengthen and touches and _gain(curve, move, middles[force]) > 0:
-                rows[now, _STOP] = max(rows[now, _STOP], move[3] + 1)
+                rows[now].stop = max(rows[now].stop, move[3] + 1)
             else:
                 idle[waiting] = number
                 waiting += 1
@@ -525,7 +536,7 @@ def _written(curve, moves, runs, apart, angle, scales, middles, lengthen, ruled,
         _apply_rules(some, force, alive, symbols, openings, rules, outcome, deleted)
         earlier = idle[: waiting if lengthen else 0]
         begin = _symbol_begin(curve, moves, move, earlier, middles[some[first, 0]])
-        waiting, start = 0, max(begin, rows[now, _STOP])
+        waiting, start = 0, max(begin, rows[now].stop)
         end = max(move[3] + 1, start)
         many, now = _put(some, outcome, deleted, start, end, rows, many, now)
     return many
@@ -540,10 +551,7 @@ def written_rows(
 
     `curves` (3, P, N) float64, mm; `angle` (R,) float64, degrees from the middle of a run's cell;
     `firsts` (P,) the cells of the first frame; `distances` (P,) d_t, mm; `middles` (P, 27, 3) mm;
-    `which` (P,) which rules are a part's; `table` (S, 9) int64: the cell, first frame and behind
-    the last in the source, the resampled frame where it is achieved, the rule, whether it is
-    passing, swings, and first frame and behind the last of those that are resampled; `shares` (P,)
-    rows of each part.
+    `which` (P,) which rules are a part's; returned (S,) of `_ROW`, and (P,) rows of each part.
     """
     known, until, begin, numerator, denominator = frames
     parts, longest = len(counts), 1
@@ -553,15 +561,14 @@ def written_rows(
         np.empty(longest, np.int64), np.empty(longest, np.int64), np.empty(longest, np.int64),
         np.empty(len(moves), np.int64),
     )  # fmt: skip
-    table = np.empty((len(runs) + parts, _BEHIND + 1), np.int64)
+    table = np.zeros(len(runs) + parts, _ROW)
     shares = np.empty(parts, np.int64)
     done = first = run = 0
     for part in range(parts):
         own = moves[first : first + counts[part]]
         behind = run + own[:, 4].sum()
         some = table[done:]
-        some[0] = 0
-        some[0, _CELL] = firsts[part]
+        some[0].cell = firsts[part]
         ruled = openings[which[part]], rules
         many = _written(
             curves[:, part], own, runs[run:behind], apart[run:behind], angle[run:behind],
@@ -569,11 +576,12 @@ def written_rows(
         )  # fmt: skip
         some = some[:many]
         for row in some:
-            for end, seen in ((_START, _FIRST), (_STOP, _BEHIND)):
-                row[seen] = row[end] + begin
-                frame = -(-row[seen] * numerator // denominator)
-                row[end] = min(max(frame, known), until)
-        some[0, _START] = some[0, _STOP] = known
+            row.first, row.behind = row.start + begin, row.stop + begin
+            frame = -(-row.first * numerator // denominator)
+            row.start = min(max(frame, known), until)
+            frame = -(-row.behind * numerator // denominator)
+            row.stop = min(max(frame, known), until)
+        some[0].start = some[0].stop = known
         _spread(some, known, until)
         shares[part] = many
         done, first, run = done + many, first + counts[part], behind
@@ -660,7 +668,7 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
     )
     rows = _rows(table, curves, around, limb.repeat(shares))
     measure(rows, shares, limbs, profile, looked)
-    rows["start"], rows["stop"] = table.T[1:3]
+    rows["start"], rows["stop"] = table["start"], table["stop"]
     each = parted(rows, shares.tolist())
     return [Written(part, limbs.known, own) for part, own in zip(limbs.parts, each, strict=True)]
 
@@ -675,14 +683,18 @@ def _rule_tables(each: tuple[Rules, ...]) -> tuple[Ints, Ints, Ints]:
     return np.array([different.index(one) for one in each]), np.array(openings), rules
 
 
-def _rows(table: Ints, curves: Floats, around: Sequence[Space], owner: Ints) -> NDArray[Any]:
+def _rows(
+    table: NDArray[Any], curves: Floats, around: Sequence[Space], owner: Ints
+) -> NDArray[Any]:
     """Return (S,) of `model.SYMBOL` with their margins, start and stop in resampled frames."""
-    cell, _, _, achieved, rule, passing, swings, start, stop = table.T
-    clear, other = margins(curves[:, owner, achieved].T, cell, around, owner)
+    cell = table["cell"]
+    clear, other = margins(curves[:, owner, table["achieved"]].T, cell, around, owner)
     rows = blank(len(table))
     rows["direction"], rows["level"] = np.divmod(cell, 3)
-    rows["start"], rows["stop"], rows["passing"] = start, stop, passing
-    rows["rule"], rows["swings"], rows["margin"] = rule, swings, np.round(clear, 3)
+    rows["start"], rows["stop"] = table["first"], table["behind"]
+    for name in ("passing", "rule", "swings"):
+        rows[name] = table[name]
+    rows["margin"] = np.round(clear, 3)
     rows["runner_direction"], rows["runner_level"] = np.divmod(other, 3)
     return rows
 
