@@ -15,10 +15,18 @@ from lanindex.search.fuzzy.costs import UNIT, Allowance
 from lanindex.search.fuzzy.follow import Ask, Line, Matches, Net, joined, nets_of
 from lanindex.search.language.query import Beside, Choice, Lines, Query
 from lanindex.search.match import arrays, relations
-from lanindex.search.match.arrays import FAR, AnyArray, BoolArray, IntArray
+from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.hits import Found
-from lanindex.search.match.relations import RELATIONS, Margins, SpanIndex, Spans, margins_of
+from lanindex.search.match.relations import (
+    BY_END,
+    BY_START,
+    RELATIONS,
+    Margins,
+    SpanIndex,
+    Spans,
+    margins_of,
+)
 from lanindex.search.plan import NEGATIONS, Companion, Program
 
 NOBODY = 1 << 62  # the place of a match where there is none
@@ -166,23 +174,20 @@ def _pairs(
     relation: str, lines: Spans, others: SpanIndex, margins: Margins
 ) -> Iterator[tuple[IntArray, IntArray]]:
     """Yield all pairs of a line and another one beside it, by their places, some at a time."""
-    for some in arrays.in_pieces(relations.many(relation, lines, others, margins)):
+    first, last = relations.candidates(relation, lines, others, margins)
+    for some in arrays.in_pieces(np.maximum(last - first, 0)):
         line, other = relations.pairs(relation, lines.at(some), others, margins)
         yield some[line], other
 
 
 def _first(relation: str, lines: Spans, spans: Spans, margins: Margins) -> IntArray:
     """Return the first of some spans that stands beside each line, by place; or `NOBODY`."""
-    others, limit = SpanIndex(spans), relations.limits(relation, lines, margins)
-    if relation in ("after", "ending with"):
-        keys, order, first, last = others.ends, others.order[others.by_end], *limit[2:]
-    elif relation in ("before", "starting with"):
-        keys, order, first, last = others.starts, others.order, *limit[:2]
-    else:
+    others = SpanIndex(spans)
+    if relation not in BY_END + BY_START or relation == "exactly with":
         found = np.full(len(lines), NOBODY)
         for line, other in _pairs(relation, lines, others, margins):
             np.minimum.at(found, line, other)
         return found
-    base = lines.capture * FAR
-    low, high = np.searchsorted(keys, base + first), np.searchsorted(keys, base + last, "right")
+    order = others.order[others.by_end] if relation in BY_END else others.order
+    low, high = relations.candidates(relation, lines, others, margins)
     return arrays.smallest_in(order, low, high, NOBODY)

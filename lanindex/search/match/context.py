@@ -14,7 +14,7 @@ from lanindex.search.match.backward import Backwards
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Facts
 from lanindex.search.match.follow import NONE, roots
-from lanindex.search.match.matches import Claims, in_sets, nothing, one_each
+from lanindex.search.match.matches import Claims, Nodes, in_sets, nothing, one_each
 from lanindex.search.match.relations import Spans
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
 from lanindex.search.plan import Companion, Group, Program, State, followers, reached
@@ -84,8 +84,10 @@ class Closing(Protocol):
     ) -> Hulls:
         """Return the hulls with which a group can close."""
 
-    def others(self, program: Program, companion: Companion) -> CompanionMatches:
-        """Return the matches of a line that stands beside another."""
+    def others(
+        self, program: Program, companion: Companion
+    ) -> tuple[CompanionMatches, Nodes | None]:
+        """Return the matches of a line that stands beside another, and which goes on in which."""
 
     def forbidden(self, companion: Companion) -> tuple[CompanionMatches, int]:
         """Return the matches of a line that must not happen, and where their numbers begin."""
@@ -308,12 +310,12 @@ class Context:
             fits &= self.evaluator.holds(condition, labels)
         return np.flatnonzero(fits)
 
-    def met_where_known(
-        self, conditions: Iterable[Condition], capture: IntArray, seen: IntArray
-    ) -> IntArray:
+    def met_where_known(self, capture: IntArray, seen: IntArray) -> IntArray:
         """Return the places of the matches that meet conditions on labels, or still lack one."""
         fits = np.ones(len(capture), bool)
-        for condition in conditions:
+        for condition in self.clauses.conditions:
+            if condition in self.clauses.of_all:
+                continue
             known = np.ones(len(capture), bool)
             for label in self.clauses.labels[condition]:
                 known &= seen[self.clauses.place(label)] >= 0

@@ -124,8 +124,8 @@ class Beside(NamedTuple):
 class Joiner:
     """Finds the lines beside others."""
 
-    def __init__(self, context: Context) -> None:
-        self._context, self._batch = context, context.batch
+    def __init__(self, context: Context, walk: type[Walk] = Walk) -> None:
+        self._context, self._batch, self._walk = context, context.batch, walk
         self._found: dict[tuple[Program, str | None], tuple[CompanionMatches, Nodes | None]] = {}
         self._longest: dict[Program, CompanionMatches] = {}
         self._alone: dict[tuple[Program, ...], tuple[CompanionMatches, int]] = {}
@@ -169,24 +169,31 @@ class Joiner:
         left = np.sort(left, axis=0)
         return left[: int((left < FAR).any(axis=1).sum())]
 
-    def others(self, program: Program, companion: Companion) -> CompanionMatches:
-        """Return the matches of a line that stands beside another, as far as they matter."""
-        return self._others(program, companion)[0]
-
-    def _others(
+    def others(
         self, program: Program, companion: Companion
     ) -> tuple[CompanionMatches, Nodes | None]:
+        """Return the matches of a line that stands beside another, as far as they matter.
+
+        With them comes which goes on in which, of a line that runs on as long as it can.
+        """
         end = enough_beside(program, companion)
         if (program, end) not in self._found:
-            walk = self._walk(program, end)
-            found = self._from_outside(program, walk)
+            walk = self._walk(self._context, program, tracked=program.open_ended, enough=end)
+            ends = walk.found()
+            memory, outside = ends.memory, self._context.rewrites.outside
+            seen = memory.columns[len(memory.columns) - self._context.clauses.width :]
+            found = CompanionMatches(
+                ends.spans,
+                memory.claims if program in outside else matches.nothing(len(memory)),
+                self.still_unmet(memory.unmet, memory.claims),
+                seen,
+                ends.node,
+                self._context.joins.ended(walk, len(memory)),
+            ).at(self._context.met_where_known(ends.spans.capture, seen))
             if not program.open_ended:
                 found = found.at(distinct(found.keys(), len(found))[0])
             self._found[program, end] = found, walk.nodes if program.open_ended else None
         return self._found[program, end]
-
-    def _walk(self, program: Program, enough: str | None) -> Walk:
-        return Walk(self._context, program, tracked=program.open_ended, enough=enough)
 
     def _beside(self, program: Program, companion: Companion) -> Beside:
         """Return a line that may stand beside another.
@@ -194,31 +201,13 @@ class Joiner:
         Of one that runs on as long as it can the longest matches are enough, if they stand wherever
         the shorter ones do.
         """
-        others, nodes = self._others(program, companion)
+        others, nodes = self.others(program, companion)
         if nodes and others.free and RELATIONS[companion.relation].holds_of_longer_beside:
             if program not in self._longest:
                 shorter = nodes.behind(np.zeros(len(others), np.int64), others.node)
                 self._longest[program] = others.at(np.flatnonzero(~shorter))
             others, nodes = self._longest[program], None
         return Beside(companion.relation, others, nodes)
-
-    def _from_outside(self, program: Program, walk: Walk) -> CompanionMatches:
-        """Return the matches of a line as others see them."""
-        found = walk.found()
-        memory, clauses = found.memory, self._context.clauses
-        unmet = self.still_unmet(memory.unmet, memory.claims)
-        matter = program in self._context.rewrites.outside
-        claims = memory.claims if matter else matches.nothing(len(memory))
-        seen = memory.columns[len(memory.columns) - clauses.width :]
-        ends = self._context.joins.ended(walk, len(memory))
-        others = CompanionMatches(found.spans, claims, unmet, seen, found.node, ends)
-        return others.at(self._known(found.spans.capture, seen))
-
-    def _known(self, capture: IntArray, seen: IntArray) -> IntArray:
-        """Return the places of the matches that meet conditions on labels, or still lack one."""
-        clauses = self._context.clauses
-        conditions = [it for it in clauses.conditions if it not in clauses.of_all]
-        return self._context.met_where_known(conditions, capture, seen)
 
     def _with(
         self,
@@ -299,7 +288,7 @@ class Joiner:
         match, other = match[fits], other[fits]
         seen = np.maximum(hulls.seen[:, match], others.seen[:, other])
         if whole or not nodes:
-            kept = self._known(others.lines.capture[other], seen)
+            kept = self._context.met_where_known(others.lines.capture[other], seen)
             match, other, seen = match[kept], other[kept], seen[:, kept]
         if nodes:
             kept = np.flatnonzero(~beside.goes_on(match, other))
@@ -397,7 +386,7 @@ class Joiner:
         """Return the matches of a line that must not happen, and where their numbers begin."""
         programs = self._context.rewrites.programs(companion)
         if programs not in self._alone:
-            others = together([self.others(program, companion) for program in programs])
+            others = together([self.others(program, companion)[0] for program in programs])
             others = others.at(np.flatnonzero((others.unmet >= FAR).all(axis=0)))
             lines = others.lines
             keys = [lines.capture, lines.start, lines.until, lines.alone.astype(np.int64)]
@@ -415,5 +404,6 @@ def _pieces(beside: Beside, line: Standing) -> Iterator[IntArray]:
     if few or (relation == "with" and others.free and others.lines.plain):  # few pairs are made
         yield np.arange(len(line.place))
         return
-    many = relations.many(relation, line.here, relations.SpanIndex(others.lines), line.margins)
-    yield from in_pieces(np.append(many, 0)[line.place])
+    index = relations.SpanIndex(others.lines)
+    first, last = relations.candidates(relation, line.here, index, line.margins)
+    yield from in_pieces(np.append(np.maximum(last - first, 0), 0)[line.place])

@@ -91,6 +91,11 @@ RELATIONS = {
 }
 
 
+BY_END = ("after", "ending with")
+BY_START = ("before", "starting with", "exactly with")
+"""Relations of which others are found by their ends or starts alone."""
+
+
 @dataclass(slots=True, eq=False)
 class Spans(Table):
     """Lines that were found: their frames, and those of all beside them; (N,) int64 each."""
@@ -209,55 +214,43 @@ def limits(relation: str, lines: Spans, margins: Margins) -> Limits:
     )
 
 
+def candidates(
+    relation: str, lines: Spans, others: SpanIndex, margins: Margins
+) -> tuple[IntArray, IntArray]:
+    """Return the range of others that may stand in a relation to each line, (N,) both.
+
+    They are places in order of their ends after a line and where ends agree, else in order of their
+    starts.
+    """
+    base, limit = lines.capture * FAR, limits(relation, lines, margins)
+    if relation in BY_END:
+        first = np.searchsorted(others.ends, base + limit.end_first)
+        return first, np.searchsorted(others.ends, base + limit.end_last, "right")
+    last = np.searchsorted(others.starts, base + limit.begin_last, "right")
+    if relation in BY_START:
+        return np.searchsorted(others.starts, base + limit.begin_first), last
+    return np.searchsorted(others.latest, base + limit.end_first), last
+
+
 def holds(relation: str, lines: Spans, others: SpanIndex, margins: Margins) -> BoolArray:
     """Tell which lines have another one that stands in a relation to them.
 
     Of those that lie exactly with them only the beginnings are compared; of those that overlap
     them it is enough that they share a frame.
     """
-    if not len(others):
-        return np.zeros(len(lines), bool)
-    base, limit = lines.capture * FAR, limits(relation, lines, margins)
-    if relation in ("after", "ending with"):
-        return _some(others.ends, base + limit.end_first, base + limit.end_last)
-    if relation in ("before", "starting with", "exactly with"):
-        return _some(others.starts, base + limit.begin_first, base + limit.begin_last)
-    place = np.searchsorted(others.starts, base + limit.begin_last, "right") - 1
-    held: BoolArray = (place >= 0) & (others.latest[place] >= base + limit.end_first)
+    first, last = candidates(relation, lines, others, margins)
+    held: BoolArray = first < last
     return held
-
-
-def _some(keys: IntArray, first: IntArray, last: IntArray) -> BoolArray:
-    some: BoolArray = np.searchsorted(keys, first) < np.searchsorted(keys, last, "right")
-    return some
-
-
-def many(relation: str, lines: Spans, others: SpanIndex, margins: Margins) -> IntArray:
-    """Return how many others `pairs` looks at for each line, (N,) int64."""
-    base, limit = lines.capture * FAR, limits(relation, lines, margins)
-    if relation in ("after", "ending with"):
-        first = np.searchsorted(others.ends, base + limit.end_first)
-        last = np.searchsorted(others.ends, base + limit.end_last, "right")
-    else:
-        first = np.searchsorted(others.starts, base + limit.begin_first)
-        first = np.maximum(first, np.searchsorted(others.latest, base + limit.end_first))
-        last = np.searchsorted(others.starts, base + limit.begin_last, "right")
-    found: IntArray = np.maximum(last - first, 0)
-    return found
 
 
 def pairs(
     relation: str, lines: Spans, others: SpanIndex, margins: Margins
 ) -> tuple[IntArray, IntArray]:
     """Return all pairs of a line and another one that stands beside it, by place."""
-    base, limit = lines.capture * FAR, limits(relation, lines, margins)
-    if relation in ("after", "ending with"):
-        first = np.searchsorted(others.ends, base + limit.end_first)
-        line, place = spread(first, np.searchsorted(others.ends, base + limit.end_last, "right"))
-        return line, others.order[others.by_end[place]]
-    first = np.searchsorted(others.starts, base + limit.begin_first)
-    first = np.maximum(first, np.searchsorted(others.latest, base + limit.end_first))
-    line, other = spread(first, np.searchsorted(others.starts, base + limit.begin_last, "right"))
+    line, other = spread(*candidates(relation, lines, others, margins))
+    if relation in BY_END:
+        return line, others.order[others.by_end[other]]
+    limit = limits(relation, lines, margins)
     start, until = others.lines.start[other], others.lines.until[other]
     fits = (limit.end_first[line] <= until) & (until <= limit.end_last[line])
     if relation == "overlapping":

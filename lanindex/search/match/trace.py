@@ -80,8 +80,8 @@ class _Clauses(Clauses):
 class _Context(Context):
     """What the lines of a program share while hits are traced."""
 
-    joiner: _Joiner
     joins: _Joins
+    joiner: Joiner
 
     def __init__(
         self,
@@ -100,7 +100,7 @@ class _Context(Context):
         np.minimum.at(self.low, hits.capture, hits.low)
         np.maximum.at(self.high, hits.capture, hits.high)
         np.maximum.at(self._longest, hits.capture, hits.high - hits.low)
-        self.joins, self.joiner = _Joins(), _Joiner(self)
+        self.joins, self.joiner = _Joins(), Joiner(self, _Walk)
 
     def tried(self, capture: IntArray) -> BoolArray | None:
         """Refuse nothing: what was found can be traced."""
@@ -108,9 +108,8 @@ class _Context(Context):
 
     def traced(self, hits: HitTable) -> Iterator[tuple[int, BestTrace]]:
         """Yield the places of hits that this program can lead, each with its best match."""
-        # where each beginning has one match, its value has all but the symbols
-        only = ONLY if enough(self.program) == ONLY else None
-        line = _Walk(self, self.program, timed=bool(self.clauses.rhythm), enough=only)
+        end = enough(self.program)
+        line = _Walk(self, self.program, timed=bool(self.clauses.rhythm), enough=end)
         places = dict(zip(_beginnings(hits), range(len(hits)), strict=True))
         owners, begun = [], line.roots()
         for entry, fits in zip(self.program.entries, begun, strict=True):
@@ -142,9 +141,12 @@ class _Walk(Walk):
         program: Program,
         *,
         timed: bool = False,
+        tracked: bool = True,
         enough: str | None = None,
     ) -> None:
-        super().__init__(context, program, timed=timed, tracked=True, enough=enough)
+        # where each beginning has one match, its value has all but the symbols
+        only = ONLY if enough == ONLY else None
+        super().__init__(context, program, timed=timed, tracked=True, enough=only)
         self._ahead: dict[int, tuple[IntArray, Transitions]] = {}
         if self._best_ends and not all(self._best_ends.settled[it.state] for it in program.entries):
             self._best_ends = None
@@ -283,14 +285,6 @@ class _Joins(Joins):
             place = bisect(self._begins, end) - 1
             found.append((self._lines[place], end - self._begins[place]))
         return found[::-1]
-
-
-class _Joiner(Joiner):
-    """Joins the lines beside another with traces; those that lie in the hit within it alone."""
-
-    def _walk(self, program: Program, enough: str | None) -> Walk:
-        assert isinstance(self._context, _Context)
-        return _Walk(self._context, program, enough=enough if enough == ONLY else None)
 
 
 def _lying_in(program: Program) -> set[Program]:

@@ -35,7 +35,6 @@ from lanindex.search.match.arrays import (
     together,
 )
 from lanindex.search.match.backward import Backwards, cost_of, end_of, may_leave, value_of
-from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import MET
 from lanindex.search.match.context import Context, Hulls, Settled
 from lanindex.search.match.follow import NONE, Transitions, begins, roots
@@ -71,27 +70,6 @@ MATCH = 512
 
 TOGETHER = 1 << 10
 """Matches that end and wait to be joined with the lines beside them at once: fewer cost more."""
-
-
-def ranks_of(batch: Batch, program: Program, states: list[int]) -> dict[int, IntArray]:
-    """Return the order of time of the events of some states in their captures."""
-    events = [batch.events(program.states[state]) for state in states]
-    capture = np.concatenate([it.capture for it in events])
-    end = np.concatenate([it.end for it in events])
-    row = np.concatenate([it.last[0] for it in events])
-    ranks, first = grouped((capture, end, row))[1], np.full(len(batch), len(row))
-    np.minimum.at(first, capture, ranks)
-    ranks -= first[capture]
-    bounds = np.cumsum([0, *(len(it) for it in events)])
-    return {state: ranks[bounds[place] : bounds[place + 1]] for place, state in enumerate(states)}
-
-
-def by_rank(ranks: IntArray, rows: Matches) -> Iterator[tuple[int, Matches]]:
-    """Yield matches by their ranks, those of the same rank together."""
-    order = np.argsort(ranks, kind="stable")
-    starts = np.flatnonzero(starts_of(ranks[order]))
-    for own in np.split(order, starts[1:]) if len(order) else ():
-        yield int(ranks[own[0]]), rows.at(own)
 
 
 FEW = 4
@@ -253,7 +231,9 @@ class Expiry:
     def _from(self, companion: Companion, capture: IntArray, begun: IntArray) -> IntArray:
         """Return the first frame of all lines that can stand beside what began in some frames."""
         if companion not in self._earliest:
-            found = [self._context.joiner.others(it, companion).lines for it in companion.programs]
+            found = [
+                self._context.joiner.others(it, companion)[0].lines for it in companion.programs
+            ]
             owner, until, start = (
                 np.concatenate([getattr(it, name) for it in found])
                 for name in ("capture", "until", "start")
@@ -364,7 +344,9 @@ class Walk:
             circles = len(states) > 1 or any(
                 edge.entry.state == states[0] for edge in program.edges[states[0]]
             )
-            waves = self._in_time(states, at) if circles else self._at_once(states[0], at)
+            waves = self._in_time(states, at)
+            if not circles:
+                waves = ((it, self._settled(it, at.pop(it))) for it in states if at[it])
             ending: defaultdict[Exit, list[Matches]] = defaultdict(list)
             for state, rows in waves:
                 self._context.tick()
@@ -490,30 +472,40 @@ class Walk:
         beats[place, np.arange(len(place))] = frames[fits]
         return rows.at(np.flatnonzero(self._context.clauses.may_be_in_rhythm(beats)))
 
-    def _at_once(self, state: int, at: dict[int, list[Matches]]) -> Iterator[tuple[int, Matches]]:
-        """Yield the matches that stand at a state that does not lead to itself."""
-        if at[state]:
-            yield state, self._settled(state, at.pop(state))
-
     def _in_time(
         self, states: list[int], at: dict[int, list[Matches]]
     ) -> Iterator[tuple[int, Matches]]:
         """Yield the matches that stand at states that lead to each other, in order of time."""
-        ranks = ranks_of(self._batch, self._program, states)
+        ranks = self._ranks(states)
         waves: dict[int, dict[int, list[Matches]]] = {}
         now = -1
         while True:
             for state in states:
                 for rows in at[state]:
-                    for rank, some in by_rank(ranks[state][rows.columns[EVENT]], rows):
+                    ranked = ranks[state][rows.columns[EVENT]]
+                    order = np.argsort(ranked, kind="stable")
+                    starts = np.flatnonzero(starts_of(ranked[order]))
+                    for own in np.split(order, starts[1:]) if len(order) else ():
+                        rank = int(ranked[own[0]])
                         assert rank > now, "an arrow that leads back"
                         self._context.tick()
-                        waves.setdefault(rank, {}).setdefault(state, []).append(some)
+                        waves.setdefault(rank, {}).setdefault(state, []).append(rows.at(own))
                 at[state] = []
             if not waves:
                 return
             now = min(waves)
             yield from ((it, self._settled(it, tables)) for it, tables in waves.pop(now).items())
+
+    def _ranks(self, states: list[int]) -> dict[int, IntArray]:
+        """Return the order of time of the events of some states in their captures."""
+        events = [self._batch.events(self._program.states[state]) for state in states]
+        capture = np.concatenate([it.capture for it in events])
+        end = np.concatenate([it.end for it in events])
+        row = np.concatenate([it.last[0] for it in events])
+        ranks, first = grouped((capture, end, row))[1], np.full(len(self._batch), len(row))
+        np.minimum.at(first, capture, ranks)
+        bounds = np.cumsum([len(it) for it in events])[:-1]
+        return dict(zip(states, np.split(ranks - first[capture], bounds), strict=True))
 
     def _settled(self, state: int, tables: list[Matches]) -> Matches:
         """Return matches, one of those that stand at the same event and remember the same."""

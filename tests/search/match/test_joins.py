@@ -69,7 +69,6 @@ def test_lines_that_share_half_of_another(seed):
     }
     found = relations.pairs("overlapping", one, other, margins)
     assert sorted(zip(*(it.tolist() for it in found), strict=True)) == sorted(wanted)
-    assert relations.many("overlapping", one, other, margins).sum() >= len(wanted)
     held = set(np.flatnonzero(relations.holds("overlapping", one, other, margins)).tolist())
     assert {at for at, _ in wanted} <= held
     assert held == set(np.flatnonzero(relations.holds("with", one, other, margins)).tolist())
