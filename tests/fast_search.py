@@ -6,12 +6,12 @@ from typing import Any
 
 from lanindex.model import Capture, Track
 from lanindex.search.language import Query
-from lanindex.search.match import Found, find_in
+from lanindex.search.match import ExactHits, find_in
 
 Recordings = Sequence[tuple[Capture, Mapping[str, Track]]]
 
 
-def find_fast(query: Query, recordings: Recordings, **options: Any) -> Found:
+def find_fast(query: Query, recordings: Recordings, **options: Any) -> ExactHits:
     """Return what the engine finds."""
     return find_in(recordings, query, **options)
 

@@ -31,8 +31,7 @@ from lanindex.search.match.arrays import (
 )
 from lanindex.search.match.batch import Batch, split
 from lanindex.search.match.finder import MOST_ROWS, Finder, Recordings, Watch
-from lanindex.search.match.hits import Found as Exact
-from lanindex.search.match.hits import staying
+from lanindex.search.match.hits import ExactHits, staying
 from lanindex.search.plan import plan
 
 CLEAR = (14, 12, 8)  # margins, in steps, down to which the best hits are looked for in turn
@@ -53,7 +52,7 @@ def find(
     best: int | None = None,
     watch: Watch | None = None,
     refused: list[LanindexError] | None = None,
-) -> Found:
+) -> FuzzyHits:
     """Find what is nearly a pattern; a `UsageError` where the pattern says what has no edits.
 
     The parameters are those of `lanindex.search.match.Finder` and its `find`, but that overlaps
@@ -121,7 +120,7 @@ class _Search:
     columns: Mapping[str, Columns]
     overlaps: str
     watch: Watch | None
-    exact: Exact | None = None
+    exact: ExactHits | None = None
     refused: dict[int, LanindexError] = field(default_factory=dict)
     done: int = 0
 
@@ -131,18 +130,18 @@ class _Search:
         plans = [one.within(self.columns, one.most) for one in self.plans]
         return [(line, one.steps) for one in plans for sides in one.lines for line in sides]
 
-    def exactly(self, query: Query, among: IntArray | None = None) -> Exact:
+    def exactly(self, query: Query, among: IntArray | None = None) -> ExactHits:
         """Return all exact hits, in some captures; None: in all."""
         finder = self.finder_of(query)
         found = finder.find("all", self.watch, refused=[], among=among)
         self.refused |= finder.refused
         return found
 
-    def found(self) -> Found:
+    def found(self) -> FuzzyHits:
         """Return all hits."""
         return self._among(self._within(BUCKETS))
 
-    def best(self, number: int) -> Found:
+    def best(self, number: int) -> FuzzyHits:
         """Return so many hits that fit best, the clearest first.
 
         The clearest are looked for first, in the captures alone that can have such; where there are
@@ -200,13 +199,13 @@ class _Search:
         if self.watch:
             self.watch(self.done, self.captures)
 
-    def _among(self, plans: list[Plan], places: IntArray | None = None) -> Found:
+    def _among(self, plans: list[Plan], places: IntArray | None = None) -> FuzzyHits:
         """Return all hits in some captures; None: in all."""
         batches = self._in_batches(
             lambda one, batch: one.matches(batch, self.exactly, self.ask), plans, places
         )
         found = joined([NO_MATCHES, *(self._hits(plans, *it) for it in batches)])
-        return Found(self, found.at(~np.isin(found.capture, list(self.refused))))
+        return FuzzyHits(self, found.at(~np.isin(found.capture, list(self.refused))))
 
     def _hits(self, plans: list[Plan], places: IntArray, sets: list[Matches]) -> Matches:
         """Return the hits among the matches of plans in a batch, by capture, start and end."""
@@ -226,7 +225,7 @@ class _Search:
             found = found.at(staying(found.capture, found.low, found.high, rank, self.ask))
         return found.at(np.lexsort((found.high, found.low, found.capture)))
 
-    def _besides(self, exact: Exact, found: Matches, places: IntArray) -> Matches:
+    def _besides(self, exact: ExactHits, found: Matches, places: IntArray) -> Matches:
         """Return the exact hits of some captures where no match that costs nothing begins."""
         begun = (found.capture * FAR + found.low)[found.cost == 0]
         own = np.isin(exact.place, places) & ~np.isin(exact.place * FAR + exact.low, begun)
@@ -237,7 +236,7 @@ class _Search:
         return Matches(*frames, 0 * here, 0 * here, taken)
 
 
-class Found(HitColumns):
+class FuzzyHits(HitColumns):
     """The hits of a search as columns; each is made an object when it is asked for."""
 
     def __init__(self, search: _Search, matches: Matches) -> None:
@@ -257,7 +256,7 @@ class Found(HitColumns):
         """Return how clear each hit is, (H,) from 0 to 1."""
         return self.fit
 
-    def by_fit(self, most: int | None = None) -> Found:
+    def by_fit(self, most: int | None = None) -> FuzzyHits:
         """Return the same hits, the clearest first; as `HitColumns.by_fit`."""
         own, exact = self._exactly()
         if not exact or most is None or most >= len(own):
@@ -267,14 +266,14 @@ class Found(HitColumns):
         likely = likely[np.argsort(-self._some(likely).fit, kind="stable")]
         return self._some(np.append(likely, rest))
 
-    def _exactly(self) -> tuple[IntArray, Exact | None]:
+    def _exactly(self) -> tuple[IntArray, ExactHits | None]:
         """Return which hits were found exactly, by place, and as such."""
         number, place = self._matches.taken[:, 0, :2].T
         own, exact = np.flatnonzero(number == len(self._search.lines)), self._search.exact
         return own, exact.arranged(place[own].tolist()) if exact else None
 
-    def _some(self, chosen: AnyArray | slice) -> Found:
-        return Found(self._search, self._matches.at(chosen))
+    def _some(self, chosen: AnyArray | slice) -> FuzzyHits:
+        return FuzzyHits(self._search, self._matches.at(chosen))
 
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
         lines, finder, exact = self._search.lines, self._search.finder, self._search.exact

@@ -21,7 +21,7 @@ from lanindex.errors import UsageError
 from lanindex.model.columns import Columns
 from lanindex.search.fuzzy.costs import CHANGE, MOST, NEVER, UNIT, costs_of, kinds_of
 from lanindex.search.language.query import Arrow
-from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray, TooMuch, best_of_each
+from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray, OverBudget, best_of_each
 from lanindex.search.match.batch import Batch, unavoidable
 from lanindex.search.plan import Program
 
@@ -218,7 +218,7 @@ class Line:
 
         before, behind = passed(row, row), passed(row, row + 1)
         if len(row) > LATEST + 1 or int(behind.max(initial=0)) << COST >= NOTHING:
-            raise TooMuch  # keys have no room for so many symbols
+            raise OverBudget  # keys have no room for so many symbols
         entry, leave = net.entry[FREE, :, None], net.exit[FREE, :, None]
         if min(net.entry[NEXT:].min(), net.exit[NEXT:].min()) < IMPOSSIBLE:
             capture = rows.capture[row]

@@ -17,7 +17,7 @@ from lanindex.search.language.query import Beside, Choice, Lines, Query
 from lanindex.search.match import arrays, relations
 from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray
 from lanindex.search.match.batch import Batch
-from lanindex.search.match.hits import Found
+from lanindex.search.match.hits import ExactHits
 from lanindex.search.match.relations import (
     BY_END,
     BY_START,
@@ -31,7 +31,7 @@ from lanindex.search.plan import NEGATIONS, Companion, Program
 
 NOBODY = 1 << 62  # the place of a match where there is none
 
-Exactly = Callable[[Query, IntArray], Found]  # searches exactly, in some captures of the roster
+Exactly = Callable[[Query, IntArray], ExactHits]  # searches exactly, in some captures of the roster
 
 
 class Plan(NamedTuple):

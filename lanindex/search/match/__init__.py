@@ -7,6 +7,6 @@ that are looked at are traced to their symbols (`trace`).
 """
 
 from lanindex.search.match.finder import Finder, Watch, columns_in, find_in
-from lanindex.search.match.hits import Found
+from lanindex.search.match.hits import ExactHits
 
-__all__ = ["Finder", "Found", "Watch", "columns_in", "find_in"]
+__all__ = ["ExactHits", "Finder", "Watch", "columns_in", "find_in"]

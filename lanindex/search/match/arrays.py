@@ -29,7 +29,7 @@ UNKNOWN = 1 << 30  # bytes that it gets where the system does not say what is fr
 _memory: ContextVar[int] = ContextVar("memory", default=UNKNOWN)
 
 
-class TooMuch(Exception):
+class OverBudget(Exception):
     """A table would be larger than the budget: to be tried with fewer captures."""
 
 
@@ -52,9 +52,9 @@ def most_rows(size: int) -> int:
 
 
 def check_budget(rows: int, size: int) -> None:
-    """Raise `TooMuch` where a table of rows that take so many bytes each would be too large."""
+    """Raise `OverBudget` where a table of rows that take so many bytes each would be too large."""
     if rows > most_rows(size):
-        raise TooMuch
+        raise OverBudget
 
 
 class Table:
@@ -111,7 +111,7 @@ def filled(tables: Sequence[IntArray]) -> IntArray:
 def spread(low: IntArray, high: IntArray) -> tuple[IntArray, IntArray]:
     """Return all pairs of a range's number and a place in it, for ranges ``[low, high)``.
 
-    Raises `TooMuch` where there are more than the budget allows.
+    Raises `OverBudget` where there are more than the budget allows.
     """
     counts = np.maximum(high - low, 0)
     total = int(counts.sum())

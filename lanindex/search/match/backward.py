@@ -61,7 +61,7 @@ class Backwards:
                 self._again(states)
             else:
                 (state,) = states
-                self.beyond[state], self.values[state] = self._settled(
+                self.beyond[state], self.values[state] = self._combined(
                     self._beyond(state), self.own(state), self._events(state).cost
                 )
 
@@ -104,7 +104,7 @@ class Backwards:
                 np.minimum(best, found, out=best)
         return best
 
-    def _settled(
+    def _combined(
         self, beyond: IntArray, own: IntArray, cost: IntArray
     ) -> tuple[IntArray, IntArray]:
         """Return the values of going on from events of some cost, and those of the events."""
@@ -172,7 +172,7 @@ class Backwards:
         left = np.bincount(before, minlength=len(own))
         values, ready = np.full(len(own), NONE), np.flatnonzero(left == 0)
         while len(ready):
-            beyond[ready], values[ready] = self._settled(beyond[ready], own[ready], cost[ready])
+            beyond[ready], values[ready] = self._combined(beyond[ready], own[ready], cost[ready])
             one, place = spread(bounds[ready], bounds[ready + 1])
             leading = before[place]
             np.minimum.at(beyond, leading, values[ready[one]])

@@ -97,12 +97,12 @@ class Clauses:
         """Return the first column of a label."""
         return min(place for (name, _), place in self.columns.items() if name == label)
 
-    def noted(self, batch: Batch, state: State, events: IntArray, seen: IntArray) -> IntArray:
+    def noted(self, batch: Batch, state: State, events: IntArray, notes: IntArray) -> IntArray:
         """Return the notes of labels (S, N) once some events (N,) have matched a state."""
         wanted = [it for it in self.columns if it[0] in state.labels]
         if not wanted:
-            return seen
-        found, own = seen.copy(), batch.events(state).at(events)
+            return notes
+        found, own = notes.copy(), batch.events(state).at(events)
         for label, what in wanted:
             column = found[self.columns[label, what]]
             if what == "start":
@@ -194,7 +194,7 @@ class Facts(Table):
     """What conditions need of matches."""
 
     capture: IntArray  # (N,)
-    seen: IntArray  # (S, N) notes of labels, as `Clauses.columns` says; -1: nothing
+    notes: IntArray  # (S, N) notes of labels, as `Clauses.columns` says; -1: nothing
     low: IntArray  # (N,) frames of the hit
     high: IntArray
     part: IntArray  # (N,) the last symbol of the first line
@@ -220,7 +220,7 @@ class Evaluator:
         """Tell for which matches a condition is true, (N,) bool."""
         met = np.zeros(len(facts.capture), bool)
         for label in self._clauses.labels[condition]:
-            met |= facts.seen[self._clauses.place(label)] == MET
+            met |= facts.notes[self._clauses.place(label)] == MET
         some = np.flatnonzero(~met)
         met[some] = self._true_of(condition, facts.at(some))
         return met
@@ -229,8 +229,8 @@ class Evaluator:
         """Tell for which matches a condition is true of which that is not noted."""
         columns, found = self._clauses.columns, np.zeros(len(facts.capture), bool)
         if isinstance(condition, Mirrors):
-            first = facts.seen[columns[condition.first, "mirrored"]]
-            second = facts.seen[columns[condition.second, "shown"]]
+            first = facts.notes[columns[condition.first, "mirrored"]]
+            second = facts.notes[columns[condition.second, "shown"]]
             found |= (first == second) & (first >= 0)
             return found
         clocks, own = self._batch.clocks()
@@ -291,7 +291,9 @@ class Evaluator:
             noted = {"start": facts.low, "end": facts.high, "part": facts.part, "row": facts.row}
         else:
             columns = self._clauses.columns
-            noted = {it: facts.seen[at] for (name, it), at in columns.items() if name == field.name}
+            noted = {
+                it: facts.notes[at] for (name, it), at in columns.items() if name == field.name
+            }
         if field.field in TIMES:
             times = [noted[it] for it in TIMES[field.field]]
             values = times[1] - times[0] if len(times) > 1 else times[0]

@@ -14,7 +14,7 @@ from lanindex.search.match.backward import Backwards
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Facts
 from lanindex.search.match.follow import NONE, roots
-from lanindex.search.match.matches import Claims, Nodes, in_sets, nothing, one_each
+from lanindex.search.match.matches import Claims, Nodes, in_sets, no_claims, single_claims
 from lanindex.search.match.relations import Spans
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
 from lanindex.search.plan import Companion, Group, Program, State, followers, reached
@@ -30,7 +30,7 @@ class CompanionMatches(Table):
     lines: Spans
     claims: Claims  # these three as in `Matches`
     unmet: IntArray
-    seen: IntArray
+    notes: IntArray
     node: IntArray  # (N,) int64: where they end
     end: IntArray  # (N,) int64: numbers in `Joins`
 
@@ -41,13 +41,13 @@ class CompanionMatches(Table):
     @property
     def free(self) -> bool:
         """Whether they remember nothing."""
-        return not (self.claims or self.unmet.size) and int(self.seen.max(initial=-1)) < 0
+        return not (self.claims or self.unmet.size) and int(self.notes.max(initial=-1)) < 0
 
     def keys(self) -> list[IntArray]:
         """Return the columns that tell them apart from outside."""
         lines = self.lines
         frames = [lines.capture, lines.start, lines.until, lines.low, lines.high]
-        rest = [*self.claims.first, *self.claims.last, *self.unmet, *self.seen]
+        rest = [*self.claims.first, *self.claims.last, *self.unmet, *self.notes]
         return [*frames, lines.alone.astype(np.int64), *rest]
 
 
@@ -72,11 +72,11 @@ class Hulls(Table):
     high: IntArray
     claims: Claims  # these four as in `Matches`
     unmet: IntArray
-    seen: IntArray
+    notes: IntArray
     link: IntArray
 
 
-class Closing(Protocol):
+class LineJoiner(Protocol):
     """What finds the lines beside another."""
 
     def close(
@@ -93,14 +93,14 @@ class Closing(Protocol):
         """Return the matches of a line that must not happen, and where their numbers begin."""
 
 
-class Settled(NamedTuple):
+class Decidable(NamedTuple):
     """Conditions that can be evaluated, and the columns that no other one needs."""
 
     conditions: tuple[Condition, ...] = ()
     columns: tuple[int, ...] = ()
 
 
-class Due:
+class ConditionSchedule:
     """When each condition on the labels of one line can be evaluated: once none can come again."""
 
     def __init__(self, clauses: Clauses, program: Program) -> None:
@@ -122,14 +122,14 @@ class Due:
             settled = (it for it in self.own if not clauses.labels[it] & coming)
             self._settled.append(frozenset(settled))
 
-    def at(self, before: int | None, state: int) -> Settled:
+    def at(self, before: int | None, state: int) -> Decidable:
         """Return what can be evaluated at a state, and could not at the one before."""
         if not self.own:
-            return Settled()
+            return Decidable()
         done = frozenset() if before is None else self._settled[before]
         fresh = self._settled[state] - done
         if not fresh:
-            return Settled()
+            return Decidable()
         open_still = {
             label
             for condition in self._clauses.conditions
@@ -139,7 +139,7 @@ class Due:
         columns = [
             at for (label, _), at in self._clauses.columns.items() if label not in open_still
         ]
-        return Settled(tuple(it for it in self.own if it in fresh), tuple(columns))
+        return Decidable(tuple(it for it in self.own if it in fresh), tuple(columns))
 
     def late(self, state: int) -> tuple[Condition, ...]:
         """Return what can be evaluated only once the line ends at a state."""
@@ -153,7 +153,7 @@ class Context:
     which more than `MOST_TRIED` partial matches were tried.
     """
 
-    joiner: Closing
+    joiner: LineJoiner
 
     def __init__(
         self,
@@ -176,18 +176,18 @@ class Context:
         self._lanes: dict[str, int] = {}
         self._widths: list[int] = []
         self._begins = [0]
-        self._due: dict[Program, Due] = {}
+        self._due: dict[Program, ConditionSchedule] = {}
 
-    def tried(self, capture: IntArray) -> BoolArray | None:
+    def count_tried(self, capture: IntArray) -> BoolArray | None:
         """Count matches by their captures; return which are not refused, None: all of them."""
         self._tried += np.bincount(capture, minlength=len(self.batch))
         self.refused |= self._tried > MOST_TRIED
         return ~self.refused[capture] if self.refused.any() else None
 
-    def due(self, program: Program) -> Due:
+    def due(self, program: Program) -> ConditionSchedule:
         """Return when the conditions on the labels of a line can be evaluated."""
         if program not in self._due:
-            self._due[program] = Due(self.clauses, program)
+            self._due[program] = ConditionSchedule(self.clauses, program)
         return self._due[program]
 
     def backwards(self, program: Program) -> Backwards:
@@ -213,7 +213,7 @@ class Context:
                 found.append(fits)
         return self._alive[program]
 
-    def _wanting(self, program: Program, part: str) -> IntArray:
+    def _contested_before(self, program: Program, part: str) -> IntArray:
         """Return how many rows of a part before each one another line could want, (rows + 1,)."""
         if (program, part) not in self._wanted:
             opened = np.zeros(len(self.batch.rows(part)) + 1, np.int64)
@@ -231,14 +231,14 @@ class Context:
             self._wanted[program, part] = np.append(0, before)
         return self._wanted[program, part]
 
-    def wanted(self, program: Program, state: int) -> BoolArray:
+    def contested_events(self, program: Program, state: int) -> BoolArray:
         """Tell which events of a state of a line another one could want, (N,) bool."""
         own = program.states[state]
         events = self.batch.events(own)
         found = np.zeros(len(events), bool)
         for part, first, last in zip(own.members, events.first, events.last, strict=True):
             if state in self.rewrites.contested.get(program, ()):
-                before = self._wanting(program, part)
+                before = self._contested_before(program, part)
                 found |= before[last + 1] > before[first]
         return found
 
@@ -247,9 +247,9 @@ class Context:
     def claims(self, program: Program, state: State, events: IntArray) -> Claims:
         """Return what events claim at a state of a line, as far as another one could want it."""
         own = self.batch.events(state).at(events)
-        found = nothing(len(events))
+        found = no_claims(len(events))
         for part, first, last in zip(state.members, own.first, own.last, strict=True):
-            before = self._wanting(program, part)
+            before = self._contested_before(program, part)
             wanted = before[last + 1] > before[first]
             if not wanted.any():
                 continue
@@ -259,7 +259,7 @@ class Context:
             begin = lane + np.where(passing, len(rows) + 1 + first, rows.rank[first])
             end = lane + np.where(passing, len(rows) + 1 + last, rows.rank[last])
             begin, end = np.where(wanted, begin, FAR), np.where(wanted, end, FAR)
-            found = found.with_those(one_each(begin, end))
+            found = found.united_with(single_claims(begin, end))
         return found
 
     def unexpired(self, claims: Claims, capture: IntArray, since: IntArray) -> Claims:
@@ -302,15 +302,15 @@ class Context:
         last = np.where(claims.first < FAR, claims.last - passed, FAR)
         return Claims(np.concatenate((claims.first, first)), np.concatenate((claims.last, last)))
 
-    def met(self, conditions: Iterable[Condition], capture: IntArray, seen: IntArray) -> IntArray:
+    def met(self, conditions: Iterable[Condition], capture: IntArray, notes: IntArray) -> IntArray:
         """Return the places of the matches that meet conditions on labels."""
-        labels = Facts(capture, seen, capture, capture, capture, capture)
+        labels = Facts(capture, notes, capture, capture, capture, capture)
         fits = np.ones(len(capture), bool)
         for condition in conditions:
             fits &= self.evaluator.holds(condition, labels)
         return np.flatnonzero(fits)
 
-    def met_where_known(self, capture: IntArray, seen: IntArray) -> IntArray:
+    def met_where_known(self, capture: IntArray, notes: IntArray) -> IntArray:
         """Return the places of the matches that meet conditions on labels, or still lack one."""
         fits = np.ones(len(capture), bool)
         for condition in self.clauses.conditions:
@@ -318,8 +318,8 @@ class Context:
                 continue
             known = np.ones(len(capture), bool)
             for label in self.clauses.labels[condition]:
-                known &= seen[self.clauses.place(label)] >= 0
+                known &= notes[self.clauses.place(label)] >= 0
             some = np.flatnonzero(known & fits)
             fits[some] = False
-            fits[some[self.met([condition], capture[some], seen[:, some])]] = True
+            fits[some[self.met([condition], capture[some], notes[:, some])]] = True
         return np.flatnonzero(fits)

@@ -18,13 +18,13 @@ from lanindex.model.symbol import listed
 from lanindex.search.fields import meets
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
-from lanindex.search.match.arrays import IntArray, TooMuch, limited_to, once, together
+from lanindex.search.match.arrays import IntArray, OverBudget, limited_to, once, together
 from lanindex.search.match.batch import Batch, possible, split
 from lanindex.search.match.conditions import Captures, Clauses
 from lanindex.search.match.context import Context
 from lanindex.search.match.hits import (
     NO_HITS,
-    Found,
+    ExactHits,
     HitTable,
     Row,
     Step,
@@ -90,7 +90,7 @@ class Finder:
         best: int | None = None,
         refused: list[LanindexError] | None = None,
         among: IntArray | None = None,
-    ) -> Found:
+    ) -> ExactHits:
         """Return all hits, or the `best` so many that fit best, the clearest first.
 
         Overlaps ``none``: from left to right, those that begin when the one before is over;
@@ -112,7 +112,7 @@ class Finder:
             if (hits.capture[1:] < hits.capture[:-1]).any():
                 hits = hits.at(np.argsort(hits.capture, kind="stable"))
             hits = self._in_matching_captures(hits)
-            found = Found(self, hits, self._kept(hits, overlaps))
+            found = ExactHits(self, hits, self._kept(hits, overlaps))
             return found if best is None else found.by_fit(best)[:best]
         finally:
             self._watch = None  # hits that are looked at later on are not watched
@@ -180,7 +180,7 @@ class Finder:
             error = self._too_many
             try:
                 found = work(some)
-            except TooMuch:
+            except OverBudget:
                 pass
             except MemoryError:
                 error = self._too_large
@@ -319,7 +319,7 @@ def find_in(
     overlaps: str = "none",
     watch: Watch | None = None,
     best: int | None = None,
-) -> Found:
+) -> ExactHits:
     """Find a query in a few captures that are at hand, each with its tracks by part."""
 
     def fetch(places: Sequence[int], parts: Collection[str]) -> list[Recording]:

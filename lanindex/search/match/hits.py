@@ -204,7 +204,7 @@ class _Maker(CaptureStore, Protocol):
     def hits(self, hits: HitTable) -> list[Hit]: ...
 
 
-class Found(HitColumns):
+class ExactHits(HitColumns):
     """The hits of a search as columns; each is made an object when it is asked for.
 
     The table holds all hits in order of capture, start, end, and fit where it is known; `chosen`,
@@ -221,8 +221,8 @@ class Found(HitColumns):
         new = starts_of(self._table.capture, self._table.low, self._table.high)
         return np.append(np.flatnonzero(new), len(self._table))
 
-    def _some(self, chosen: AnyArray | slice) -> Found:
-        return Found(self._maker, self._table, self._chosen[chosen])
+    def _some(self, chosen: AnyArray | slice) -> ExactHits:
+        return ExactHits(self._maker, self._table, self._chosen[chosen])
 
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
         places = self._chosen[list(indices)]
@@ -249,7 +249,7 @@ class Found(HitColumns):
         clear: NDArray[np.float64] = fits / THOUSANDTHS
         return clear
 
-    def by_fit(self, most: int | None = None) -> Found:
+    def by_fit(self, most: int | None = None) -> ExactHits:
         """Return the same hits, the clearest first; as `HitColumns.by_fit`.
 
         Where only some will be looked at, no more are made than may be among those.

@@ -23,7 +23,7 @@ from lanindex.search.match.arrays import (
     together,
 )
 from lanindex.search.match.context import CompanionMatches, Context, Hulls
-from lanindex.search.match.matches import Claims, Nodes, distinct, sets_together
+from lanindex.search.match.matches import Claims, Nodes, distinct, united_columns
 from lanindex.search.match.relations import RELATIONS, Margins, Spans, margins_of, smallest
 from lanindex.search.match.rewrites import enough_beside
 from lanindex.search.match.walk import Walk
@@ -87,30 +87,30 @@ def by_line(pairs: IntArray, lines: int) -> IntArray:
     return found
 
 
-class Standing(NamedTuple):
+class DistinctSpans(NamedTuple):
     """The different places where lines stand, as far as others are compared with them."""
 
     here: Spans  # of each place
     place: IntArray  # (N,) int64: by match, which of them; -1: none
     margins: Margins  # how near others must lie
 
-    def at(self, some: IntArray) -> Standing:
+    def at(self, some: IntArray) -> DistinctSpans:
         """Return where some matches stand."""
         if len(some) == len(self.place):
             return self
         used, place = np.unique(self.place[some], return_inverse=True)
         missing = int(len(used) > 0 and used[0] < 0)
-        return Standing(self.here.at(used[missing:]), place - missing, self.margins)
+        return DistinctSpans(self.here.at(used[missing:]), place - missing, self.margins)
 
 
-class Beside(NamedTuple):
+class OtherLine(NamedTuple):
     """A line beside another, of one side."""
 
     relation: str
     matches: CompanionMatches
     nodes: Nodes | None  # which match goes on in which, of a line that runs on as long as it can
 
-    def moving(self) -> Beside:
+    def moving(self) -> OtherLine:
         """Return the same without starting positions alone."""
         some = self.matches.at(np.flatnonzero(~self.matches.lines.alone))
         return self._replace(matches=some)
@@ -129,7 +129,7 @@ class Joiner:
         self._found: dict[tuple[Program, str | None], tuple[CompanionMatches, Nodes | None]] = {}
         self._longest: dict[Program, CompanionMatches] = {}
         self._alone: dict[tuple[Program, ...], tuple[CompanionMatches, int]] = {}
-        self._matches = matches.nothing(0)
+        self._matches = matches.no_claims(0)
 
     def close(
         self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool, since: IntArray | None
@@ -164,7 +164,7 @@ class Joiner:
             return unmet[:0]
         left, (column, match) = unmet.copy(), np.nonzero(unmet < FAR)
         excusing = self._context.excusing(claims).at(match)
-        excused = ~self._matches.at(unmet[column, match]).apart(excusing)
+        excused = ~self._matches.at(unmet[column, match]).disjoint(excusing)
         left[column[excused], match[excused]] = FAR
         left = np.sort(left, axis=0)
         return left[: int((left < FAR).any(axis=1).sum())]
@@ -179,23 +179,23 @@ class Joiner:
         end = enough_beside(program, companion)
         if (program, end) not in self._found:
             walk = self._walk(self._context, program, tracked=program.open_ended, enough=end)
-            ends = walk.found()
+            ends = walk.run()
             memory, outside = ends.memory, self._context.rewrites.outside
-            seen = memory.columns[len(memory.columns) - self._context.clauses.width :]
+            notes = memory.columns[len(memory.columns) - self._context.clauses.width :]
             found = CompanionMatches(
                 ends.spans,
-                memory.claims if program in outside else matches.nothing(len(memory)),
+                memory.claims if program in outside else matches.no_claims(len(memory)),
                 self.still_unmet(memory.unmet, memory.claims),
-                seen,
+                notes,
                 ends.node,
                 self._context.joins.ended(walk, len(memory)),
-            ).at(self._context.met_where_known(ends.spans.capture, seen))
+            ).at(self._context.met_where_known(ends.spans.capture, notes))
             if not program.open_ended:
                 found = found.at(distinct(found.keys(), len(found))[0])
             self._found[program, end] = found, walk.nodes if program.open_ended else None
         return self._found[program, end]
 
-    def _beside(self, program: Program, companion: Companion) -> Beside:
+    def _beside(self, program: Program, companion: Companion) -> OtherLine:
         """Return a line that may stand beside another.
 
         Of one that runs on as long as it can the longest matches are enough, if they stand wherever
@@ -207,7 +207,7 @@ class Joiner:
                 shorter = nodes.behind(np.zeros(len(others), np.int64), others.node)
                 self._longest[program] = others.at(np.flatnonzero(~shorter))
             others, nodes = self._longest[program], None
-        return Beside(companion.relation, others, nodes)
+        return OtherLine(companion.relation, others, nodes)
 
     def _with(
         self,
@@ -236,7 +236,7 @@ class Joiner:
             here = lines.at(own[once])  # those that stand alike have hulls of their own
             here.high = np.zeros(len(here), np.int64)
             here.low = here.start if "start" in compared else here.high + FAR - 1
-            line = Standing(here, stands[hulls.line], margins_of(self._batch, companion))
+            line = DistinctSpans(here, stands[hulls.line], margins_of(self._batch, companion))
             for program in self._context.rewrites.programs(companion):
                 beside = self._beside(program, companion)
                 if not alone:
@@ -250,7 +250,7 @@ class Joiner:
                         joined.claims = self._context.unexpired(
                             joined.claims, capture, since[joined.line]
                         )
-                    answered = self._context.tried(lines.capture[joined.line])
+                    answered = self._context.count_tried(lines.capture[joined.line])
                     if answered is not None:
                         joined = joined.at(np.flatnonzero(answered))
                     pieces.append(self._reduced(joined))
@@ -276,7 +276,9 @@ class Joiner:
                 )
         return hulls.at(np.flatnonzero(found[hulls.line]))
 
-    def _with_each(self, beside: Beside, line: Standing, hulls: Hulls, *, whole: bool) -> Hulls:
+    def _with_each(
+        self, beside: OtherLine, line: DistinctSpans, hulls: Hulls, *, whole: bool
+    ) -> Hulls:
         """Return hulls with each of the others that can stand beside them."""
         relation, others, nodes = beside
         place, other = relations.pairs(
@@ -284,25 +286,27 @@ class Joiner:
         )
         match, place = relations.matched(line.place, place)
         other = other[place]
-        fits = hulls.claims.at(match).apart(others.claims.at(other))
+        fits = hulls.claims.at(match).disjoint(others.claims.at(other))
         match, other = match[fits], other[fits]
-        seen = np.maximum(hulls.seen[:, match], others.seen[:, other])
+        notes = np.maximum(hulls.notes[:, match], others.notes[:, other])
         if whole or not nodes:
-            kept = self._context.met_where_known(others.lines.capture[other], seen)
-            match, other, seen = match[kept], other[kept], seen[:, kept]
+            kept = self._context.met_where_known(others.lines.capture[other], notes)
+            match, other, notes = match[kept], other[kept], notes[:, kept]
         if nodes:
             kept = np.flatnonzero(~beside.goes_on(match, other))
-            match, other, seen = match[kept], other[kept], seen[:, kept]
+            match, other, notes = match[kept], other[kept], notes[:, kept]
         low, high = hulls.low[match], hulls.high[match]
         if RELATIONS[relation].adds_frames:
             low = np.minimum(low, others.lines.low[other])
             high = np.maximum(high, others.lines.high[other])
-        claims = hulls.claims.at(match).with_those(others.claims.at(other))
-        unmet = sets_together(hulls.unmet[:, match], others.unmet[:, other])
+        claims = hulls.claims.at(match).united_with(others.claims.at(other))
+        unmet = united_columns(hulls.unmet[:, match], others.unmet[:, other])
         link = self._context.joins.add(hulls.link[match], others.end[other])
-        return Hulls(hulls.line[match], low, high, claims, unmet, seen, link)
+        return Hulls(hulls.line[match], low, high, claims, unmet, notes, link)
 
-    def _with_free(self, beside: Beside, line: Standing, hulls: Hulls, *, whole: bool) -> Hulls:
+    def _with_free(
+        self, beside: OtherLine, line: DistinctSpans, hulls: Hulls, *, whole: bool
+    ) -> Hulls:
         """Return hulls with others that remember nothing: a join of places, not of matches."""
         relation, lines, nodes = beside.relation, beside.matches.lines, beside.nodes
         of_frames, adds_frames = self._context.clauses.of_frames, RELATIONS[relation].adds_frames
@@ -331,7 +335,7 @@ class Joiner:
 
     def _reduced(self, hulls: Hulls) -> Hulls:
         """Return hulls without those that hold a smaller one which remembers the same."""
-        keys = [hulls.line, *hulls.claims.first, *hulls.claims.last, *hulls.unmet, *hulls.seen]
+        keys = [hulls.line, *hulls.claims.first, *hulls.claims.last, *hulls.unmet, *hulls.notes]
         if self._context.clauses.of_frames:
             chosen, _ = distinct([*keys, hulls.low, hulls.high], len(hulls.line))
             return hulls.at(np.sort(chosen))
@@ -372,14 +376,14 @@ class Joiner:
             index = relations.SpanIndex(matches)
             hull, other = relations.pairs(companion.relation, here.at(own), index, margins)
             hull, other = own[hull], claiming[other]
-            apart = excusing.at(hull).apart(others.claims.at(other))
+            apart = excusing.at(hull).disjoint(others.claims.at(other))
             if whole:
                 disturbed[hull[apart]] = True
             else:
                 unmet.append(np.stack((hull[apart], other[apart] + base)))
         if unmet:
             pairs = np.concatenate(unmet, axis=1)
-            hulls.unmet = sets_together(hulls.unmet, by_line(pairs, len(here)))
+            hulls.unmet = united_columns(hulls.unmet, by_line(pairs, len(here)))
         return hulls.at(np.flatnonzero(~disturbed))
 
     def forbidden(self, companion: Companion) -> tuple[CompanionMatches, int]:
@@ -397,7 +401,7 @@ class Joiner:
         return self._alone[programs]
 
 
-def _pieces(beside: Beside, line: Standing) -> Iterator[IntArray]:
+def _pieces(beside: OtherLine, line: DistinctSpans) -> Iterator[IntArray]:
     """Yield matches, so many at once that their pairs with others keep within the budget."""
     relation, others, _ = beside
     few = len(line.place) * len(others) <= MOST_AT_ONCE

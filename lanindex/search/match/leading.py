@@ -14,7 +14,7 @@ from fractions import Fraction
 import numpy as np
 
 from lanindex.search.language.times import Length, Time
-from lanindex.search.match.arrays import FAR, BoolArray, IntArray, TooMuch, best_of_each
+from lanindex.search.match.arrays import FAR, BoolArray, IntArray, OverBudget, best_of_each
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Facts
 from lanindex.search.match.context import Context
@@ -35,7 +35,7 @@ SOON = 4
 def hits_of(context: Context) -> list[HitTable]:
     """Return the best match from each beginning of a program.
 
-    Raises `TooMuch` if one capture needs more than the budget.
+    Raises `OverBudget` if one capture needs more than the budget.
     """
     lines = repeats(context.clauses, context.program)
     if lines:
@@ -45,7 +45,7 @@ def hits_of(context: Context) -> list[HitTable]:
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
     walk = Walk(context, program, timed=timed, tracked=tracked, enough=enough(program))
     begun, hits = walk.roots(), list[HitTable]()
-    if not (walk.settled or program.whole.companions or context.clauses):
+    if not (walk.looks_up_ends or program.whole.companions or context.clauses):
         short = _short(context)
         hits += _from_all(context, joiner, _in_captures(context, begun, short))
         begun = _in_captures(context, begun, ~short)
@@ -76,7 +76,7 @@ def _from_all(context: Context, joiner: Joiner, begun: list[BoolArray]) -> Itera
     """
     program = context.program
     walk = Walk(context, program, rooted=False)
-    found = walk.found(begun)
+    found = walk.run(begun)
     found = found.at(complete(context, walk, found, joiner))
     lows, highs = walk.nodes.best_hulls(found.node, found.spans.low, found.spans.high)
     bounds = np.cumsum([0, *map(len, walk.firsts)])
@@ -92,7 +92,7 @@ def _best_ends(context: Context, walk: Walk, joiner: Joiner, begun: list[BoolArr
     tables, left = [], [fits.copy() for fits in begun]
     try:
         for within in widening(context.batch, left, SOON if walk.wanders else None):
-            found = walk.found(left, within)
+            found = walk.run(left, within)
             context.tick()
             chosen = complete(context, walk, found, joiner)
             context.tick()
@@ -102,10 +102,10 @@ def _best_ends(context: Context, walk: Walk, joiner: Joiner, begun: list[BoolArr
             if within is not None and context.program.open_ended:
                 found = found.at(~walk.is_cut_off(found.node))
             matches = found.entry, found.root, found.spans.high
-            best = settled(context.batch, context.program, left, within, matches)
+            best = final(context.batch, context.program, left, within, matches)
             tables.append(found.at(best))
         return tables
-    except TooMuch:
+    except OverBudget:
         if len(context.batch) > 1 or sum(map(np.count_nonzero, left)) < 2:
             raise
     bounds = np.cumsum([len(fits) for fits in left])
@@ -119,7 +119,7 @@ def _best_ends(context: Context, walk: Walk, joiner: Joiner, begun: list[BoolArr
 def widening(batch: Batch, left: list[BoolArray], soon: int | None) -> Iterator[IntArray | None]:
     """Yield horizons by capture, (captures,) frames; the last one, or the only one, is None.
 
-    It ends once no beginning is `left`, as `settled` leaves them.
+    It ends once no beginning is `left`, as `looked_up` leaves them.
     """
     if soon:
         within = batch.bounds(Length("<=", Time(Fraction(soon), "s")))[1]
@@ -132,7 +132,7 @@ def widening(batch: Batch, left: list[BoolArray], soon: int | None) -> Iterator[
     yield None
 
 
-def settled(
+def final(
     batch: Batch,
     program: Program,
     left: list[BoolArray],

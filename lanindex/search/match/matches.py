@@ -42,7 +42,7 @@ class Claims(Table):
         """Which sets are empty, (N,) bool."""
         return self.first[0] >= FAR if self else np.ones(len(self), bool)
 
-    def apart(self, other: Claims) -> BoolArray:
+    def disjoint(self, other: Claims) -> BoolArray:
         """Tell which sets have nothing in common with the one in the same place of another."""
         found = np.ones(len(self), bool)
         for first, last in zip(self.first, self.last, strict=True):
@@ -50,7 +50,7 @@ class Claims(Table):
                 found &= (last < begin) | (end < first) | (begin >= FAR) | (first >= FAR)
         return found
 
-    def with_those(self, other: Claims) -> Claims:
+    def united_with(self, other: Claims) -> Claims:
         """Return each set together with the one in the same place of another."""
         if not other or not self:
             return self if self else other
@@ -88,18 +88,18 @@ def _merged(first: IntArray, last: IntArray) -> Claims:
     return Claims(begin[:most], end[:most])
 
 
-def nothing(many: int) -> Claims:
+def no_claims(many: int) -> Claims:
     """Return empty sets."""
     none = np.empty((0, many), np.int64)
     return Claims(none, none)
 
 
-def one_each(first: IntArray, last: IntArray) -> Claims:
+def single_claims(first: IntArray, last: IntArray) -> Claims:
     """Return sets of one range each, (N,) both."""
     return Claims(first[np.newaxis], last[np.newaxis])
 
 
-def sets_together(one: IntArray, other: IntArray) -> IntArray:
+def united_columns(one: IntArray, other: IntArray) -> IntArray:
     """Return the numbers that stand in the columns of either table, (M, N), each once, in order."""
     if not len(one) or not len(other):
         return one if len(one) else other
@@ -135,7 +135,7 @@ class Matches(Table):
     def __len__(self) -> int:
         return int(self.columns.shape[1])
 
-    def alike(self) -> tuple[Matches, IntArray]:
+    def deduplicated(self) -> tuple[Matches, IntArray]:
         """Return one of those that remember the same, and for each which of those it is."""
         root, event = self.columns[ROOT], self.columns[EVENT]
         if (np.diff(root) + (np.diff(event) > 0) * (np.diff(root) == 0) > 0).all():
@@ -150,13 +150,13 @@ class Matches(Table):
 
 def distinct(keys: list[IntArray], many: int) -> tuple[IntArray, IntArray]:
     """Return the places of different rows of (many,) keys, and which of those each row is."""
-    keys = telling(keys)
+    keys = distinguishing(keys)
     if not keys:
         return np.arange(min(many, 1)), np.zeros(many, np.int64)
     return grouped(tuple(keys))
 
 
-def telling(keys: list[IntArray]) -> list[IntArray]:
+def distinguishing(keys: list[IntArray]) -> list[IntArray]:
     """Return the keys that tell rows apart, with small numbers for `FAR`."""
     found: list[IntArray] = []
     for key in keys:
@@ -169,10 +169,10 @@ def beginning(columns: IntArray) -> Matches:
     """Return partial matches that have just begun."""
     many = columns.shape[1]
     none = np.empty((0, many), np.int64)
-    return Matches(columns, nothing(many), none, np.full(many, -1), np.full(many, -1))
+    return Matches(columns, no_claims(many), none, np.full(many, -1), np.full(many, -1))
 
 
-def carry_out(columns: IntArray, own: int, end: IntArray) -> None:
+def close_group(columns: IntArray, own: int, end: IntArray) -> None:
     """Add the hull of a group that closes to those around it."""
     low, beyond = columns[own + LOW], columns[own + BEYOND]
     for outer in range(GROUPS, own, 3):
@@ -235,7 +235,7 @@ class Nodes:
     def behind(self, line: IntArray, node: IntArray) -> BoolArray:
         """Tell, of nodes of some lines, which go on in another one of the same line, (N,) bool.
 
-        Node -1 is none. `TooMuch` where lines times nodes are more than the budget allows.
+        Node -1 is none. `OverBudget` where lines times nodes are more than the budget allows.
         """
         own = grouped((line,))[1]
         found: BoolArray = self._before(own, node)[own * self.many + node]

@@ -46,7 +46,7 @@ def traced(
 ) -> list[Trace | None]:
     """Return what hits in a batch of their captures alone are made of, None: it is not there.
 
-    Raises `TooMuch` if there are too many partial matches.
+    Raises `OverBudget` if there are too many partial matches.
     """
     clauses = Clauses(query)
     best: list[BestTrace | None] = [None] * len(hits)
@@ -70,8 +70,8 @@ class _Clauses(Clauses):
     def width(self) -> int:
         return super().width + 2
 
-    def noted(self, batch: Batch, state: State, events: IntArray, seen: IntArray) -> IntArray:
-        found = super().noted(batch, state, events, seen).copy()
+    def noted(self, batch: Batch, state: State, events: IntArray, notes: IntArray) -> IntArray:
+        found = super().noted(batch, state, events, notes).copy()
         found[COST] = np.maximum(found[COST], batch.events(state).cost[events])
         found[STEPS] = np.maximum(found[STEPS], 0) + 1
         return found
@@ -102,7 +102,7 @@ class _Context(Context):
         np.maximum.at(self._longest, hits.capture, hits.high - hits.low)
         self.joins, self.joiner = _Joins(), Joiner(self, _Walk)
 
-    def tried(self, capture: IntArray) -> BoolArray | None:
+    def count_tried(self, capture: IntArray) -> BoolArray | None:
         """Refuse nothing: what was found can be traced."""
         return None
 
@@ -121,7 +121,7 @@ class _Context(Context):
             fits &= owner >= 0
             owners.append(owner)
         if any(fits.any() for fits in begun):
-            line.found(begun, None if self.program.open_ended else self._longest)
+            line.run(begun, None if self.program.open_ended else self._longest)
             yield from line.best(owners, hits)
 
 
@@ -148,10 +148,10 @@ class _Walk(Walk):
         only = ONLY if enough == ONLY else None
         super().__init__(context, program, timed=timed, tracked=True, enough=only)
         self._ahead: dict[int, tuple[IntArray, Transitions]] = {}
-        if self._best_ends and not all(self._best_ends.settled[it.state] for it in program.entries):
+        if not self.looks_up_ends:
             self._best_ends = None
 
-    def found(self, begun: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
+    def run(self, begun: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
         """Return all matches; of a line that must lie in the hit those that can."""
         self.nodes, self._begins = Nodes(), list[int]()
         self._tables = list[tuple[int, Matches]]()
@@ -163,22 +163,22 @@ class _Walk(Walk):
                 events = self._batch.events(self._program.states[entry.state])
                 fits &= low[events.capture] <= events.start
                 fits &= events.start <= high[events.capture]
-        self.ends = found = super().found(begun, within)
+        self.ends = found = super().run(begun, within)
         if beside:
             columns = found.memory.columns.copy()
             columns[STEPS] = -1
             found = replace(found, memory=replace(found.memory, columns=columns))
         return found
 
-    def _settled_best(self, state: int, rows: Matches) -> tuple[Matches, Matches]:
-        found = super()._settled_best(state, rows)
-        columns = self._settling[-1].columns
+    def _look_up_ends(self, state: int, rows: Matches) -> tuple[Matches, Matches]:
+        found = super()._look_up_ends(state, rows)
+        columns = self._looked_up[-1].columns
         columns[COST] = np.maximum(columns[COST], cost_of(columns[EVENT]))
         return found
 
-    def _settled(self, state: int, tables: list[Matches]) -> Matches:
+    def _merged(self, state: int, tables: list[Matches]) -> Matches:
         """Return matches; of those that remember the same the one that fits best, of most steps."""
-        rows = self._standing(state, tables)
+        rows = self._arrived(state, tables)
         which = distinct([*rows.columns[:COST], *rows.rest()], len(rows))[1]
         best = rows.at(best_of_each((which,), (rows.columns[COST], -rows.columns[STEPS])))
         self._begins.append(self.nodes.many)

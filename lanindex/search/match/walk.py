@@ -36,7 +36,7 @@ from lanindex.search.match.arrays import (
 )
 from lanindex.search.match.backward import Backwards, cost_of, end_of, may_leave, value_of
 from lanindex.search.match.conditions import MET
-from lanindex.search.match.context import Context, Hulls, Settled
+from lanindex.search.match.context import Context, Decidable, Hulls
 from lanindex.search.match.follow import NONE, Transitions, begins, roots
 from lanindex.search.match.matches import (
     BEYOND,
@@ -49,8 +49,8 @@ from lanindex.search.match.matches import (
     Matches,
     Nodes,
     beginning,
-    carry_out,
-    telling,
+    close_group,
+    distinguishing,
 )
 from lanindex.search.match.relations import (
     FIRST,
@@ -80,7 +80,7 @@ class BestEnds:
     """Where the best end of a line is enough, and which that is: `FIRST`, `LAST` or `ONLY`.
 
     By state: whether there may be best ends (`free`), and whether no matches, or only a few, go on
-    one by one (`settled`). By state and event, (N,): the value, as from `value_of`, of the `best`
+    one by one (`looked_up`). By state and event, (N,): the value, as from `value_of`, of the `best`
     match from there that claims nothing more, -1: there is none; whether matches go `on` from there
     nevertheless, may be `ending` there, or may be `entered` there from a free state.
     """
@@ -91,7 +91,7 @@ class BestEnds:
             # what goes on from a passing symbol may reach back before it
             begins = context.batch.events(program.states[state]).passing
             self.free[state] &= not (begins & context.alive(program)[state]).any()
-        wanted = [context.wanted(program, it.number) for it in program.states]
+        wanted = [context.contested_events(program, it.number) for it in program.states]
         pairs = zip(wanted, context.alive(program), strict=True)
         few = sum((one & other).sum() for one, other in pairs) <= FEW * len(context.batch)
         starting = [context.batch.events(state).starting for state in program.states]
@@ -105,7 +105,7 @@ class BestEnds:
             self.on = [(it < 0) & fits for it, fits in zip(self.best, alive, strict=True)]
             self.ending = self.on
             self.entered = [np.ones(len(it), bool) for it in self.best]
-            self.settled = [
+            self.looked_up = [
                 free and not on.any() for free, on in zip(self.free, self.on, strict=True)
             ]
             return
@@ -114,7 +114,7 @@ class BestEnds:
         if any(it.any() for it in wanted):
             self.on = [it < NONE for it in _Leading(context, program, wanted).beyond]
         self.entered = [one | other for one, other in zip(wanted, self.on, strict=True)]
-        self.settled = [few and free for free in self.free]
+        self.looked_up = [few and free for free in self.free]
 
 
 def _best(context: Context, program: Program, wanted: list[BoolArray], end: str) -> list[IntArray]:
@@ -295,7 +295,7 @@ class Walk:
         self._open = open_groups(program)
         self._depths = [len(groups) for groups in self._open]
         self._beats = GROUPS + 3 * (1 + max(self._depths))
-        self._seen = self._beats + (len(context.clauses.rhythm) if timed else 0)
+        self._notes = self._beats + (len(context.clauses.rhythm) if timed else 0)
         self._due = context.due(program)
         self._alive = context.alive(program)
         self._enough, self._best_ends = enough, None
@@ -305,15 +305,15 @@ class Walk:
         self._reaches: dict[int, tuple[Transitions, IntArray | None]] = {}
 
     @property
-    def settled(self) -> bool:
+    def looks_up_ends(self) -> bool:
         """Whether the best ends are looked up from the beginning on."""
         best = self._best_ends
-        return best is not None and all(best.settled[it.state] for it in self._program.entries)
+        return best is not None and all(best.looked_up[it.state] for it in self._program.entries)
 
     @property
     def wanders(self) -> bool:
         """Whether the line may go on for long before it ends."""
-        settled = self._best_ends.settled if self._best_ends else [False] * len(self._open)
+        settled = self._best_ends.looked_up if self._best_ends else [False] * len(self._open)
         return any(
             edge.arrow.later or edge.entry.state <= state
             for state, edges in enumerate(self._program.edges)
@@ -327,15 +327,15 @@ class Walk:
             for it in self._program.entries
         ]
 
-    def found(self, begun: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
+    def run(self, begun: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
         """Return the ends of all matches of the line.
 
         They begin where the line can, or by entry at some events, (N,) bool each, and end `within`
-        so many frames, (captures,) int64. `TooMuch` if there are more than the budget allows.
+        so many frames, (captures,) int64. `OverBudget` if there are more than the budget allows.
         """
         self._followed, self._within = 0, within
         self._cut_off = [np.empty(0, np.int64)]
-        self._settling: list[Matches] = []
+        self._looked_up: list[Matches] = []
         program, ends = self._program, []
         at: dict[int, list[Matches]] = {state: [] for state in range(len(program.states))}
         for number, rows in enumerate(self._begun(begun or self.roots())):
@@ -346,7 +346,7 @@ class Walk:
             )
             waves = self._in_time(states, at)
             if not circles:
-                waves = ((it, self._settled(it, at.pop(it))) for it in states if at[it])
+                waves = ((it, self._merged(it, at.pop(it))) for it in states if at[it])
             ending: defaultdict[Exit, list[Matches]] = defaultdict(list)
             for state, rows in waves:
                 self._context.tick()
@@ -355,9 +355,9 @@ class Walk:
                     if sum(map(len, ending[it])) > TOGETHER:
                         ends.append((state, self._ended(it, ending.pop(it))))
             ends += [(it.state, self._ended(it, tables)) for it, tables in ending.items()]
-        if self._settling:
+        if self._looked_up:
             ends.append((-1, self._with_best_ends()))
-        none = beginning(np.empty((self._seen + self._context.clauses.width, 0), np.int64))
+        none = beginning(np.empty((self._notes + self._context.clauses.width, 0), np.int64))
         return together([self._as_ends(*it) for it in ((0, none), *ends)])
 
     def _as_ends(self, state: int, rows: Matches) -> Ends:
@@ -368,7 +368,7 @@ class Walk:
             capture, until, end = self._captures(root), end_of(event), end_of(event)
             alone, part, row, cost = np.zeros(len(rows), bool), unknown, unknown, unknown
             # the first steps of matches that settle later are not counted
-            if self.settled and not self._program.whole.companions:
+            if self.looks_up_ends and not self._program.whole.companions:
                 cost = cost_of(event)
         else:
             events = self._batch.events(states[state]).at(event)
@@ -401,7 +401,7 @@ class Walk:
                 start, end = events.start[chosen], events.end[chosen]
                 chosen = chosen[end - start <= self._within[events.capture[chosen]]]
             self.firsts.append(chosen)
-            columns = np.full((self._seen + self._context.clauses.width, len(chosen)), -1)
+            columns = np.full((self._notes + self._context.clauses.width, len(chosen)), -1)
             columns[ROOT] = before + np.arange(len(chosen))
             before += len(chosen)
             for level in range(1 + len(entry.opens)):
@@ -414,26 +414,26 @@ class Walk:
                 rows.parent = self.nodes.begin(len(rows))
             yield self._matched(rows, state, chosen, self._due.at(None, state))
 
-    def _matched(self, rows: Matches, state: int, events: IntArray, due: Settled) -> Matches:
+    def _matched(self, rows: Matches, state: int, events: IntArray, due: Decidable) -> Matches:
         """Return matches with the events that they take next, as far as they can take them."""
         context, own_state = self._context, self._program.states[state]
         rows.columns[EVENT] = events
         if state in context.rewrites.contested.get(self._program, ()):
             claims = context.claims(self._program, own_state, events)
-            fits = np.flatnonzero(rows.claims.apart(claims))
+            fits = np.flatnonzero(rows.claims.disjoint(claims))
             rows, claims = rows.at(fits), claims.at(fits)
-            rows.claims = rows.claims.with_those(claims)
+            rows.claims = rows.claims.united_with(claims)
             events = events[fits]
         own = self._batch.events(own_state).at(events)
-        seen = context.clauses.noted(self._batch, own_state, events, rows.columns[self._seen :])
-        rows.columns[self._seen :] = seen
+        notes = context.clauses.noted(self._batch, own_state, events, rows.columns[self._notes :])
+        rows.columns[self._notes :] = notes
         if self._timed:
             rows, own = self._kept_in_time(rows, own.end - own.start), own
         if due.conditions:
             capture = self._batch.events(own_state).capture[rows.columns[EVENT]]
-            rows = rows.at(context.met(due.conditions, capture, rows.columns[self._seen :]))
+            rows = rows.at(context.met(due.conditions, capture, rows.columns[self._notes :]))
         for column in due.columns:
-            noted = rows.columns[self._seen + column]
+            noted = rows.columns[self._notes + column]
             noted[noted >= 0] = MET
         return self._undisturbed(state, rows)
 
@@ -464,11 +464,11 @@ class Walk:
 
     def _kept_in_time(self, rows: Matches, frames: IntArray) -> Matches:
         """Return the matches that may still keep the rhythm, with the length of their last step."""
-        beats = rows.columns[self._beats : self._seen]
+        beats = rows.columns[self._beats : self._notes]
         place = (beats >= 0).sum(axis=0)
         fits = np.flatnonzero(place < len(beats))
         rows, place = rows.at(fits), place[fits]
-        beats = rows.columns[self._beats : self._seen]
+        beats = rows.columns[self._beats : self._notes]
         beats[place, np.arange(len(place))] = frames[fits]
         return rows.at(np.flatnonzero(self._context.clauses.may_be_in_rhythm(beats)))
 
@@ -494,7 +494,7 @@ class Walk:
             if not waves:
                 return
             now = min(waves)
-            yield from ((it, self._settled(it, tables)) for it, tables in waves.pop(now).items())
+            yield from ((it, self._merged(it, tables)) for it, tables in waves.pop(now).items())
 
     def _ranks(self, states: list[int]) -> dict[int, IntArray]:
         """Return the order of time of the events of some states in their captures."""
@@ -507,24 +507,24 @@ class Walk:
         bounds = np.cumsum([len(it) for it in events])[:-1]
         return dict(zip(states, np.split(ranks - first[capture], bounds), strict=True))
 
-    def _settled(self, state: int, tables: list[Matches]) -> Matches:
+    def _merged(self, state: int, tables: list[Matches]) -> Matches:
         """Return matches, one of those that stand at the same event and remember the same."""
-        rows, low = self._standing(state, tables), None
+        rows, low = self._arrived(state, tables), None
         if not self._rooted:
             low = rows.columns[GROUPS + LOW].copy()
             rows.columns[GROUPS + LOW] = FAR
-        alike, which = rows.alike()
+        alike, which = rows.deduplicated()
         if self._tracked:
             alike.parent = self.nodes.add(len(alike), rows.parent, which, low)
         return alike
 
-    def _standing(self, state: int, tables: list[Matches]) -> Matches:
+    def _arrived(self, state: int, tables: list[Matches]) -> Matches:
         """Return the matches that stand at a state, without those in refused captures."""
         self._followed += sum(map(len, tables))
         check_budget(self._followed, MATCH)
         rows = together(tables)
         events = self._batch.events(self._program.states[state])
-        answered = self._context.tried(events.capture[rows.columns[EVENT]])
+        answered = self._context.count_tried(events.capture[rows.columns[EVENT]])
         if answered is not None:
             rows = rows.at(np.flatnonzero(answered))
         return self._expiry.dropped(state, rows)
@@ -539,12 +539,12 @@ class Walk:
         """Let matches go on from a state, or end there."""
         last = rows
         if self._best_ends and self._best_ends.free[state]:
-            last, rows = self._settled_best(state, rows)
+            last, rows = self._look_up_ends(state, rows)
         closed: dict[Exit, Matches] = {}
         for edge in self._program.edges[state]:
             if edge.exit not in closed:
                 closed[edge.exit] = self._closed(rows, edge.exit)
-            for gone in self._over(edge, closed[edge.exit]):
+            for gone in self._followed_over(edge, closed[edge.exit]):
                 at[edge.entry.state].append(gone)
                 self._context.tick()
         for leave in self._program.exits[state]:
@@ -566,10 +566,10 @@ class Walk:
         late = self._due.late(state)
         if late:
             capture = events.capture[ended.columns[EVENT]]
-            ended = ended.at(self._context.met(late, capture, ended.columns[self._seen :]))
+            ended = ended.at(self._context.met(late, capture, ended.columns[self._notes :]))
         return ended
 
-    def _settled_best(self, state: int, rows: Matches) -> tuple[Matches, Matches]:
+    def _look_up_ends(self, state: int, rows: Matches) -> tuple[Matches, Matches]:
         """Settle matches by their best ends; return those that still end here, and go on.
 
         The former are starting positions alone, the latter lead to contested events.
@@ -579,27 +579,27 @@ class Walk:
         best = self._best_ends.best[state][event]
         settled = rows.at(np.flatnonzero(best >= 0))
         settled.columns[EVENT] = best[best >= 0]
-        self._settling.append(settled)
+        self._looked_up.append(settled)
         ending, on = self._best_ends.ending[state][event], self._best_ends.on[state][event]
         return rows.at(np.flatnonzero(ending)), rows.at(np.flatnonzero(on))
 
     def _with_best_ends(self) -> Matches:
         """Return the settled matches with what stands beside them, and values for events."""
-        rows, program = together(self._settling), self._program
+        rows, program = together(self._looked_up), self._program
         root, end = rows.columns[ROOT], end_of(rows.columns[EVENT])
         if (root[1:] <= root[:-1]).any():
             keys = [*rows.columns[EVENT + 1 :], *rows.rest()]
             if self._enough == ONLY:
                 keys.append(end)
             rank = -end if self._enough == LAST else rows.columns[EVENT]
-            rows = rows.at(best_of_each((root, *telling(keys)), (rank,)))
+            rows = rows.at(best_of_each((root, *distinguishing(keys)), (rank,)))
         if not program.whole.companions:
             return rows
         end = end_of(rows.columns[EVENT])
         capture = self._captures(rows.columns[ROOT])
         own = GROUPS + 3
         rows = self._beside(rows, program.whole, own, (capture, end, end, end < 0))
-        carry_out(rows.columns, own, end_of(rows.columns[EVENT]))
+        close_group(rows.columns, own, end_of(rows.columns[EVENT]))
         return rows
 
     def _closed(self, rows: Matches, leave: Exit) -> Matches:
@@ -627,7 +627,7 @@ class Walk:
                 end = events.end[rows.columns[EVENT]]
             else:
                 rows = rows.at(np.arange(len(rows)))
-            carry_out(rows.columns, own, end)
+            close_group(rows.columns, own, end)
             depth -= 1
         return rows
 
@@ -648,18 +648,18 @@ class Walk:
         start, low = rows.columns[own + START], rows.columns[own + LOW]
         high = np.maximum(rows.columns[own + BEYOND], end)
         lines = Spans(capture, start, until, low, high, alone)
-        seen = rows.columns[self._seen :]
-        memory = rows.claims, rows.unmet, seen, rows.link
+        notes = rows.columns[self._notes :]
+        memory = rows.claims, rows.unmet, notes, rows.link
         hulls = Hulls(np.arange(len(rows)), lines.low, lines.high, *memory)
         whole = group is self._program.whole
         hulls = self._context.joiner.close(group, lines, hulls, whole=whole, since=since)
         rows = rows.at(hulls.line)
-        rows.columns[self._seen :] = hulls.seen
+        rows.columns[self._notes :] = hulls.notes
         rows.columns[own + LOW], rows.columns[own + BEYOND] = hulls.low, hulls.high
         rows.claims, rows.unmet, rows.link = hulls.claims, hulls.unmet, hulls.link
         return rows
 
-    def _over(self, edge: Edge, rows: Matches) -> Iterator[Matches]:
+    def _followed_over(self, edge: Edge, rows: Matches) -> Iterator[Matches]:
         """Yield the matches that go on over an edge, some at a time."""
         state = edge.entry.state
         events = self._batch.events(self._program.states[state])
@@ -668,12 +668,12 @@ class Walk:
             fits &= self._best_ends.entered[state]
         for arrow in edge.entry.from_start:
             fits &= begins(self._batch, self._program.states[state], events, arrow)
-        for sources, targets in self._led(edge, rows):
+        for sources, targets in self._targets(edge, rows):
             here = fits[targets]
             if here.any():
-                yield self._gone(edge, rows.at(sources[here]), targets[here])
+                yield self._advanced(edge, rows.at(sources[here]), targets[here])
 
-    def _gone(self, edge: Edge, gone: Matches, targets: IntArray) -> Matches:
+    def _advanced(self, edge: Edge, gone: Matches, targets: IntArray) -> Matches:
         """Return matches with the events that an edge leads to."""
         state = edge.entry.state
         events = self._batch.events(self._program.states[state])
@@ -689,7 +689,7 @@ class Walk:
                 beyond[beyond <= end] = 0
         return self._matched(gone, state, targets, self._due.at(edge.exit.state, state))
 
-    def _led(self, edge: Edge, rows: Matches) -> Iterator[tuple[IntArray, IntArray]]:
+    def _targets(self, edge: Edge, rows: Matches) -> Iterator[tuple[IntArray, IntArray]]:
         """Yield pairs of a match and an event to which an edge leads from it in time."""
         state = self._program.states[edge.entry.state]
         events, event = self._batch.events(state), rows.columns[EVENT]

@@ -15,7 +15,7 @@ from lanindex.errors import LanindexError, UsageError
 from lanindex.model.columns import columns_of, roster_of
 from lanindex.search.fuzzy import Allowance
 from lanindex.search.fuzzy import find as find_in_columns
-from lanindex.search.fuzzy.find import MORE, Found, _Search
+from lanindex.search.fuzzy.find import MORE, FuzzyHits, _Search
 from lanindex.search.hits import HitColumns
 from lanindex.search.language import parse
 from lanindex.search.match.hits import PATIENCE, ROUNDS, staying
@@ -190,7 +190,7 @@ def test_the_best_are_found_where_few_captures_are_looked_at(monkeypatch):
 
 def test_counts_and_spans_make_no_hits(monkeypatch):
     found = find(parse("r_arm high"), recordings(), Allowance.read("1"))
-    monkeypatch.setattr(Found, "_hits", None)
+    monkeypatch.setattr(FuzzyHits, "_hits", None)
     assert isinstance(found, HitColumns)
     assert found.tally() == [(recordings()[0][0].id, len(found))]
     assert found.counts() == [(recordings()[0][0], len(found))]

@@ -103,14 +103,14 @@ def test_repeats_that_mirror_each_other_are_not_tried_in_pairs(monkeypatch):
 
 
 def test_what_ends_soon_is_found_without_what_ends_late(monkeypatch):
-    followed, once = [], walk.Walk.found
+    followed, once = [], walk.Walk.run
 
     def found(self, begun=None, within=None):
         ends = once(self, begun, within)
         followed.append(len(ends.root))
         return ends
 
-    monkeypatch.setattr(walk.Walk, "found", found)
+    monkeypatch.setattr(walk.Walk, "run", found)
     query, ways = parse("r_arm place ... not mid x1..2 -> rising? with head"), {}
     for most in (300, 1200):
         followed.clear()
@@ -124,13 +124,13 @@ def test_what_is_looked_for_soon_at_first_is_found_as_plainly(monkeypatch):
     monkeypatch.setattr(leading, "SHORT", 0)
     monkeypatch.setattr(leading, "SOON", 2)
     monkeypatch.setattr(leading, "Time", lambda number, unit: Time(number, "f"))
-    widened, once = [], leading.settled
+    widened, once = [], leading.final
 
     def settled(batch, program, left, within, ways):
         widened.append(within is not None)
         return once(batch, program, left, within, ways)
 
-    monkeypatch.setattr(leading, "settled", settled)
+    monkeypatch.setattr(leading, "final", settled)
     for seed in range(120):
         random = Random(seed)
         text = random_pattern(random, parts=PARTS, directions=DIRECTIONS, avoid={"stages"})

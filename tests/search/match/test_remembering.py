@@ -14,9 +14,9 @@ from random_library import random_library
 from lanindex.pipeline.how import NEAR
 from lanindex.search.language import parse
 from lanindex.search.match import arrays, leading, matches, walk
-from lanindex.search.match.arrays import FAR, TooMuch, together
+from lanindex.search.match.arrays import FAR, OverBudget, together
 from lanindex.search.match.context import Context
-from lanindex.search.match.matches import Claims, Nodes, one_each
+from lanindex.search.match.matches import Claims, Nodes, single_claims
 
 PATTERNS = [
     # conditions on one step, on several, on what is missing
@@ -103,13 +103,13 @@ def test_what_ways_remember_is_found_as_plainly(pattern: str, short: int, monkey
 
 
 def test_beginnings_do_not_multiply_what_is_followed(monkeypatch) -> None:
-    tried, count = [], Context.tried
+    tried, count = [], Context.count_tried
 
     def counted(self, capture):
         tried.append(len(capture))
         return count(self, capture)
 
-    monkeypatch.setattr(Context, "tried", counted)
+    monkeypatch.setattr(Context, "count_tried", counted)
     query = parse("(r_arm any x2+ with l_arm any) x3+")
     recordings = random_library(Random(7), captures=1, most=120)
     found = {}
@@ -152,14 +152,14 @@ def test_of_hits_with_the_same_frames_the_clearest_comes_first() -> None:
 
 
 def test_what_is_too_much_for_one_capture_is_tried_in_parts(monkeypatch) -> None:
-    walked, once = [], walk.Walk.found
+    walked, once = [], walk.Walk.run
 
     def found(self, begun=None, within=None):
         walked.append(begun)
         return once(self, begun, within)
 
     monkeypatch.setattr(arrays, "most_rows", lambda size: 12 if size == walk.MATCH else 1 << 20)
-    monkeypatch.setattr(walk.Walk, "found", found)
+    monkeypatch.setattr(walk.Walk, "run", found)
     query, many = parse("a: r_arm any ... b: any where a.level < b.level"), []
     for seed in range(10):
         recordings = random_library(Random(seed), captures=1)
@@ -175,20 +175,20 @@ def test_claims_are_sets() -> None:
         [{random.randrange(6) for _ in range(random.randrange(6))} for _ in "ab"] for _ in "x" * 50
     ]
     one, two = (together([_claims(pair[side]) for pair in sets]) for side in range(2))
-    both = one.with_those(two)
-    assert one.apart(two).tolist() == [not a & b for a, b in sets]
+    both = one.united_with(two)
+    assert one.disjoint(two).tolist() == [not a & b for a, b in sets]
     assert [_numbers(both.at(np.array([place]))) for place in range(50)] == [a | b for a, b in sets]
     assert both.none.tolist() == [not a | b for a, b in sets]
-    same = two.with_those(one)
+    same = two.united_with(one)
     assert np.array_equal(both.first, same.first)
     assert np.array_equal(both.last, same.last)
 
 
 def _claims(numbers: set[int]) -> Claims:
-    found = matches.nothing(1)
+    found = matches.no_claims(1)
     for number in numbers:
         claim = np.array([number])
-        found = found.with_those(one_each(claim, claim))
+        found = found.united_with(single_claims(claim, claim))
     return found
 
 
@@ -207,5 +207,5 @@ def test_nodes_tell_what_goes_on_in_what(monkeypatch) -> None:
     assert nodes.behind(lines, ends).tolist() == [True, False, False, False, False]
     assert nodes.leading_to(second[:1]).tolist() == [True, True, True, False, False]
     monkeypatch.setattr(arrays, "most_rows", lambda size: 10)
-    with pytest.raises(TooMuch):
+    with pytest.raises(OverBudget):
         nodes.behind(lines, ends)

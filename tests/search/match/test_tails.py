@@ -12,7 +12,7 @@ from lanindex.search.language import parse
 from lanindex.search.match import arrays, leading, walk
 from lanindex.search.match.arrays import FAR, filled
 from lanindex.search.match.join import unexcused
-from lanindex.search.match.matches import Claims, one_each
+from lanindex.search.match.matches import Claims, single_claims
 from lanindex.search.match.relations import Margins, SpanIndex, Spans, pairs
 from lanindex.search.match.rewrites import Rewrites
 from lanindex.search.plan import plan
@@ -141,7 +141,7 @@ def test_matches_are_counted_as_if_they_were_paired(seed: int) -> None:
         margins = Margins(*(np.full(3, it) for it in (0, most, 0)))
         line, match = pairs(relation, lines, SpanIndex(matches), margins)
         wanted = np.zeros(len(lines), bool)
-        wanted[line[forgiving.at(line).apart(had.at(match))]] = True
+        wanted[line[forgiving.at(line).disjoint(had.at(match))]] = True
         found = unexcused(relation, lines, forgiving, matches, had, margins)
         assert found.tolist() == wanted.tolist()
 
@@ -152,7 +152,7 @@ def _lines(random: np.random.Generator, many: int) -> tuple[Spans, Claims]:
     frames = (random.integers(0, 3, many), start, until, start, until)
     first = random.integers(0, 12, many)
     some = random.random(many) < 0.7
-    one = one_each(np.where(some, first, FAR), np.where(some, first + 1, FAR))
+    one = single_claims(np.where(some, first, FAR), np.where(some, first + 1, FAR))
     other = first + random.integers(4, 9, many)
-    both = Claims(*(filled([one_each(other, other).first]) for _ in "ab"))
-    return Spans(*frames, np.zeros(many, bool)), one.with_those(both)
+    both = Claims(*(filled([single_claims(other, other).first]) for _ in "ab"))
+    return Spans(*frames, np.zeros(many, bool)), one.united_with(both)
