@@ -1,4 +1,4 @@
-"""Backward: where a match of a line, from each event on, best ends, for all captures at once.
+"""Backward: the best end of a match from each event of a line, for all captures at once.
 
 The program is run from its end. Each event of each state gets a value: the first frame at which a
 line can end that goes on from there and, of the matches that end there, the greatest fit. A line

@@ -226,7 +226,7 @@ class Evaluator:
         return met
 
     def _true_of(self, condition: Condition, facts: Facts) -> BoolArray:
-        """Tell for which matches a condition is true of which that is not noted."""
+        """Tell for which matches a condition is true, evaluating it for all of them."""
         columns, found = self._clauses.columns, np.zeros(len(facts.capture), bool)
         if isinstance(condition, Mirrors):
             first = facts.notes[columns[condition.first, "mirrored"]]

@@ -1,4 +1,4 @@
-"""What the lines of one query share while they are searched for in one batch of captures."""
+"""The state of one search in one batch: claims, conditions, counts, and cached values of lines."""
 
 from __future__ import annotations
 
@@ -94,14 +94,14 @@ class LineJoiner(Protocol):
 
 
 class Decidable(NamedTuple):
-    """Conditions that can be evaluated, and the columns that no other one needs."""
+    """Conditions that can be evaluated now, and the note columns that no other condition needs."""
 
     conditions: tuple[Condition, ...] = ()
     columns: tuple[int, ...] = ()
 
 
 class ConditionSchedule:
-    """When each condition on the labels of one line can be evaluated: once none can come again."""
+    """When each condition on labels of a line can be evaluated: once none of them can follow."""
 
     def __init__(self, clauses: Clauses, program: Program) -> None:
         self._clauses = clauses

@@ -1,6 +1,6 @@
-"""Joins lines with the lines beside them, with all that either has to remember.
+"""Joins matches of a line with matches of the lines beside it.
 
-Matches of lines that must not happen do not count where they share a symbol with the hit.
+A match of a `without` or `never` line that shares a symbol with the hit does not count.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def by_line(pairs: IntArray, lines: int) -> IntArray:
 
 
 class DistinctSpans(NamedTuple):
-    """The different places where lines stand, as far as others are compared with them."""
+    """The different frames of lines that a relation compares: many matches share few of them."""
 
     here: Spans  # of each place
     place: IntArray  # (N,) int64: by match, which of them; -1: none
@@ -218,7 +218,7 @@ class Joiner:
         whole: bool,
         since: IntArray | None,
     ) -> Hulls:
-        """Return hulls with a line that must be there."""
+        """Return hulls joined with the matches of a line that must stand beside them."""
         relation = companion.relation
         wanted = np.zeros(len(lines), bool)
         wanted[hulls.line] = True
@@ -263,7 +263,7 @@ class Joiner:
         return self._reduced(hulls.at(np.argsort(hulls.line, kind="stable")))
 
     def _accompanied(self, companion: Companion, lines: Spans, hulls: Hulls) -> Hulls:
-        """Return the hulls that have a line beside them at all, whatever it claims."""
+        """Return the hulls that have a match of another line beside them, whatever it claims."""
         found = np.zeros(len(lines), bool)
         for program in self._context.rewrites.programs(companion):
             others = self._beside(program, companion).matches.lines
@@ -307,7 +307,7 @@ class Joiner:
     def _with_free(
         self, beside: OtherLine, line: DistinctSpans, hulls: Hulls, *, whole: bool
     ) -> Hulls:
-        """Return hulls with others that remember nothing: a join of places, not of matches."""
+        """Return hulls with others that remember nothing: spans are joined, not matches."""
         relation, lines, nodes = beside.relation, beside.matches.lines, beside.nodes
         of_frames, adds_frames = self._context.clauses.of_frames, RELATIONS[relation].adds_frames
         index = relations.SpanIndex(lines)

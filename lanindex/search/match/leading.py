@@ -1,4 +1,4 @@
-"""The best match from each beginning of a leading line: of those that end first the last to begin.
+"""The best match from each beginning of a leading line: the first to end, then the last to begin.
 
 A match that ends soon is better than any that goes on for longer, so matches are looked for within
 a horizon that widens. Otherwise a line that may wander through a capture would be followed from

@@ -43,7 +43,7 @@ class Claims(Table):
         return self.first[0] >= FAR if self else np.ones(len(self), bool)
 
     def disjoint(self, other: Claims) -> BoolArray:
-        """Tell which sets have nothing in common with the one in the same place of another."""
+        """Tell which sets share nothing with the other one in the same place, (N,) bool."""
         found = np.ones(len(self), bool)
         for first, last in zip(self.first, self.last, strict=True):
             for begin, end in zip(other.first, other.last, strict=True):
@@ -51,7 +51,7 @@ class Claims(Table):
         return found
 
     def united_with(self, other: Claims) -> Claims:
-        """Return each set together with the one in the same place of another."""
+        """Return the union of each set with the other one in the same place."""
         if not other or not self:
             return self if self else other
         first = np.concatenate((self.first, other.first))
@@ -100,7 +100,7 @@ def single_claims(first: IntArray, last: IntArray) -> Claims:
 
 
 def united_columns(one: IntArray, other: IntArray) -> IntArray:
-    """Return the numbers that stand in the columns of either table, (M, N), each once, in order."""
+    """Return the union of two tables' columns, (M, N) numbers in order."""
     if not len(one) or not len(other):
         return one if len(one) else other
     both = np.sort(np.concatenate((one, other)), axis=0)
@@ -136,7 +136,7 @@ class Matches(Table):
         return int(self.columns.shape[1])
 
     def deduplicated(self) -> tuple[Matches, IntArray]:
-        """Return one of those that remember the same, and for each which of those it is."""
+        """Return the matches without duplicates, and for each which of them stands for it."""
         root, event = self.columns[ROOT], self.columns[EVENT]
         if (np.diff(root) + (np.diff(event) > 0) * (np.diff(root) == 0) > 0).all():
             return self, np.arange(len(self))
@@ -144,7 +144,7 @@ class Matches(Table):
         return self.at(chosen), which
 
     def rest(self) -> list[IntArray]:
-        """Return what they remember besides the columns, (N,) each."""
+        """Return claims and unmet matches as key columns, (N,) each."""
         return [*self.claims.first, *self.claims.last, *self.unmet]
 
 
@@ -157,7 +157,7 @@ def distinct(keys: list[IntArray], many: int) -> tuple[IntArray, IntArray]:
 
 
 def distinguishing(keys: list[IntArray]) -> list[IntArray]:
-    """Return the keys that tell rows apart, with small numbers for `FAR`."""
+    """Return the keys that differ between rows, each once, with small numbers for `FAR`."""
     found: list[IntArray] = []
     for key in keys:
         if (key != key[:1]).any() and not any(np.array_equal(key, it) for it in found):
@@ -183,7 +183,7 @@ def close_group(columns: IntArray, own: int, end: IntArray) -> None:
 
 
 class Nodes:
-    """Which node of a walk comes from which, to tell what goes on in what."""
+    """The graph of a walk: a node for each partial match, linked to those that lead to it."""
 
     def __init__(self) -> None:
         self.many = 0

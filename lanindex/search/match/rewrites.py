@@ -1,4 +1,4 @@
-"""What the search for a leading line may leave out, read off its plan before any capture is read.
+"""What a search may leave out, read off the plan of its leading line before any capture is read.
 
 A search could keep every partial match of every line, with every symbol that it has taken. Most
 patterns need much less: no symbol can be wanted by two lines, one end a beginning is enough, or a

@@ -1,4 +1,4 @@
-"""Trace: the symbols that hits are made of, line by line.
+"""Trace: which symbols make up each hit, line by line.
 
 A search finds where hits are. For those that are looked at the same walk runs once more over their
 captures, from their first symbols: now each partial match notes its cost and how many steps it is,

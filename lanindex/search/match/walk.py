@@ -1,4 +1,4 @@
-"""Walks a line with all that it has to remember, as a table of partial matches.
+"""Walks a line forward, as a table of partial matches with all that each has to remember.
 
 A partial match remembers whatever a pattern needs later: what stands beside brackets, the symbols
 that it has claimed, what labels matched, how long each step lasted. Partial matches that stand at
@@ -415,7 +415,7 @@ class Walk:
             yield self._matched(rows, state, chosen, self._due.at(None, state))
 
     def _matched(self, rows: Matches, state: int, events: IntArray, due: Decidable) -> Matches:
-        """Return matches with the events that they take next, as far as they can take them."""
+        """Return the matches that can take these events, with the events' claims and notes."""
         context, own_state = self._context, self._program.states[state]
         rows.columns[EVENT] = events
         if state in context.rewrites.contested.get(self._program, ()):
@@ -536,7 +536,7 @@ class Walk:
         at: dict[int, list[Matches]],
         ending: defaultdict[Exit, list[Matches]],
     ) -> None:
-        """Let matches go on from a state, or end there."""
+        """Send matches over the edges of a state, and collect those that end there."""
         last = rows
         if self._best_ends and self._best_ends.free[state]:
             last, rows = self._look_up_ends(state, rows)
@@ -660,7 +660,7 @@ class Walk:
         return rows
 
     def _followed_over(self, edge: Edge, rows: Matches) -> Iterator[Matches]:
-        """Yield the matches that go on over an edge, some at a time."""
+        """Yield the matches that an edge leads on, some at a time."""
         state = edge.entry.state
         events = self._batch.events(self._program.states[state])
         fits = self._alive[state].copy()
