@@ -152,7 +152,7 @@ def parse(data: bytes, lines: Lines, table: Table) -> tuple[Floats, int | None]:
     """
     values = np.empty((len(lines), len(table.columns)))
     read = decimals.fill(values, data, lines, table.separator, table.columns, table.width)
-    read[read] = sound(values[read], len(table.heads))
+    read &= sound(values, len(table.heads))  # of rows that are not read yet it does not matter
     for row in np.flatnonzero(~read).tolist():
         first, stop = lines[row].tolist()
         if not fill(values[row], data[first:stop], table):
@@ -162,9 +162,10 @@ def parse(data: bytes, lines: Lines, table: Table) -> tuple[Floats, int | None]:
 
 def sound(values: Floats, heads: int) -> NDArray[np.bool_]:
     """Tell of rows of numbers, the heads first, whether they are no larger than they can be."""
-    sizes = np.abs(values)
-    large = (sizes[..., :heads] > MOST).any(axis=-1) | (sizes[..., heads:] > LARGEST).any(axis=-1)
-    return np.asarray(~large)
+    limits = np.full(values.shape[-1], LARGEST)
+    limits[:heads] = MOST
+    with np.errstate(invalid="ignore"):
+        return np.asarray(~(np.abs(values) > limits).any(axis=-1))
 
 
 def fill(values: Floats, line: bytes, table: Table) -> bool:
@@ -226,8 +227,9 @@ def _damaged(file: File, table: Table, row: int) -> CaptureError:
 def number_rows(data: bytes, lines: Lines, width: int) -> tuple[Floats, int | None]:
     """Read rows of `width` numbers between blanks: (T, width), and the first damaged row."""
     values, bad = parse(data, lines, Table(lines, BLANKS, width, (), tuple(range(width))))
-    unknown = np.flatnonzero(np.isnan(values[:bad]).any(axis=1))
-    return values, int(unknown[0]) if len(unknown) else bad
+    if np.isnan(values[:bad].sum()):
+        bad = int(np.isnan(values[:bad]).any(axis=1).argmax())
+    return values, bad
 
 
 def fault(line: bytes, width: int) -> tuple[str, str]:
