@@ -39,6 +39,11 @@ STOPS = {
         "after r_arm place low [0, 0) the next movement is right mid [5, 12), not high "
         "(margin 1.00)",
     ),
+    "r_arm low rising -> mid": (  # a starting position is low, but it cannot rise
+        "",
+        "r_arm low rising",
+        "no movement of r_arm is low rising; the nearest is r_arm right mid [5, 12) (margin 1.00)",
+    ),
     "r_arm high ... back": (
         "r_arm high",
         "... back",
