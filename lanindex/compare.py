@@ -1,8 +1,8 @@
-"""What two scores differ in, symbol by symbol.
+"""Compare two scores, symbol by symbol.
 
-The symbols of each track are laid beside each other in their order, so that the fewest are left
-out, added or replaced (Levenshtein, 1966; by ``rapidfuzz``, a machine word of symbols at a time);
-where that can be done in several ways, so that times agree best.
+The symbols of each track are aligned in order, with as few as possible left out, added or replaced
+(Levenshtein, 1966; by ``rapidfuzz``, a machine word of symbols at a time). Of several such
+alignments, the one whose times agree best is taken.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from lanindex.model import Score, Symbol
 from lanindex.model.derived import STEP
 
 SECONDS = 0.1
-"""How far apart symbols may begin or end that are at the same time."""
+"""How far apart the edges of symbols at the same time may lie."""
 
 DEGREES = 5
-"""By how much turns, twists and inclines may differ that are the same."""
+"""By how much equal turns, twists and inclines may differ."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +46,7 @@ class Difference:
 
     @property
     def kind(self) -> str:
-        """What is the matter.
-
-        ``left out``, ``added``, ``replaced`` (by something else), ``moved`` in time, or ``not
-        seen``: nothing stands where the part was not known.
-        """
+        """``left out``, ``added``, ``replaced``, ``moved`` in time, or ``not seen``."""
         if not self.seen:
             return "not seen"
         if self.one is None or self.other is None:
@@ -59,12 +55,12 @@ class Difference:
 
     @property
     def later(self) -> float:
-        """By how many seconds the other begins later; 0 where there is but one."""
+        """Seconds by which the other begins later; 0 if there is only one."""
         return self.other.start - self.one.start if self.one and self.other else 0.0
 
     @property
     def longer(self) -> float:
-        """By how many seconds the other lasts longer; 0 where there is but one."""
+        """Seconds by which the other lasts longer; 0 if there is only one."""
         if self.one is None or self.other is None:
             return 0.0
         return self.other.stop - self.one.stop - self.later
@@ -83,7 +79,7 @@ class Comparison:
 def compare(
     one: Score, other: Score, *, parts: Sequence[str] | None = None, tolerance: float = SECONDS
 ) -> Comparison:
-    """Return what two scores differ in, in tracks that both have.
+    """Return the differences of two scores, in tracks that both have.
 
     Symbols that begin and end within `tolerance` seconds of each other are at the same time.
     Passing symbols are not compared, nor are steps: supports already say them.
@@ -117,7 +113,7 @@ def compare(
     for part in both:
         for pair in _beside(_timed(one, part), _timed(other, part)):
             if _differs(pair, tolerance):
-                found.append(_looked_at(pair, one, other))
+                found.append(_with_seen(pair, one, other))
             else:
                 same += 1
     only = [tuple(part for part in asked if part in own and part not in both) for own in held]
@@ -131,8 +127,8 @@ def _timed(score: Score, part: str) -> list[Timed]:
     return [Timed(symbol, symbol.start / rate, symbol.stop / rate) for symbol in symbols]
 
 
-def _looked_at(pair: Difference, one: Score, other: Score) -> Difference:
-    """Return a difference that says so where a score could not have what the other has."""
+def _with_seen(pair: Difference, one: Score, other: Score) -> Difference:
+    """Return a difference with `seen` False where the other score does not know the part."""
     it, score = (pair.one, other) if pair.other is None else (pair.other, one)
     if it is None or (pair.one is not None and pair.other is not None):
         return pair
@@ -149,16 +145,16 @@ def _differs(pair: Difference, tolerance: float) -> bool:
     return apart > tolerance + 1e-9
 
 
-def _said(symbol: Symbol) -> str:
-    """Return what a symbol says; where it goes somewhere, only where to."""
+def _meaning(symbol: Symbol) -> str:
+    """Return a symbol's words; of a direction symbol, direction and level only."""
     if symbol.direction is None and symbol.level is None:
         return symbol.words
     return f"{symbol.direction} {symbol.level}"
 
 
 def _same(one: Symbol, other: Symbol) -> bool:
-    """Return whether two symbols say the same; what only one tells is no difference."""
-    if _said(one) != _said(other):
+    """Return whether two symbols mean the same; an amount that only one has is no difference."""
+    if _meaning(one) != _meaning(other):
         return False
     if one.amount is None or other.amount is None:
         return True
@@ -172,7 +168,7 @@ def _beside(one: list[Timed], other: list[Timed]) -> Iterator[Difference]:
     """Yield the symbols of a track in pairs, or alone."""
     numbers: dict[str, int] = {}
     codes = [
-        [numbers.setdefault(_said(it.symbol), len(numbers)) for it in symbols]
+        [numbers.setdefault(_meaning(it.symbol), len(numbers)) for it in symbols]
         for symbols in (one, other)
     ]
     pairs = _in_time(_equal(*codes), codes, [one, other])
@@ -186,11 +182,11 @@ def _beside(one: list[Timed], other: list[Timed]) -> Iterator[Difference]:
 
 
 Pair = tuple[int, int]
-"""Places of two symbols that say the same, in either sequence."""
+"""Indices of two equal symbols, one in each sequence."""
 
 
 def _equal(one: list[int], other: list[int]) -> list[Pair]:
-    """Return which places of two sequences correspond, where they say the same."""
+    """Return the pairs of equal symbols in the shortest edit of two sequences."""
     from rapidfuzz.distance import Levenshtein
 
     return [
@@ -202,11 +198,10 @@ def _equal(one: list[int], other: list[int]) -> list[Pair]:
 
 
 def _in_time(pairs: list[Pair], codes: list[list[int]], both: list[list[Timed]]) -> list[Pair]:
-    """Return pairs moved to where times agree best: of seven equal jumps any might be left out.
+    """Return pairs moved to where times agree best: any of seven equal jumps may be missing.
 
-    Each pair may go from its neighbour before to that behind. Once from the last to the first, for
-    those that go on, and once back: where one sequence is the other with some left out, no pair is
-    apart in time then.
+    Each pair may move between its neighbours. One pass runs from the last pair to the first, one
+    back; if one sequence is the other with some left out, all pairs then agree in time.
     """
     times = [[(it.start + it.stop) / 2 for it in symbols] for symbols in both]
     for side in (0, 1):
@@ -229,7 +224,7 @@ def _in_time(pairs: list[Pair], codes: list[list[int]], both: list[list[Timed]])
 
 
 def _between(one: list[Timed], other: list[Timed], later: float) -> Iterator[Difference]:
-    """Yield what stands between two symbols that correspond: in pairs where times overlap."""
+    """Yield the symbols between two aligned pairs: as pairs where their times overlap."""
     first = second = 0
     while first < len(one) and second < len(other):
         left, right = one[first], other[second]

@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from lanindex.encoding.profile import Profile
     from lanindex.model import Hit, Track
 
-_BOUND = 'Bound what the patterns try: write "...[<5s]" for "...".'
+BOUND_REMEDY = 'Bound what the patterns try: write "...[<5s]" for "...".'
 
 RESAMPLES = 2000
-"""Draws of the bootstrap that tells the standard error."""
+"""Draws of the bootstrap that estimates the standard error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,12 +94,12 @@ class Result:
     refused: tuple[LanindexError, ...] = ()
 
     def counts(self) -> tuple[int, int, int]:
-        """Return how many were rightly found, wrongly found, and missed."""
+        """Return the number of clips found rightly, found wrongly, and missed."""
         pairs = list(zip(self.found, self.wanted, strict=True))
         return pairs.count((True, True)), pairs.count((True, False)), pairs.count((False, True))
 
     def record(self, *, misses: bool = False) -> dict[str, Any]:
-        """Return the figures, and what was judged wrongly if that is wanted, as one JSON line."""
+        """Return the figures, and the wrongly judged clips if `misses`, as one JSON line."""
         right, wrong, missed = self.counts()
         return {
             "name": self.expectation.name,
@@ -116,16 +116,16 @@ class Result:
         }
 
     def obstacle(self, miss: Miss) -> str:
-        """Say why a capture that should have been found was not."""
+        """Return why a pattern missed a capture."""
         from lanindex.search.explain import trace
 
         return trace(self.expectation.query, miss.capture, miss.tracks).obstacle
 
     def _miss(self, miss: Miss) -> dict[str, Any]:
-        said = {"capture": miss.capture.path, "label": miss.capture.label}
+        clip = {"capture": miss.capture.path, "label": miss.capture.label}
         if miss.hit is None:
-            return {**said, "kind": "missed", "obstacle": self.obstacle(miss)}
-        return {**said, "kind": "wrong", "hit": records.of_hit(miss.hit)}
+            return {**clip, "kind": "missed", "obstacle": self.obstacle(miss)}
+        return {**clip, "kind": "wrong", "hit": records.of_hit(miss.hit)}
 
 
 def _ratio(part: int, whole: int) -> float:
@@ -219,7 +219,7 @@ def evaluate(
     1.0
     """
     how = How.read(near=near, fuzzy=fuzzy)
-    patience = Patience(tell, timeout, "evaluation", _BOUND)
+    patience = Patience(tell, timeout, "evaluation", BOUND_REMEDY)
     search = searcher([clip.capture for clip in clips], [clip.tracks for clip in clips], how)
     results = []
     for done, expectation in enumerate(expectations):
@@ -259,7 +259,7 @@ def summary(results: Sequence[Result]) -> dict[str, Any]:
         wanted = np.array([result.wanted for result in judged], dtype=float)
         draw = np.random.default_rng(0).multinomial(clips, [1 / clips] * clips, size=RESAMPLES)
         both, either = (found * wanted) @ draw.T, (found + wanted) @ draw.T
-        # in a draw where there was nothing to find and nothing is found, all is right
+        # a draw with nothing to find, in which nothing is found, is all right
         f1 = np.divide(2 * both, either, out=np.ones_like(both), where=either > 0)
         values["standard_error"] = float(f1.mean(axis=0).std())
     return {**values, "clips": clips, "patterns": len(results)}

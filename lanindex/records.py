@@ -34,12 +34,12 @@ def _rate(capture: Capture) -> float:
     return round(capture.rate.numerator / capture.rate.denominator, 6)
 
 
-def _said(symbol: Symbol, fields: tuple[str, ...]) -> dict[str, Any]:
-    return {name: getattr(symbol, name) for name in fields}
+def _fields(symbol: Symbol, names: tuple[str, ...]) -> dict[str, Any]:
+    return {name: getattr(symbol, name) for name in names}
 
 
 def of_symbol(symbol: Symbol) -> dict[str, Any]:
-    """Return the five keys that tell a symbol, and its amount where it has one.
+    """Return the five keys of a symbol, and its amount if it has one.
 
     Examples
     --------
@@ -61,14 +61,14 @@ def of_symbol(symbol: Symbol) -> dict[str, Any]:
 
 
 def _beside(symbol: Symbol) -> str | None:
-    """Return what lies across the nearest border: of a way, which has no level, its direction."""
+    """Return the words across the nearest border; of travel, which has no level, the direction."""
     words = (symbol.runner_direction, symbol.runner_level)
     return " ".join(word for word in words if word) or None
 
 
 def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
-    """Return all that a capture says of a symbol: a line of ``show``."""
-    more = _said(symbol, _MORE)
+    """Return a symbol with all its measures: a line of ``show``."""
+    more = _fields(symbol, _MORE)
     return {
         "capture": capture.path,
         "capture_id": capture.id,
@@ -96,7 +96,7 @@ def of_label(capture: Capture, symbols: Sequence[Symbol]) -> dict[str, Any]:
         "end": seconds(capture, stop),
         "swings": last.swings,
         "margin": round(last.margin, 3),
-        **_said(last, MEASURES),
+        **_fields(last, MEASURES),
     }
 
 
@@ -107,7 +107,7 @@ def of_matched(symbol: Symbol) -> dict[str, Any]:
 
 
 def of_difference(one: Difference) -> dict[str, Any]:
-    """Return what two scores differ in: a line of ``diff``.
+    """Return a difference of two scores: a line of ``diff``.
 
     Examples
     --------
@@ -206,7 +206,7 @@ def of_clip(
 def of_group(
     number: int, captures: Sequence[Capture], likeness: float, sampled: int, of: int
 ) -> dict[str, Any]:
-    """Return captures that are like each other: a line of ``similar``."""
+    """Return a group of similar captures: a line of ``similar``."""
     return {
         "group": number,
         "count": len(captures),
