@@ -6,33 +6,35 @@ import sys
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
 
 TESTS = Path(__file__).parent
 REPOSITORY = TESTS.parent
 sys.path.insert(0, str(TESTS))
-settings.register_profile("house", deadline=None)  # a deadline is a timed assertion
-settings.load_profile("house")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--bless", action="store_true", help="rewrite golden files, then read the diff"
     )
-    parser.addoption("--fuzz", action="store_true", help="run the long fuzzing tests too")
+    parser.addoption(
+        "--slow", action="store_true", help="try all seeds and examples, and what takes long"
+    )
 
 
-def pytest_configure() -> None:
-    """Let the commands that tests start hear Ctrl-C, which a job in the background ignores."""
+def pytest_configure(config: pytest.Config) -> None:
+    """Choose how much is tried, and let commands hear Ctrl-C, which background jobs ignore."""
+    import effort  # registers the profiles
+
+    effort.settings.load_profile("slow" if config.getoption("--slow") else "quick")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if not config.getoption("--fuzz"):
-        skip = pytest.mark.skip(reason="long fuzzing: run with --fuzz")
+    if not config.getoption("--slow"):
+        skip = pytest.mark.skip(reason="run with --slow")
         for item in items:
-            if "fuzz" in item.keywords:
+            if "slow" in item.keywords:
                 item.add_marker(skip)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scores import scores
 
@@ -114,7 +114,6 @@ def test_tracks_of_one_alone_are_named(jacks: Score) -> None:
 
 
 @given(score=scores())
-@settings(deadline=None)
 def test_a_score_does_not_differ_from_itself(score: Score) -> None:
     parts = [part for part in score.tracks if len(score.tracks[part]) and part != STEP]
     if parts:
@@ -124,7 +123,6 @@ def test_a_score_does_not_differ_from_itself(score: Score) -> None:
 
 
 @given(score=scores(["r_arm"]), other=scores(["r_arm"]), keep=st.lists(st.booleans(), min_size=40))
-@settings(deadline=None)
 def test_every_symbol_is_told_once(score: Score, other: Score, keep: list[bool]) -> None:
     if not (score.tracks and other.tracks):
         return

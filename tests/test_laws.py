@@ -98,7 +98,7 @@ def test_size_matters_in_millimetres(few: list[Motion]) -> None:
 
 
 @pytest.mark.parametrize("law", IMAGES)
-@settings(max_examples=15, deadline=None, derandomize=True, phases=(Phase.explicit, Phase.generate))
+@settings(max_examples=15, derandomize=True, phases=(Phase.explicit, Phase.generate))
 @given(
     seed=st.integers(0, 2**32),
     rate=st.sampled_from(RATES),

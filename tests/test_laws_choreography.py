@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from choreography import CELLS, FRAMES, choreography, shown, spoken
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
@@ -33,7 +34,7 @@ def again(score: Score, noise: float = 0.0, smoothing: float | None = None) -> S
 
 @pytest.mark.parametrize(("noise", "smoothing"), [(0, None), (2, None), (2, 0.15)])
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=12, deadline=None)
+@examples(12)
 def test_limbs_come_back_symbol_for_symbol(
     noise: float, smoothing: float | None, seed: int
 ) -> None:
@@ -44,7 +45,7 @@ def test_limbs_come_back_symbol_for_symbol(
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=12, deadline=None)
+@examples(12)
 def test_every_part_comes_back_symbol_for_symbol(seed: int) -> None:
     score = choreography(seed, PARTS)
     heard = again(score)

@@ -5,7 +5,8 @@ import random
 import numpy as np
 import pytest
 from bodies import SCHEMES, SIMPLE, hierarchy, named, person, played, still
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 import lanindex
@@ -152,7 +153,7 @@ def test_shape_alone(facing, up):
     assert any("by shape" in warning for warning in motion.warnings)
 
 
-@settings(deadline=None, max_examples=30)
+@examples(30)
 @given(st.randoms(use_true_random=False))
 def test_shape_does_not_depend_on_the_order_of_sides(numbers: random.Random):
     swap = numbers.random() < 0.5

@@ -2,7 +2,7 @@
 
 import numpy as np
 import plain_kinematics
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -32,7 +32,6 @@ def movements(draw):
     return parents, offsets, channels, values
 
 
-@settings(deadline=None)
 @given(movements(), st.booleans())
 def test_arrays_are_the_plain_loops(movement, child_first):
     parents, offsets, channels, values = movement
@@ -43,7 +42,6 @@ def test_arrays_are_the_plain_loops(movement, child_first):
     np.testing.assert_allclose(plain, np.array(loops), atol=1e-9 * reach)
 
 
-@settings(deadline=None)
 @given(movements())
 def test_parent_first_is_what_scipy_gives(movement):
     parents, offsets, channels, values = movement
@@ -65,7 +63,6 @@ def test_parent_first_is_what_scipy_gives(movement):
             np.testing.assert_allclose(places[frame, joint], wanted, atol=1e-6)
 
 
-@settings(deadline=None)
 @given(movements(), st.booleans(), st.integers(0, 7))
 def test_vectors_turn_with_a_joint_as_what_hangs_on_it_does(movement, child_first, joint):
     parents, offsets, channels, values = movement
@@ -82,7 +79,6 @@ def test_vectors_turn_with_a_joint_as_what_hangs_on_it_does(movement, child_firs
     np.testing.assert_allclose(found, wanted, atol=1e-9 * reach)
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(-1e9, 1e9), min_size=1, max_size=30))
 def test_sine_and_cosine(degrees):
     angles = np.array(degrees)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import seeds
 
 from lanindex.encoding.rests import JOINTS, SPEEDS, carriers, lowest, masses, points
 
@@ -25,7 +26,7 @@ def told(places: dict[str, np.ndarray], some: slice, feet: np.ndarray) -> np.nda
     return carriers(body, masses(tuple(places)), feet[:, some], RATE, SPEEDS)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", seeds(12))
 def test_what_is_left_out_carries_nothing(seed):
     places = sinking(seed, 400)
     for one in places.values():

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from effort import seeds
 from made_motion import RATES, motion_of, swung, with_gaps
 
 from lanindex import formats
@@ -68,7 +69,7 @@ def on_borders() -> Motion:
 
 
 @pytest.mark.parametrize("profile", ["default", "paper"])
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", seeds(20))
 def test_made_motions(monkeypatch: pytest.MonkeyPatch, seed: int, profile: str) -> None:
     rate = RATES[seed % len(RATES)]
     body = swung(seed, (1, 3, 90, 400)[seed % 4], rate, (0.0, 0.5, 5.0)[seed % 3])

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from effort import seeds
 
 from lanindex.encoding import curves
 from lanindex.encoding.curves import arrivals, bends, moves, turns
@@ -20,7 +21,7 @@ def line(seed: int) -> np.ndarray:
     return np.append(0.0, steps).cumsum()
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", seeds(10))
 def test_straight_pieces_are_written_down(seed):
     for number in range(seed, 600, 10):
         curve, profile = line(number), load("default")
@@ -37,7 +38,7 @@ def test_an_even_pace_has_a_beginning(pace):
             assert 0 <= curves.begun(pace, part, rests) < len(pace)
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", seeds(60))
 def test_compiled_curves_go_as_plain_ones(seed):
     fast = pytest.importorskip("lanindex.encoding.curves_fast")
     random, curve = np.random.default_rng(seed), line(seed)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import seeds
 
 from lanindex.alphabet import TOUCHED
 from lanindex.encoding import near
@@ -28,7 +29,7 @@ def same(one: Near, other: Near) -> bool:
 
 
 @pytest.mark.parametrize("frames", [1, 2, 3, 120, 400])
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", seeds(12))
 def test_both_ways_are_equal(seed, frames):
     fast = pytest.importorskip("lanindex.encoding.near_fast")
     places = wandering(seed, frames)
@@ -49,7 +50,7 @@ def test_blocks_leave_no_trace(monkeypatch):
     assert same(nearest(where, told, RATE), whole)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", seeds(12))
 def test_the_nearest_of_all_is_told(seed):
     places = wandering(seed, 200)
     told = plan(tuple(places))

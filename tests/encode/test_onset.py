@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import seeds
 
 from lanindex.encoding.curves import begun, seen
 from lanindex.perform.limbs import minimum_jerk
@@ -66,7 +67,7 @@ def test_a_rest_that_trembles_is_no_movement():
     assert begun(pace, 7, 1) == 0  # but for what is never so fast in a rest
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", seeds(20))
 def test_any_curve_has_borders_within_it(seed):
     random = np.random.default_rng(seed)
     for size in (2, 3, 5, 40, 400):

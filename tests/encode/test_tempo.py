@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from changed_motion import mirrored, moved, scaled, turned
+from effort import seeds
 from tempos import RATE, danced, verdict, walked
 
 import lanindex
@@ -23,7 +24,7 @@ def found(motion: Motion) -> Tempo | None:
     return estimated(motion, PROFILE, rows)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(4))
 def test_steps_tell_their_tempo(seed: int) -> None:
     speed = random.Random(seed).uniform(60, 150)
     tempo = found(perform(walked(seed, speed), rate=RATE, noise=2.0, seed=seed))
@@ -43,7 +44,7 @@ def test_limbs_tell_theirs_or_nothing() -> None:
     assert set(told) == {"right"}
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6))
 def test_what_keeps_no_time_has_no_tempo(seed: int) -> None:
     tempo = found(perform(danced(seed, 0), rate=RATE, noise=2.0, seed=seed))
     assert tempo is None or not tempo.clear

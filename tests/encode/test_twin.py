@@ -10,6 +10,7 @@ import numpy as np
 import plain
 import plain_segment
 import pytest
+from effort import examples, seeds
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -161,15 +162,15 @@ def test_gaps_of_a_fifth_of_a_second_read_alike(
     assert_twins(motion, folders["default"])
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", seeds(30))
 def test_more_symbols_than_frames_read_alike(folders: dict[str, Path], seed: int) -> None:
     rate = Fraction(3 + seed % 3)
     assert_twins(motion_of(swung(seed, 4 + seed % 5, rate, 50.0), rate), folders["paper"])
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", PROFILES)
-@settings(max_examples=1000, deadline=None)
+@examples(100)
 @given(recipe=recipes)
 def test_many_made_motions_read_alike(
     folders: dict[str, Path], profile: str, recipe: Recipe
@@ -193,7 +194,7 @@ def test_real_captures_read_alike(
     assert_twins(read(captures / "bvh" / name), folders[profile])
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", PROFILES)
 def test_all_real_captures_read_alike(
     captures: Path, folders: dict[str, Path], profile: str

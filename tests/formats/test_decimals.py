@@ -4,7 +4,8 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lanindex.formats import decimals
@@ -29,7 +30,7 @@ def read(text: str, separator: str, columns: int):
     return values[0], bool(done[0])
 
 
-@settings(deadline=None, max_examples=500)
+@examples(500)
 @given(st.lists(cells, min_size=1, max_size=6), st.sampled_from([",", "\t", ";", " "]))
 def test_what_is_read_is_what_float_reads(row, separator):
     if separator == " ":

@@ -6,7 +6,7 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lanindex.formats.tables import fault, number_rows
@@ -34,7 +34,6 @@ formats = st.sampled_from(["{!r}", "{:.6f}", "{:g}", "{:.17g}", "{:e}", "{:.25f}
 written = st.builds(lambda form, value: form.format(value), formats, numbers)
 
 
-@settings(deadline=None)
 @given(st.lists(written, min_size=1, max_size=20))
 def test_words_are_what_python_reads(words):
     wanted = bits(map(float, words))
@@ -43,7 +42,6 @@ def test_words_are_what_python_reads(words):
     assert bits(values[0]) == wanted
 
 
-@settings(deadline=None)
 @given(st.floats(1e-5, 1e8), st.integers(15, 40))
 def test_the_middle_between_two_floats(value, digits):
     between = (Decimal(value) + Decimal(math.nextafter(value, math.inf))) / 2

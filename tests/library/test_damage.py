@@ -199,7 +199,7 @@ def test_no_change_is_silent(whole):
     assert became["told"] > 50
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize("seed", range(2, 12))
 def test_no_change_is_silent_at_length(whole, seed):

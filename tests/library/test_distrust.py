@@ -146,7 +146,7 @@ def test_no_damage_is_believed(path):
     damaged(path, 100, 1)
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize("seed", range(2, 11))
 def test_no_damage_is_believed_at_length(path, seed):

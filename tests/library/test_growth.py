@@ -7,6 +7,7 @@ from operator import methodcaller
 from pathlib import Path
 
 import pytest
+from effort import seeds
 from sample import ENCODING, add_sample, fill, sample_score, sql
 
 from lanindex.library import read
@@ -115,7 +116,7 @@ def changed_score(choice: random.Random) -> Score:
     return Score(rate, score.frames, Meter(), tracks)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", seeds(8))
 def test_counts_are_those_of_the_rows_after_any_history(tmp_path, seed):
     choice = random.Random(seed)
     with Store.open(tmp_path / "some.db", create=True) as library:

@@ -1,7 +1,8 @@
 """Whatever a library went through, it holds and answers what one clean ingest gives."""
 
 import numpy as np
-from hypothesis import example, given, settings
+from effort import examples
+from hypothesis import example, given
 from hypothesis import strategies as st
 from sample import sample_score
 
@@ -72,7 +73,7 @@ def told(library: Library) -> list[object]:
     return found
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(history=steps)
 @example(history=[("add", 1, 0), ("gather",), ("add", 1, 0), ("gather",)])
 @example(history=[step for file in FILES for step in (("add", file, 0), ("gather",))])

@@ -1,5 +1,6 @@
 """An installed package makes and upgrades libraries: from a wheel, and from a checkout."""
 
+import os
 import subprocess
 import sys
 import sysconfig
@@ -10,6 +11,7 @@ import pytest
 
 SCRIPT = """
 import sys
+from importlib import resources
 from lanindex.library import migrate
 from lanindex.library.connect import connected, target, writing
 from lanindex.library.store import Store
@@ -26,12 +28,14 @@ for name in ("steps.db", "once.db"):
 from lanindex.film.hits import page  # its page is a file of its own
 
 assert page([], "walk").startswith("<!DOCTYPE html>")
+assert resources.files("lanindex").joinpath("py.typed").is_file()
 print(migrate.scripts())
 """
 
 
 def run(*command: str, cwd: Path) -> str:
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120)
+    env = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    done = subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout.strip()
 

@@ -1,13 +1,14 @@
 """Whatever is stored comes back, field by field."""
 
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from strategies import assert_same_score, scores, wild_scores
 
 from lanindex.library.store import Store
 
 
-@settings(max_examples=50)
+@examples(50)
 @given(wild_scores(), wild_scores())
 def test_any_score_comes_back(first, second):
     with Store.open(":memory:", create=True) as library:
@@ -19,7 +20,7 @@ def test_any_score_comes_back(first, second):
             assert_same_score(library.score(number), score)
 
 
-@settings(max_examples=50)
+@examples(50)
 @given(scores(), st.data())
 def test_tracks_are_those_of_the_score(score, data):
     only = data.draw(st.none() | st.lists(st.sampled_from([*score.tracks, "torso"]), unique=True))
@@ -34,7 +35,7 @@ def test_tracks_are_those_of_the_score(score, data):
         assert tracks[part].known == score.tracks[part].known
 
 
-@settings(max_examples=50)
+@examples(50)
 @given(scores(), scores())
 def test_a_score_takes_the_place_of_an_earlier_one(first, second):
     with Store.open(":memory:", create=True) as library:

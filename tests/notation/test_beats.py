@@ -5,7 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from choreography import choreography
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 import lanindex
@@ -96,7 +97,7 @@ def counted(seed: int, told: Beats) -> Score:
 UNEVEN = beats.parse("0.35\n0.8\n1.5\n1.9\n2.5\n3.4\n3.7\n4.4\n")
 
 
-@settings(deadline=None, max_examples=20)
+@examples(20)
 @given(st.integers(0, 999))
 def test_ticks_follow_the_beats(seed: int) -> None:
     score = counted(seed, UNEVEN)
@@ -110,7 +111,7 @@ def test_ticks_follow_the_beats(seed: int) -> None:
             assert seconds * 60 == pytest.approx([row["start"], row["stop"]], abs=60 * tick)
 
 
-@settings(deadline=None, max_examples=20)
+@examples(20)
 @given(st.integers(0, 999))
 def test_lnd_gives_ticks_their_times_back(seed: int) -> None:
     score = counted(seed, UNEVEN)
@@ -129,7 +130,7 @@ def test_lnd_gives_ticks_their_times_back(seed: int) -> None:
     assert lanindex.write_lnd(lanindex.read_lnd(lnd.write(again))) == lnd.write(again)
 
 
-@settings(deadline=None, max_examples=20)
+@examples(20)
 @given(st.integers(0, 999), st.data())
 def test_an_excerpt_counts_by_them(seed: int, data: st.DataObject) -> None:
     score = counted(seed, UNEVEN)

@@ -5,7 +5,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from pympi.Elan import Eaf
 from scores import scores
 
@@ -135,7 +136,7 @@ def opened(content: bytes, folder: Path) -> Eaf:
 
 
 @given(scores())
-@settings(deadline=None, max_examples=40)
+@examples(40)
 def test_every_file_is_as_the_schema_wants_it(score: Score) -> None:
     if score.rate <= 1000:
         for into in (None, OTHERS):

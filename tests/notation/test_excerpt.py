@@ -3,7 +3,7 @@ from math import floor
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scores import scores
 
@@ -35,7 +35,6 @@ def state(track: Track, frame: int) -> tuple[Cell | None, Cell | None, bool] | N
 
 
 @given(scores(), st.data())
-@settings(deadline=None)
 def test_every_frame_stays_what_it_was(score: Score, data: st.DataObject) -> None:
     start = data.draw(st.integers(0, score.frames - 1))
     stop = data.draw(st.integers(start + 1, score.frames))
@@ -50,7 +49,6 @@ def test_every_frame_stays_what_it_was(score: Score, data: st.DataObject) -> Non
 
 
 @given(scores(("r_arm", *(part for part in BODY if part != "step"))), st.data())
-@settings(deadline=None)
 def test_an_excerpt_of_lnd_is_lnd(score: Score, data: st.DataObject) -> None:
     start = data.draw(st.integers(0, score.frames - 1))
     stop = data.draw(st.integers(start + 1, score.frames))
@@ -103,7 +101,6 @@ def test_what_begins_with_the_excerpt_begins_in_its_first_tick() -> None:
 
 
 @given(captures(), st.data())
-@settings(deadline=None)
 def test_no_symbol_of_a_capture_is_lost(score: Score, data: st.DataObject) -> None:
     start = data.draw(st.integers(0, score.frames - 1))
     stop = data.draw(st.integers(start + 1, min(score.frames, start + 30)))
@@ -121,7 +118,6 @@ def test_no_symbol_of_a_capture_is_lost(score: Score, data: st.DataObject) -> No
 
 
 @given(captures(), st.data())
-@settings(deadline=None)
 def test_ticks_stay_where_they_were(score: Score, data: st.DataObject) -> None:
     """The edge is rounded to half a quantum; a symbol cut to less than one pushes by one."""
     start = data.draw(st.integers(0, score.frames - 1))

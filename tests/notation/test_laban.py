@@ -3,7 +3,8 @@
 from xml.etree import ElementTree
 
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from scores import scores, shown
 
 import lanindex
@@ -110,7 +111,7 @@ def test_what_is_wrong_is_said(content: bytes, said: str) -> None:
 
 
 @given(score=scores(laban.PARTS))
-@settings(max_examples=100)
+@examples(100)
 def test_what_is_written_is_read(score: Score) -> None:
     again = laban.read(laban.write(score), "x")
     wanted = {

@@ -5,7 +5,8 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from scores import scores, seconds
 
@@ -125,7 +126,6 @@ def test_the_papers_example() -> None:
 
 
 @given(scores(WHOLE))
-@settings(deadline=None)
 def test_what_is_written_is_read(score: Score) -> None:
     again = lnd.read(lnd.write(score))
     written, kept = (
@@ -140,7 +140,6 @@ def test_what_is_written_is_read(score: Score) -> None:
 
 
 @given(scores(WHOLE))
-@settings(deadline=None)
 def test_its_own_output_is_stable_to_the_byte(score: Score) -> None:
     text = lnd.write(score)
     assert lnd.write(lnd.read(text)) == text
@@ -396,7 +395,7 @@ def test_the_longest_and_the_slowest_score() -> None:
 
 
 @given(st.binary(max_size=200) | st.text(max_size=200))
-@settings(max_examples=300, deadline=None)
+@examples(300)
 def test_anything_else_is_read_or_refused(content: bytes | str) -> None:
     with suppress(NotationError):
         score = lnd.read(content if isinstance(content, bytes) else content + "\n")
@@ -415,7 +414,7 @@ def test_files(tmp_path: Path) -> None:
 
 
 @given(st.data())
-@settings(max_examples=200, deadline=None)
+@examples(200)
 def test_damage_is_read_or_refused(data: st.DataObject) -> None:
     start = data.draw(st.integers(0, len(PAPER)))
     stop = data.draw(st.integers(start, min(start + 3, len(PAPER))))

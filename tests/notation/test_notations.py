@@ -4,7 +4,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from hypothesis import assume, given, settings
+from effort import examples
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scores import scores, shown
 
@@ -31,7 +32,7 @@ TIERS = ("eaf", "textgrid")
 
 @pytest.mark.parametrize("name", TIERS)
 @given(score=scores(WHOLE))
-@settings(deadline=None, max_examples=60)
+@examples(60)
 def test_what_is_written_is_read(name: str, score: Score) -> None:
     assume(score.rate <= 1000)
     content = write(score, name)
@@ -87,7 +88,7 @@ def test_what_no_tier_can_hold(name: str) -> None:
 
 @pytest.mark.parametrize("name", WRITTEN)
 @given(content=st.binary(max_size=200))
-@settings(max_examples=100, deadline=None)
+@examples(100)
 def test_anything_else_is_refused(name: str, content: bytes) -> None:
     with suppress(LanindexError):
         read(f"x{NOTATIONS[name].suffix}", content)
@@ -95,7 +96,7 @@ def test_anything_else_is_refused(name: str, content: bytes) -> None:
 
 @pytest.mark.parametrize("name", WRITTEN)
 @given(data=st.data())
-@settings(max_examples=100, deadline=None)
+@examples(100)
 def test_damage_is_read_or_refused(name: str, data: st.DataObject) -> None:
     content = write(lanindex.read_lnd("corpus/compass.lnd"), name)
     start = data.draw(st.integers(0, len(content)))

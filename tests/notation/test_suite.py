@@ -4,7 +4,8 @@ import json
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from scores import scores, shown
 
 import lanindex
@@ -127,7 +128,7 @@ def test_what_is_written() -> None:
 
 
 @given(score=scores([*(part for part in suite.PARTS if part[2:] != "arm"), "r_leg"]))
-@settings(deadline=None, max_examples=150)
+@examples(150)
 def test_what_is_written_is_read(score: Score) -> None:
     again = suite.read(suite.write(score).encode(), "x")
     wanted = shown(score)

@@ -8,7 +8,8 @@ from io import BytesIO
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from scores import scores
 
 import lanindex
@@ -49,7 +50,7 @@ def test_a_capture_comes_back_frame_by_frame(name: str, source: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 @given(score=scores())
-@settings(max_examples=30)
+@examples(30)
 def test_any_score_comes_back(name: str, score: Score) -> None:
     score = Score(Fraction("59.94006"), score.frames, score.meter, score.tracks)
     assert_same(read(f"x.{name}", write(score, name)), score)

@@ -3,7 +3,8 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from effort import examples
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scores import scores
 
@@ -189,7 +190,7 @@ def test_minimum_jerk_starts_and_ends_at_rest() -> None:
 
 
 @given(scores(), st.fractions(1, 50, max_denominator=1001))
-@settings(max_examples=25, deadline=None)
+@examples(25)
 def test_any_score_at_any_rate(score: Score, rate: Fraction) -> None:
     assume(score.frames * rate / score.rate <= LONGEST)  # more is refused
     motion = perform(score, rate=rate)

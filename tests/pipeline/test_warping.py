@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from plain_example import warped as plainly
 
@@ -14,7 +15,7 @@ def body(seed, frames):
     return np.random.default_rng(seed).normal(0, 400, (frames, 20, 3)).astype(np.float32)
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(st.integers(0, 99), st.integers(1, 7), st.integers(1, 7))
 def test_it_is_what_the_plain_one_says(seed, one, two) -> None:
     a, b = body(seed, one) / 400, body(seed + 100, two) / 400

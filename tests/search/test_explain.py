@@ -2,8 +2,9 @@ from fractions import Fraction
 
 import made_patterns
 import pytest
+from effort import examples
 from grammar_patterns import random_patterns
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from plain_matcher import find
 from query_cases import cases, recordings_of
 
@@ -105,7 +106,7 @@ def test_an_explanation():
     ]
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(made_patterns.patterns())
 def test_every_query_is_explained(text):
     try:
@@ -127,7 +128,7 @@ def test_the_whole_language_is_explained(text):
     assert len(order(parse(text))) >= 3
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(made_patterns.steps_of("l_arm"), made_patterns.recordings())
 def test_a_step_alone_matches_as_often_as_it_is_found(step, recording):
     query = parse(step)

@@ -6,7 +6,8 @@ from math import inf
 
 import made_patterns
 import pytest
-from hypothesis import assume, given, settings
+from effort import examples
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from plain_matcher import find
 from query_cases import recordings_of
@@ -56,7 +57,7 @@ def patterns(found):
     return [it.pattern for it in found.instead]
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(made_patterns.patterns())
 def test_every_place_can_be_changed(text):
     query = read(text)
@@ -220,7 +221,7 @@ def test_the_nearest_changes_come_first_however_little_they_find():
     assert len(found.instead) <= 5
 
 
-@settings(max_examples=80, deadline=None)
+@examples(80)
 @given(
     st.lists(st.integers(0, 300), min_size=1, max_size=4),
     st.sampled_from(["<", "<=", ">", ">=", "+", "~", ".."]),

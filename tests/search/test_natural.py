@@ -1,7 +1,8 @@
 """What people type first: plain words, and the pattern that says it, or none."""
 
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lanindex.errors import PatternError
@@ -201,7 +202,7 @@ SIDES = ["right", "left", "both", "the"]
 WORDS = [*SIDES, "arm", "arms", "hand", "leg", "head", "raise", "up", "down", "to", "side", "and"]
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(st.lists(st.sampled_from(WORDS), min_size=1, max_size=7))
 def test_whatever_is_read_is_a_pattern(words: list[str]) -> None:
     read = reading(" ".join(words))

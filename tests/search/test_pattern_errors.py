@@ -1,7 +1,8 @@
 """Where a pattern cannot be understood: what is pointed at, and what is said."""
 
 import pytest
-from hypothesis import example, given, settings
+from effort import examples
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from lanindex.alphabet import TRACKS
@@ -439,7 +440,7 @@ def check(text: str) -> None:
         assert str(found).count("\n") == 2
 
 
-@settings(max_examples=600, deadline=None)
+@examples(600)
 @given(st.lists(st.sampled_from(_SOUP), max_size=14), st.sampled_from(["", " "]))
 @example(["right", "\n", ":"], "")
 @example(["r_arm", "x2", "\n", "x3"], " ")
@@ -447,7 +448,7 @@ def test_any_soup_of_tokens_is_a_query_or_an_error(words, space):
     check(space.join(words))
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(st.text(max_size=40))
 def test_any_text_is_a_query_or_an_error(text):
     check(text)
@@ -501,8 +502,8 @@ def test_what_is_said_where_nothing_is_like_a_word():
     )
 
 
-@pytest.mark.fuzz
-@settings(max_examples=100_000, deadline=None)
+@pytest.mark.slow
+@examples(5_000)
 @given(st.lists(st.sampled_from(_SOUP), max_size=25), st.sampled_from(["", " "]))
 def test_many_soups(words, space):
     check(space.join(words))

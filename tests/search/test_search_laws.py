@@ -6,8 +6,9 @@ from random import Random
 import made_patterns
 import numpy as np
 import pytest
+from effort import examples
 from grammar_patterns import random_pattern
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from plain_matcher import find
 from plain_search import find_plainly
@@ -22,7 +23,7 @@ from lanindex.search.plan import counts
 LINES = made_patterns.lines(depth=1)
 PATTERNS = made_patterns.patterns(depth=1, most=2)
 RECORDINGS = made_patterns.recordings()
-quick = settings(max_examples=50, deadline=None)
+quick = examples(50)
 
 
 def understood(text: str) -> Query:
@@ -63,19 +64,19 @@ def agrees(text: str, recording, **options) -> None:
     assert found == find_plainly(query, *recording, **options)
 
 
-@settings(max_examples=100, deadline=None)
+@examples(100)
 @given(LINES, RECORDINGS)
 def test_a_line_is_found_as_by_trying_everything(text, recording):
     agrees(text, recording, overlaps="all")
 
 
-@settings(max_examples=100, deadline=None)
+@examples(100)
 @given(PATTERNS, RECORDINGS)
 def test_lines_side_by_side_are_found_as_by_trying_everything(text, recording):
     agrees(text, recording, overlaps="all", tolerance=Fraction(1, 5))
 
 
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @given(st.integers(0, 2**32), RECORDINGS)
 def test_the_whole_language_is_found_as_by_trying_everything(seed, recording):
     text = random_pattern(Random(seed), steps=4, avoid={"stages"})
@@ -185,8 +186,8 @@ def test_other_parts_do_not_matter(text, recording):
     assert spans(text, (capture, needed)) == spans(text, recording)
 
 
-@pytest.mark.fuzz
-@settings(max_examples=20_000, deadline=None)
+@pytest.mark.slow
+@examples(1_000)
 @given(st.one_of(LINES, PATTERNS), RECORDINGS)
 def test_many_patterns_are_found_as_by_trying_everything(text, recording):
     agrees(text, recording, overlaps="all")

@@ -84,12 +84,12 @@ def test_mutations_give_a_motion_or_an_error(tmp_path: Path) -> None:
     assert min(fuzz(tmp_path, [made()], 500).values()) > 50
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.timeout(3600)
 def test_long_fuzzing(tmp_path: Path, captures: Path) -> None:
     pairs = [made()]
     for path in sorted((captures / "amc" / "cmu").glob("*.amc")):
         asf = path.with_name(f"{path.stem[:2]}.asf").read_bytes()
         pairs.append((asf, path.read_bytes()[:12_000]))
-    seen = fuzz(tmp_path, pairs, 50_000)
-    assert min(seen.values()) > 500, seen
+    seen = fuzz(tmp_path, pairs, 5_000)
+    assert min(seen.values()) > 50, seen

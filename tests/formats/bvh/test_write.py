@@ -5,7 +5,8 @@ import numpy as np
 import plain_bvh
 import pybvh
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from scores import scores
@@ -34,7 +35,7 @@ direction head l_forward low 1 2
 
 
 @given(scores(), st.sampled_from([0.0, 2.0]))
-@settings(max_examples=15, deadline=None)
+@examples(15)
 def test_it_reads_back(score: Score, noise: float) -> None:
     motion = perform(score, rate=12 * score.rate / score.frames, noise=noise)
     names, points, time = plain_bvh.positions(bvh.write(motion).decode())

@@ -123,13 +123,13 @@ def test_short_fuzzing():
     assert min(seen.values()) > 20, seen
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.timeout(7200)
 def test_long_fuzzing(captures):
-    """Mutations of made and real files; `--fuzz` runs it."""
+    """Mutations of made and real files; `--slow` runs it."""
     numbers = random.Random(20240229)
-    real = [path.read_bytes()[:150_000] for path in sorted((captures / "c3d").glob("*.c3d"))]
+    real = [path.read_bytes()[:15_000] for path in sorted((captures / "c3d").glob("*.c3d"))]
     seen = {"motion": 0, "error": 0}
-    for number in range(50_000):
+    for number in range(5_000):
         seen[outcome(mutated(numbers.choice(SMALL if number % 2 else real), numbers))] += 1
-    assert min(seen.values()) > 500, seen
+    assert min(seen.values()) > 50, seen

@@ -159,10 +159,10 @@ def test_mutations_give_a_motion_or_an_error() -> None:
 
 
 @needs_ufbx
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.timeout(7200)
 def test_long_fuzzing() -> None:
-    """2,000, for each is a process; `--fuzz` runs it."""
+    """200, for each is a process; `--slow` runs it."""
     numbers = random.Random(20260104)
-    seen = [outcome(mutated(GOOD, numbers)) for _ in range(2000)]
-    assert min(seen.count("motion"), seen.count("error")) > 100, seen
+    seen = [outcome(mutated(GOOD, numbers)) for _ in range(200)]
+    assert min(seen.count("motion"), seen.count("error")) > 10, seen

@@ -243,10 +243,10 @@ def test_mutations_give_a_motion_or_an_error():
     assert time.process_time() - begun < 120
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.timeout(7200)
 def test_long_fuzzing(captures):
-    """Mutations of made and real files; `--fuzz` runs it."""
+    """Mutations of made and real files; `--slow` runs it."""
     real = [path.read_bytes() for path in sorted((captures / "gltf").iterdir())]
-    seen = fuzz([GOOD, TEXT, *real], 50_000, 20260102)
-    assert min(seen.values()) > 5000, seen
+    seen = fuzz([GOOD, TEXT, *real], 5_000, 20260102)
+    assert min(seen.values()) > 500, seen

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from made_gltf import plain_places
 from scores import scores
@@ -39,7 +40,7 @@ def largest_error(one: Motion, other: Motion) -> float:
 
 
 @given(scores(), st.sampled_from([0.0, 2.0]))
-@settings(max_examples=15, deadline=None)
+@examples(15)
 def test_it_reads_back(score: Score, noise: float) -> None:
     motion = perform(score, rate=12 * score.rate / score.frames, noise=noise)
     data = gltf.write(motion)

@@ -94,11 +94,11 @@ def test_mutations_give_a_motion_or_an_error() -> None:
     assert min(fuzz(MADE, 500).values()) > 50
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.timeout(3600)
 def test_long_fuzzing(captures: Path) -> None:
     data = (captures / "mvnx" / "subalakshmi_upperbody.mvnx").read_bytes()
     at = data.index(b'<frame time="50"')
     real = data[:at] + data[data.index(b"</frames>") :]
-    seen = fuzz([*MADE, real], 50_000)
-    assert min(seen.values()) > 500, seen
+    seen = fuzz([*MADE, real], 5_000)
+    assert min(seen.values()) > 50, seen

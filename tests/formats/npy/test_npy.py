@@ -397,12 +397,12 @@ def test_fuzzing():
     assert min(seen.values()) > 20, seen
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.timeout(3600)
 def test_long_fuzzing(captures):
     real = [path.read_bytes() for path in sorted((captures / "npz").glob("*walk*"))]
-    seen = fuzzed("walk.npz", [*SOURCES, *real], 50_000, 2)
-    assert min(seen.values()) > 2_000, seen
+    seen = fuzzed("walk.npz", [*SOURCES, *real], 5_000, 2)
+    assert min(seen.values()) > 200, seen
 
 
 def test_numbers_that_signal_are_unknown():

@@ -495,12 +495,12 @@ def test_fuzzing():
     assert min(seen.values()) > 50, seen
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.timeout(3600)
 def test_long_fuzzing(captures):
     real = [
         b"\n".join(path.read_bytes().split(b"\n")[:12]) + b"\n"
         for path in sorted((captures / "csv").rglob("*.csv"))
     ]
-    seen = fuzzed("walk.csv", [*SOURCES, *real], 50_000, 2)
-    assert min(seen.values()) > 2_000, seen
+    seen = fuzzed("walk.csv", [*SOURCES, *real], 5_000, 2)
+    assert min(seen.values()) > 200, seen

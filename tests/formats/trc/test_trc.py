@@ -236,15 +236,15 @@ def test_fuzzing():
     assert min(seen.values()) > 50, seen
 
 
-@pytest.mark.fuzz
+@pytest.mark.slow
 @pytest.mark.timeout(3600)
 def test_long_fuzzing(captures):
     real = [
         b"\n".join(path.read_bytes().split(b"\n")[:20]) + b"\n"
         for path in sorted((captures / "trc").glob("*.trc"))
     ]
-    seen = fuzzed("walk.trc", [made(frames=5), made(frames=5, separator=","), *real], 50_000, 2)
-    assert min(seen.values()) > 2_000, seen
+    seen = fuzzed("walk.trc", [made(frames=5), made(frames=5, separator=","), *real], 5_000, 2)
+    assert min(seen.values()) > 200, seen
 
 
 def test_a_wrong_marker_in_what_is_told_of_the_body_names_that_file(tmp_path):

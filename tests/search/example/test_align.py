@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from made_clips import PARTS, clips, clips_of, mirrored, source_of
 from plain_example import likeness, middle
@@ -35,14 +36,14 @@ def test_cells_lie_where_their_angles_say() -> None:
             )
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(clips(), st.lists(clips(), min_size=1, max_size=4))
 def test_it_is_what_the_plain_one_says(one, many) -> None:
     wanted = [likeness(one, other, PARTS) for other in many]
     assert alike(one, many) == pytest.approx(wanted, abs=1e-5)
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(clips(), st.lists(clips(), min_size=1, max_size=4))
 def test_it_is_the_same_however_many_are_worked_on_at_a_time(one, many) -> None:
     wanted = alike(one, many)
@@ -51,7 +52,7 @@ def test_it_is_the_same_however_many_are_worked_on_at_a_time(one, many) -> None:
         assert alike(one, many) == pytest.approx(wanted, abs=1e-6)
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(clips(), clips())
 def test_laws(one, two) -> None:
     (value,) = alike(one, [two])
@@ -61,14 +62,14 @@ def test_laws(one, two) -> None:
     assert alike(mirrored(one), [mirrored(two)])[0] == pytest.approx(value, abs=1e-5)
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(clips(), st.lists(clips(), min_size=1, max_size=4))
 def test_no_clip_is_more_like_than_its_bound(one, many) -> None:
     bounds = bounds_of(side_by_side([one]), side_by_side(many))
     assert (bounds.whole >= alike(one, many) - 1e-5).all()
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(clips(), clips(), st.integers(4, 9))
 def test_long_parts_are_compared_piece_by_piece(one, two, square) -> None:
     exact = alike(one, [one, two])
@@ -99,7 +100,7 @@ def test_the_work_of_long_parts_grows_with_their_length(monkeypatch) -> None:
     assert sum(cells) < 2 * len(rows) * 1024
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(clips(), clips(most=12), st.integers(0, 60), st.integers(1, 90))
 def test_a_stretch_is_as_like_as_the_clip_cut_from_it(one, two, begin, length) -> None:
     query, clip = side_by_side([one]), side_by_side([two])
@@ -109,7 +110,7 @@ def test_a_stretch_is_as_like_as_the_clip_cut_from_it(one, two, begin, length) -
     assert inside == pytest.approx(compared(query, piece, piece.whole())[0], abs=1e-5)
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(clips(), clips(most=12), st.integers(0, 60), st.integers(1, 90))
 def test_no_stretch_is_more_like_than_its_bound(one, two, begin, length) -> None:
     query, clip = side_by_side([one]), side_by_side([two])
@@ -118,7 +119,7 @@ def test_no_stretch_is_more_like_than_its_bound(one, two, begin, length) -> None
     assert most[0] >= compared(query, clip, window)[0] - 1e-5
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(clips(), clips())
 def test_what_corresponds_saves_what_is_not_different(one, two) -> None:
     query, clip = side_by_side([one]), side_by_side([two])
@@ -134,7 +135,7 @@ def test_what_corresponds_saves_what_is_not_different(one, two) -> None:
     assert compared(query, clip, clip.whole())[0] == pytest.approx(wanted, abs=1e-4)
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(clips(), st.lists(clips(), min_size=1, max_size=6), st.integers(1, 3))
 def test_the_nearest_are_the_nearest_of_all(one, many, limit) -> None:
     source = source_of(many, [RATE] * len(many), PARTS, [200] * len(many))

@@ -4,7 +4,8 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from made_clips import PARTS, clips, clips_of, dance
 
@@ -28,7 +29,7 @@ def plainly(count: int, table: np.ndarray, least: float) -> set[frozenset[int]]:
     return set(groups)
 
 
-@settings(max_examples=40)
+@examples(40)
 @given(st.integers(1, 8), st.integers(0, 999), st.sampled_from([0.2, 0.5, 0.8]))
 def test_linkage_is_what_it_says(count, seed, least) -> None:
     table = np.random.default_rng(seed).random((count, count))
@@ -38,7 +39,7 @@ def test_linkage_is_what_it_says(count, seed, least) -> None:
     assert {frozenset(group) for group in found} == plainly(count, table, least)
 
 
-@settings(max_examples=20)
+@examples(20)
 @given(st.lists(clips(), min_size=1, max_size=6))
 def test_groups_hold_every_clip_and_their_medoid_is_first(many) -> None:
     laid_out = clips_of(many, [30.0] * len(many), PARTS)

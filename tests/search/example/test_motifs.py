@@ -4,7 +4,8 @@ from fractions import Fraction
 from itertools import pairwise, product
 
 import numpy as np
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from plain_matcher import find
 
@@ -64,7 +65,7 @@ def mined(many: list[Track], least: int = 2, **how):
     return motifs("r_arm", line, least=least, shortest=how.pop("shortest", 2), **how)
 
 
-@settings(max_examples=60)
+@examples(60)
 @given(st.lists(tracks(), min_size=1, max_size=4))
 def test_a_search_for_a_motif_finds_just_its_places(many) -> None:
     for motif in mined(many).found:
@@ -73,7 +74,7 @@ def test_a_search_for_a_motif_finds_just_its_places(many) -> None:
         assert (motif.hits, motif.captures) == (len(places), len({one for one, *_ in places}))
 
 
-@settings(max_examples=15)
+@examples(15)
 @given(st.lists(tracks(), min_size=1, max_size=3))
 def test_none_is_missing_and_none_is_told_beside_a_longer_one(many) -> None:
     hits = {

@@ -6,7 +6,8 @@ from itertools import pairwise
 import made_patterns
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from effort import examples
+from hypothesis import given
 from hypothesis import strategies as st
 from plain_matcher import find as find_exactly
 from query_cases import recordings_of
@@ -110,7 +111,7 @@ def test_a_score_is_opened():
     assert spans(beside, "0.5") == [(5, 20)]
 
 
-@settings(max_examples=150, deadline=None)
+@examples(150)
 @given(
     made_patterns.bare_lines(),
     st.sampled_from(("with", "without", "during", "before", "never")),
@@ -143,7 +144,7 @@ def test_conditions_have_no_edits(text):
         find(parse(text), recordings(), Allowance.read("1"))
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(
     made_patterns.bare_lines(),
     st.sampled_from(("", "with", "without", "during", "before", "or", "exactly with")),
@@ -238,7 +239,7 @@ def test_the_ends_of_a_clip_and_both_arms(text, allowed, expected):
     assert spans(text, allowed) == expected
 
 
-@settings(max_examples=100, deadline=None)
+@examples(100)
 @given(st.lists(st.tuples(st.integers(0, 1), st.integers(0, 60), st.integers(1, 20))))
 def test_the_best_stays_and_what_overlaps_it_is_left(drawn):
     capture, low, size = np.array(drawn, np.int64).reshape(-1, 3).T

@@ -5,8 +5,9 @@ from itertools import combinations
 import made_patterns
 import numpy as np
 import pytest
+from effort import examples
 from fuzzy_lines import batch_of, counted_lines, keys_of, net_of
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from lanindex.errors import UsageError
@@ -64,7 +65,7 @@ def by_trying_everything(net: Net, costs: list, cells: list, blur: list, most: i
     return best
 
 
-@settings(max_examples=150, deadline=None)
+@examples(150)
 @given(
     made_patterns.bare_lines(),
     st.lists(made_patterns.recordings(), min_size=1, max_size=3),
@@ -85,7 +86,7 @@ def test_it_is_the_cheapest_of_all_ways(text, recordings, most):
         assert found == expected
 
 
-@settings(max_examples=150, deadline=None)
+@examples(150)
 @given(
     counted_lines(),
     st.lists(made_patterns.recordings(), min_size=1, max_size=3),
@@ -105,7 +106,7 @@ def test_an_open_count_goes_on_as_often_as_there_are_symbols(text, recordings, m
     assert found == expected
 
 
-@settings(max_examples=300, deadline=None)
+@examples(300)
 @given(
     counted_lines(),
     st.lists(made_patterns.recordings(), min_size=1, max_size=3),
@@ -133,7 +134,7 @@ def test_symbols_and_captures_that_are_left_out_have_no_match(text, recordings, 
     ]
 
 
-@settings(max_examples=100, deadline=None)
+@examples(100)
 @given(counted_lines(), made_patterns.recordings())
 def test_the_way_that_is_told_is_the_one_that_was_found(text, recording):
     capture, tracks = recording

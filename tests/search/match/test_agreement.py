@@ -4,8 +4,9 @@ from fractions import Fraction
 
 import made_patterns
 import numpy as np
+from effort import examples
 from fast_search import find_fast, numbered, told
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from plain_matcher import find
 
@@ -37,7 +38,7 @@ def understood(text: str) -> Query:
         raise
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(made_patterns.lines(depth=1), libraries())
 def test_lines_are_found_as_plainly(text, recordings):
     query = understood(text)
@@ -46,7 +47,7 @@ def test_lines_are_found_as_plainly(text, recordings):
         assert told(find_fast(query, recordings, overlaps=overlaps)) == expected
 
 
-@settings(max_examples=200, deadline=None)
+@examples(200)
 @given(made_patterns.patterns(depth=1, most=2), libraries())
 def test_patterns_are_found_as_plainly(text, recordings):
     query, tolerance = understood(text), Fraction(1, 5)

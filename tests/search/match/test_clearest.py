@@ -4,6 +4,7 @@ from dataclasses import replace
 from random import Random
 
 import pytest
+from effort import seeds
 from fast_search import find_fast
 from grammar_patterns import random_pattern
 from query_cases import recordings_of
@@ -16,7 +17,7 @@ from lanindex.search.match import hits as found_module
 from lanindex.search.match.finder import Finder
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(4))
 def test_the_clearest_are_those_that_sorting_puts_first(seed: int, monkeypatch) -> None:
     monkeypatch.setattr(found_module, "TOGETHER", 2)
     several = 0

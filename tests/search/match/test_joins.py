@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import seeds
 
 from lanindex.search.match import relations
 from lanindex.search.match.arrays import best_of_each, in_order
@@ -29,7 +30,7 @@ def innermost(relation: str, one: Spans, other: SpanIndex, margins: Margins):
             yield place, begin, end
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", seeds(40))
 def test_the_best_hulls_of_lines_that_share_frames(seed):
     random = np.random.default_rng(seed)
     one, other = lines(random, 25), SpanIndex(lines(random, int(random.integers(1, 30))))
@@ -53,7 +54,7 @@ def overlap(one: Spans, at: int, other: Spans, beside_it: int) -> bool:
     return bool(shared) and (bool(other.alone[beside_it]) or 2 * shared >= len(beside))
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", seeds(20))
 def test_lines_that_share_half_of_another(seed):
     random = np.random.default_rng(seed)
     one, beside = lines(random, 25), lines(random, int(random.integers(1, 30)))

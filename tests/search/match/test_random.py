@@ -5,6 +5,7 @@ from fractions import Fraction
 from random import Random
 
 import pytest
+from effort import seeds
 from fast_search import find_fast, told
 from grammar_patterns import random_pattern
 from plain_matcher import ties
@@ -17,7 +18,7 @@ from lanindex.search.match import finder as find_module
 from lanindex.search.match import leading
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", seeds(10))
 def test_a_hundred_patterns_of_the_whole_grammar(seed: int, monkeypatch) -> None:
     if seed % 2:  # leave out what cannot have a hit, as in a large library
         monkeypatch.setattr(find_module, "MANY", 1)

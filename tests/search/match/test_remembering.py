@@ -6,6 +6,7 @@ from random import Random
 
 import numpy as np
 import pytest
+from effort import slow, some
 from fast_search import find_fast, told
 from plain_matcher import find
 from query_cases import recordings_of
@@ -92,14 +93,14 @@ PATTERNS = [
 def test_what_ways_remember_is_found_as_plainly(pattern: str, short: int, monkeypatch) -> None:
     monkeypatch.setattr(leading, "SHORT", short)
     query, hits = parse(pattern), 0
-    for seed in range(6):
+    for seed in some(6):
         recordings = random_library(Random(seed))
         for overlaps in ("all", "none"):
             options = {"tolerance": Fraction(1, 5), "overlaps": overlaps}
             found = find_fast(query, recordings, **options)
             assert told(found) == told(find(query, recordings, **options))
             hits += len(found)
-    assert hits or "clip.nothing" in pattern
+    assert hits or "clip.nothing" in pattern or not slow()
 
 
 def test_beginnings_do_not_multiply_what_is_followed(monkeypatch) -> None:
@@ -131,7 +132,7 @@ def test_beginnings_do_not_multiply_what_is_followed(monkeypatch) -> None:
 def test_lines_take_one_symbol_each_also_near_a_border(pattern: str) -> None:
     query = replace(parse(pattern), near=NEAR)
     found = 0
-    for seed in range(200):
+    for seed in some(200, 20):
         recordings = random_library(Random(seed))
         hits = told(find_fast(query, recordings, overlaps="all"))
         assert hits == told(find(query, recordings, overlaps="all"))

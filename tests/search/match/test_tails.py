@@ -4,6 +4,7 @@ from random import Random
 
 import numpy as np
 import pytest
+from effort import seeds, slow, some
 from fast_search import find_fast, told
 from plain_matcher import find
 from random_library import random_library
@@ -78,12 +79,12 @@ RUNNING = [
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_what_is_left_out_is_never_better(pattern: str) -> None:
     query, hits = parse(pattern), 0
-    for seed in range(30):
+    for seed in some(30, 6):
         recordings = random_library(Random(seed))
         found = find_fast(query, recordings, overlaps="all")
         assert told(found) == told(find(query, recordings, overlaps="all")), seed
         hits += len(found)
-    assert hits
+    assert hits or not slow()
 
 
 @pytest.mark.parametrize("pattern", RUNNING)
@@ -133,7 +134,7 @@ def test_lines_that_are_over_before_others_claim_nothing_from_them() -> None:
         assert bool(Rewrites(program).contested) is contested, pattern
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", seeds(30))
 def test_matches_are_counted_as_if_they_were_paired(seed: int) -> None:
     random = np.random.default_rng(seed)
     (lines, forgiving), (matches, had) = (_lines(random, many) for many in (12, 30))
