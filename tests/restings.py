@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import random
 
+from goings import RATE, Draft, score_of
+
 from lanindex.alphabet import CARRIERS, DIRECTIONS
 from lanindex.model import Score
 from lanindex.perform.resting import OTHER
 from lanindex.perform.travel import WEIGHT
-from tests.goings import RATE, Draft, score_of
 
 TRACKS = (OTHER, *WEIGHT)
 SHORTEST = {"hand": RATE // 2, "other": RATE * 3 // 4}

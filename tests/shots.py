@@ -2,7 +2,7 @@
 
 from fractions import Fraction
 
-from made_motion import motion_of, swung
+from motions import motion_of, swung
 
 import lanindex
 from lanindex.film.figure import figure

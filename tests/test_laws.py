@@ -5,11 +5,11 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import changed_motion as changed
+import motions
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
-from made_motion import RATES, motion_of, swung
+from motions import RATES, motion_of, swung
 
 from lanindex.encoding import encode
 from lanindex.encoding.profile import Profile, load
@@ -29,17 +29,17 @@ FAST = ("cmu_daz/*.bvh", "cmu_cgspeed/cmu_12_01_walk.bvh", "xia_style/*.bvh", "s
 SLOW = ("bandai2/*/*_normal_*.bvh", "bandai1/*.bvh")
 PROFILES = ("default", "paper")
 CHANGES: dict[str, Callable[[Motion], Motion]] = {
-    "turned": lambda motion: changed.turned(motion, 37),
-    "turned back": lambda motion: changed.turned(motion, 180),
-    "moved": lambda motion: changed.moved(motion, (512, -64, 256)),
+    "turned": lambda motion: motions.turned(motion, 37),
+    "turned back": lambda motion: motions.turned(motion, 180),
+    "moved": lambda motion: motions.moved(motion, (512, -64, 256)),
 }
 IMAGES: dict[str, tuple[Callable[[Motion], Motion], Callable[[Score], dict]]] = {
-    **{name: (change, changed.rows) for name, change in CHANGES.items()},
-    "mirrored": (changed.mirrored, changed.mirrored_rows),
+    **{name: (change, motions.rows) for name, change in CHANGES.items()},
+    "mirrored": (motions.mirrored, motions.mirrored_rows),
 }
 
 
-def motions(captures: Path, names: tuple[str, ...]) -> list[Motion]:
+def read_all(captures: Path, names: tuple[str, ...]) -> list[Motion]:
     found = [read(path) for name in names for path in sorted(captures.glob("bvh/" + name))]
     assert len(found) >= len(names), "captures are missing"
     return found
@@ -47,19 +47,19 @@ def motions(captures: Path, names: tuple[str, ...]) -> list[Motion]:
 
 @pytest.fixture(scope="module")
 def few(captures: Path) -> list[Motion]:
-    return motions(captures, FEW)
+    return read_all(captures, FEW)
 
 
 @pytest.fixture(scope="module")
 def fast(captures: Path) -> list[Motion]:
-    found = motions(captures, FAST)
+    found = read_all(captures, FAST)
     assert all(110 < motion.rate < 130 for motion in found)
     return found
 
 
 @pytest.fixture(scope="module")
 def slow(captures: Path) -> list[Motion]:
-    found = motions(captures, SLOW)
+    found = read_all(captures, SLOW)
     assert all(29 < motion.rate < 31 for motion in found)
     return found
 
@@ -73,8 +73,8 @@ def differing(
     return [
         f"{part} of {motion.source.path}"
         for motion in found
-        for part in changed.changed_tracks(
-            image(encode(motion, profile)), changed.rows(encode(change(motion), profile))
+        for part in motions.changed_tracks(
+            image(encode(motion, profile)), motions.rows(encode(change(motion), profile))
         )
     ]
 
@@ -88,13 +88,13 @@ def test_place_heading_and_side_change_nothing(few: list[Motion], law: str, prof
 @pytest.mark.parametrize("factor", [0.5, 1.7])
 def test_size_changes_nothing(few: list[Motion], factor: float) -> None:
     profile = load("default")
-    change = partial(changed.scaled, factor=factor)
-    assert differing(few, profile, change, changed.rows) == []
+    change = partial(motions.scaled, factor=factor)
+    assert differing(few, profile, change, motions.rows) == []
 
 
 def test_size_matters_in_millimetres(few: list[Motion]) -> None:
-    change = partial(changed.scaled, factor=0.5)
-    assert differing(few, load("paper"), change, changed.rows)
+    change = partial(motions.scaled, factor=0.5)
+    assert differing(few, load("paper"), change, motions.rows)
 
 
 @pytest.mark.parametrize("law", IMAGES)
@@ -108,8 +108,8 @@ def test_size_matters_in_millimetres(few: list[Motion]) -> None:
 def test_laws_hold_for_made_motions(law: str, seed: int, rate, frames: int, profile: str) -> None:
     motion = motion_of(swung(seed, frames, rate, 0.5), rate)
     change, image = IMAGES[law]
-    before, after = image(encode(motion, profile)), changed.rows(encode(change(motion), profile))
-    assert changed.changed_tracks(before, after) == []
+    before, after = image(encode(motion, profile)), motions.rows(encode(change(motion), profile))
+    assert motions.changed_tracks(before, after) == []
 
 
 def agreement(
@@ -119,24 +119,24 @@ def agreement(
     counts = []
     for motion in found:
         before, after = encode(motion, profile), encode(change(motion), profile)
-        counts += [changed.edits(before, after, part) for part in changed.LIMBS]
+        counts += [motions.edits(before, after, part) for part in motions.LIMBS]
     agree = sum(wrong == 0 for wrong, _ in counts) / len(counts)
     return agree, sum(wrong for wrong, _ in counts) / sum(size for _, size in counts)
 
 
 @pytest.mark.parametrize("step", [2, 4])
 def test_fewer_frames_a_second_change_little(fast: list[Motion], step: int) -> None:
-    agree, wrong = agreement(fast, load("default"), lambda motion: changed.thinned(motion, step))
+    agree, wrong = agreement(fast, load("default"), lambda motion: motions.thinned(motion, step))
     assert agree >= 0.85
     assert wrong <= 0.015
 
 
 def test_noise_of_1_mm_changes_little(slow: list[Motion]) -> None:
-    _, wrong = agreement(slow, load("default"), lambda motion: changed.noisy(motion, 1.0))
+    _, wrong = agreement(slow, load("default"), lambda motion: motions.noisy(motion, 1.0))
     assert 0 < wrong <= 0.035
 
 
 def test_noise_of_2_mm_changes_little_when_smoothed(slow: list[Motion]) -> None:
     calm = replace(load("default"), smoothing=0.150)
-    _, wrong = agreement(slow, calm, lambda motion: changed.noisy(motion, 2.0))
+    _, wrong = agreement(slow, calm, lambda motion: motions.noisy(motion, 2.0))
     assert 0 < wrong <= 0.04

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from made_motion import motion_of, swung
+from motions import motion_of, swung
 from sample import sample_score
 
 from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, MOST_AMOUNT, kind_of, mirrored_part

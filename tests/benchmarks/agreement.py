@@ -14,7 +14,7 @@ from time import perf_counter
 
 import places  # noqa: F401  (finds the tests)
 from fast_search import find_fast
-from grammar_patterns import random_pattern
+from generated_patterns import random_pattern
 from plain_matcher import ties
 from random_library import DIRECTIONS, PARTS, WHOLE, random_library
 

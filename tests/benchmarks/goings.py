@@ -15,13 +15,14 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from goings import RATE, Tally, compared, drawn
+
 from lanindex import encode
 from lanindex.alphabet import BENDS, FACING
 from lanindex.perform import perform
 from lanindex.perform.limbs import TURNED
 from lanindex.perform.travel import WEIGHT
 from tests import bends, palmings, restings, turnings
-from tests.goings import RATE, Tally, compared, drawn
 
 
 def main() -> int:

@@ -9,4 +9,4 @@ HERE = Path(__file__).resolve().parent
 CAPTURES = Path(os.environ.get("LANINDEX_CAPTURES") or HERE.parents[2] / "shared" / "captures")
 
 sys.path.insert(0, str(HERE.parent))
-changed = import_module("changed_motion")
+changed = import_module("motions")

@@ -15,7 +15,7 @@ from statistics import median
 
 import numpy as np
 import synthetic
-from grammar_patterns import random_pattern
+from generated_patterns import random_pattern
 
 from lanindex.errors import LanindexError
 from lanindex.pipeline.patience import Patience

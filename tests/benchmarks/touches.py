@@ -13,9 +13,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from touchings import RATE, Tally, compared, drawn
+
 from lanindex import encode
 from lanindex.perform import perform
-from tests.touchings import RATE, Tally, compared, drawn
 
 
 def main() -> int:

@@ -3,9 +3,10 @@
 from dataclasses import replace
 from fractions import Fraction
 
-import changed_motion as changed
+import motions
 import numpy as np
 import pytest
+from bends import RATE, drawn, said
 
 from lanindex import encode, read, read_lnd, write_lnd
 from lanindex.alphabet import BENDS, JOINT_CODES
@@ -14,7 +15,6 @@ from lanindex.model import Motion, Score, Skeleton, Source, Span
 from lanindex.model.derived import with_bends
 from lanindex.notation.excerpt import excerpt
 from lanindex.perform import perform
-from tests.bends import RATE, drawn, said
 
 CHAIN = ("RShoulder", "RElbow", "RWrist")
 
@@ -193,9 +193,9 @@ def test_real_captures_turned_mirrored_and_scaled(captures, path):
     motion = read(captures / f"bvh/bandai1/dataset-1_{path}_normal_001.bvh")
     profile = load("default")
     whole = {part: bends_of(encode(motion, profile), part) for part in BENDS.values()}
-    for other in (changed.turned(motion, 37), changed.scaled(motion, 2.5)):
+    for other in (motions.turned(motion, 37), motions.scaled(motion, 2.5)):
         assert {it: bends_of(encode(other, profile), it) for it in whole} == whole
-    image = encode(changed.mirrored(motion), profile)
+    image = encode(motions.mirrored(motion), profile)
     for part, own in whole.items():
         assert bends_of(image, {"r": "l", "l": "r"}[part[0]] + part[1:]) == own
 

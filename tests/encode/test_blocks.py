@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from effort import slow
-from made_motion import motion_of, swung, with_gaps
+from motions import motion_of, swung, with_gaps
 
 from lanindex.alphabet import JOINTS
 from lanindex.encoding import arithmetic, encode, joints, limbs, places
@@ -66,7 +66,7 @@ LONG = """
 import resource, sys
 from fractions import Fraction
 import numpy as np
-from made_motion import motion_of, swung
+from motions import motion_of, swung
 from lanindex.encoding import encode, loops
 from lanindex.model import Motion
 way, frames = sys.argv[1], int(sys.argv[2])

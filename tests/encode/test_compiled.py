@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from effort import seeds
-from made_motion import RATES, motion_of, swung, with_gaps
+from motions import RATES, motion_of, swung, with_gaps
 
 from lanindex import formats
 from lanindex.alphabet import JOINT_CODES, JOINTS

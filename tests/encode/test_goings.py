@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from goings import RATE, Tally, compared, drawn
 
 from lanindex import encode, read_lnd, write_lnd
 from lanindex.alphabet import FACING
 from lanindex.perform import perform
 from lanindex.perform.limbs import TURNED
 from tests import palmings, turnings
-from tests.goings import RATE, Tally, compared, drawn
 
 SEEDS = range(6)
 

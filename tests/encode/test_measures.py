@@ -4,7 +4,7 @@ import math
 from itertools import pairwise
 from pathlib import Path
 
-import changed_motion as changed
+import motions
 import numpy as np
 import pytest
 from hypothesis import given
@@ -123,10 +123,10 @@ def of_all(motion: Motion) -> dict[tuple[str, int], tuple[float, ...]]:
 def test_the_laws(captures: Path, change: str):
     motion = read(next(captures.glob("bvh/bandai1/*punch_normal_001.bvh")))
     how = {
-        "turned": lambda: changed.turned(motion, 37),
-        "moved": lambda: changed.moved(motion, (512, -64, 256)),
-        "scaled": lambda: changed.scaled(motion, 0.7),
-        "mirrored": lambda: changed.mirrored(motion),
+        "turned": lambda: motions.turned(motion, 37),
+        "moved": lambda: motions.moved(motion, (512, -64, 256)),
+        "scaled": lambda: motions.scaled(motion, 0.7),
+        "mirrored": lambda: motions.mirrored(motion),
     }
     before, after = of_all(motion), of_all(how[change]())
     if change == "mirrored":

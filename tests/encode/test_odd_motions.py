@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from made_motion import motion_of, swung
+from motions import motion_of, swung
 
 from lanindex.alphabet import ALWAYS, DIRECTION_CODES, JOINT_CODES, LEVEL_CODES, PARTS
 from lanindex.encoding import encode, joints, trace

@@ -5,11 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from motions import mirrored, motion_of, noisy, scaled, turned
 
 from lanindex import encode
 from lanindex.alphabet import JOINT_CODES
-from tests.changed_motion import mirrored, noisy, scaled, turned
-from tests.made_motion import motion_of
 
 LEG = 800.0
 FLESH = {"Hip": 90.0, "Knee": 60.0, "Ankle": 70.0, "Toe": 20.0, "Wrist": 50.0, "Neck": 110.0}

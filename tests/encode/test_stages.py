@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from made_motion import motion_of, swung
+from motions import motion_of, swung
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.encoding import encode

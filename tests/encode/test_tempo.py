@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from changed_motion import mirrored, moved, scaled, turned
 from effort import seeds
+from motions import mirrored, moved, scaled, turned
 from tempos import RATE, danced, verdict, walked
 
 import lanindex

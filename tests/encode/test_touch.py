@@ -5,14 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from motions import mirrored, motion_of, noisy, scaled, thinned, turned
+from touchings import RATE, Tally, compared, drawn
 
 from lanindex import encode, read_lnd
 from lanindex.alphabet import JOINT_CODES
 from lanindex.model import Motion
 from lanindex.perform import perform
-from tests.changed_motion import mirrored, noisy, scaled, thinned, turned
-from tests.made_motion import motion_of
-from tests.touchings import RATE, Tally, compared, drawn
 
 ARM = 560.0
 BODY = {

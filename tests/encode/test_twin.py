@@ -14,7 +14,7 @@ from effort import examples, seeds
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from made_motion import RATES, body_of, motion_of, swung, with_gaps
+from motions import RATES, body_of, motion_of, swung, with_gaps
 
 from lanindex.alphabet import ALWAYS, JOINTS, PARTS
 from lanindex.encoding import encode, trace

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from changed_motion import mirrored, noisy, thinned, turned
+from motions import mirrored, noisy, thinned, turned
 
 from lanindex import animate, encode, read, read_lnd
 from lanindex.alphabet import JOINT_CODES

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from motions import LEG, Do, walk
 
 from lanindex import encode
 from lanindex.alphabet import DIRECTIONS, JOINT_CODES, MOST_AMOUNT
@@ -17,7 +18,6 @@ from lanindex.encoding.profile import load
 from lanindex.encoding.steps import BOTH_BOTH, BOTH_ONE, HOP, LEAP, ONE_BOTH
 from lanindex.encoding.whole import whole
 from lanindex.model import Motion, Score
-from tests.walkers import LEG, Do, walk
 
 STEPS = ["r", "l", "r", "l"]
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_motion import motion_of, swung
+from motions import motion_of, swung
 
 import lanindex
 from lanindex.alphabet import JOINT_CODES, TRACKS

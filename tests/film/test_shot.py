@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from made_motion import swung
+from motions import swung
 from shots import BODY, SCORE, hit_of, shot_of
 
 import lanindex

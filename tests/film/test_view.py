@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from conftest import REPOSITORY
-from made_motion import motion_of
+from motions import motion_of
 
 import lanindex
 from lanindex.alphabet import JOINT_CODES

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+from goings import RATE, Tally, compared
+from goings import drawn as steps_drawn
+from restings import OTHER, TRACKS, drawn
 
 from lanindex import encode, read_lnd
 from lanindex.alphabet import CARRIERS, JOINT_CODES
 from lanindex.model import Motion
 from lanindex.perform import perform
-from tests.goings import RATE, Tally, compared
-from tests.goings import drawn as steps_drawn
-from tests.restings import OTHER, TRACKS, drawn
 
 
 def act(*lines: str, units: int = 3) -> Motion:

@@ -3,7 +3,7 @@
 from random import Random
 
 import pytest
-from grammar_patterns import random_pattern
+from generated_patterns import random_pattern
 
 from lanindex import part
 from lanindex.errors import PatternError, UsageError

@@ -1,9 +1,9 @@
 from fractions import Fraction
 
-import made_patterns
+import generated_patterns
 import pytest
 from effort import examples
-from grammar_patterns import random_patterns
+from generated_patterns import random_patterns
 from hypothesis import assume, given
 from plain_matcher import find
 from query_cases import cases, recordings_of
@@ -107,7 +107,7 @@ def test_an_explanation():
 
 
 @examples(60)
-@given(made_patterns.patterns())
+@given(generated_patterns.patterns())
 def test_every_query_is_explained(text):
     try:
         query = parse(text)
@@ -129,7 +129,7 @@ def test_the_whole_language_is_explained(text):
 
 
 @examples(60)
-@given(made_patterns.steps_of("l_arm"), made_patterns.recordings())
+@given(generated_patterns.steps_of("l_arm"), generated_patterns.recordings())
 def test_a_step_alone_matches_as_often_as_it_is_found(step, recording):
     query = parse(step)
     hits = list(find(query, [recording], overlaps="all"))

@@ -4,7 +4,7 @@ from collections import Counter
 from fractions import Fraction
 from math import inf
 
-import made_patterns
+import generated_patterns
 import pytest
 from effort import examples
 from hypothesis import assume, given
@@ -58,7 +58,7 @@ def patterns(found):
 
 
 @examples(40)
-@given(made_patterns.patterns())
+@given(generated_patterns.patterns())
 def test_every_place_can_be_changed(text):
     query = read(text)
     assume(query)

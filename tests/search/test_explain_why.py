@@ -4,7 +4,7 @@ import json
 from fractions import Fraction
 
 import pytest
-from grammar_patterns import random_patterns
+from generated_patterns import random_patterns
 from plain_matcher import find
 from query_cases import cases, recordings_of, track
 

@@ -4,7 +4,7 @@ import re
 from random import Random
 
 import pytest
-from grammar_patterns import CONSTRUCTS, RELATIONS, random_pattern, random_patterns
+from generated_patterns import CONSTRUCTS, RELATIONS, random_pattern, random_patterns
 
 from lanindex.search.language import parse
 

@@ -3,11 +3,11 @@
 from fractions import Fraction
 from random import Random
 
-import made_patterns
+import generated_patterns
 import numpy as np
 import pytest
 from effort import examples
-from grammar_patterns import random_pattern
+from generated_patterns import random_pattern
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from plain_matcher import find
@@ -20,9 +20,9 @@ from lanindex.search.language import Query, parse
 from lanindex.search.language.query import Bracket, mirrored
 from lanindex.search.plan import counts
 
-LINES = made_patterns.lines(depth=1)
-PATTERNS = made_patterns.patterns(depth=1, most=2)
-RECORDINGS = made_patterns.recordings()
+LINES = generated_patterns.lines(depth=1)
+PATTERNS = generated_patterns.patterns(depth=1, most=2)
+RECORDINGS = generated_patterns.recordings()
 quick = examples(50)
 
 
@@ -84,7 +84,7 @@ def test_the_whole_language_is_found_as_by_trying_everything(seed, recording):
 
 
 @quick
-@given(made_patterns.patterns())
+@given(generated_patterns.patterns())
 def test_a_query_prints_as_itself(text):
     query = understood(text)
     assert parse(str(query)) == query
@@ -93,7 +93,7 @@ def test_a_query_prints_as_itself(text):
 
 
 @quick
-@given(made_patterns.patterns())
+@given(generated_patterns.patterns())
 def test_twice_mirrored_is_as_before(text):
     query = understood(text)
     assert mirrored(mirrored(query.pattern)) == query.pattern
@@ -147,7 +147,7 @@ def test_hits_that_may_not_overlap_are_kept_from_left_to_right(text, recording):
 
 
 @quick
-@given(made_patterns.steps_of("r_arm"), made_patterns.lines(depth=1), RECORDINGS)
+@given(generated_patterns.steps_of("r_arm"), generated_patterns.lines(depth=1), RECORDINGS)
 def test_with_and_without_share_out_the_movements(step, line, recording):
     beside = firsts(f"{step} with ({line})", recording)
     alone = firsts(f"{step} without ({line})", recording)

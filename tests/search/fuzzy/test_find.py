@@ -3,7 +3,7 @@
 import weakref
 from itertools import pairwise
 
-import made_patterns
+import generated_patterns
 import numpy as np
 import pytest
 from effort import examples
@@ -113,10 +113,10 @@ def test_a_score_is_opened():
 
 @examples(150)
 @given(
-    made_patterns.bare_lines(),
+    generated_patterns.bare_lines(),
     st.sampled_from(("with", "without", "during", "before", "never")),
-    made_patterns.bare_lines("l_arm"),
-    st.lists(made_patterns.recordings(), min_size=1, max_size=3),
+    generated_patterns.bare_lines("l_arm"),
+    st.lists(generated_patterns.recordings(), min_size=1, max_size=3),
 )
 def test_whatever_is_found_exactly_costs_nothing(line, relation, other, recordings):
     query = parse(f"{line} {relation} {other}")
@@ -146,10 +146,10 @@ def test_conditions_have_no_edits(text):
 
 @examples(60)
 @given(
-    made_patterns.bare_lines(),
+    generated_patterns.bare_lines(),
     st.sampled_from(("", "with", "without", "during", "before", "or", "exactly with")),
-    made_patterns.bare_lines("l_arm"),
-    st.lists(made_patterns.recordings(), min_size=1, max_size=4),
+    generated_patterns.bare_lines("l_arm"),
+    st.lists(generated_patterns.recordings(), min_size=1, max_size=4),
     st.sampled_from(("0", "0.5", "1", "2")),
     st.integers(1, 6),
 )

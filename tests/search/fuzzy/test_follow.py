@@ -2,7 +2,7 @@
 
 from itertools import combinations
 
-import made_patterns
+import generated_patterns
 import numpy as np
 import pytest
 from effort import examples
@@ -67,8 +67,8 @@ def by_trying_everything(net: Net, costs: list, cells: list, blur: list, most: i
 
 @examples(150)
 @given(
-    made_patterns.bare_lines(),
-    st.lists(made_patterns.recordings(), min_size=1, max_size=3),
+    generated_patterns.bare_lines(),
+    st.lists(generated_patterns.recordings(), min_size=1, max_size=3),
     st.integers(0, 200),
 )
 def test_it_is_the_cheapest_of_all_ways(text, recordings, most):
@@ -89,7 +89,7 @@ def test_it_is_the_cheapest_of_all_ways(text, recordings, most):
 @examples(150)
 @given(
     counted_lines(),
-    st.lists(made_patterns.recordings(), min_size=1, max_size=3),
+    st.lists(generated_patterns.recordings(), min_size=1, max_size=3),
     st.integers(0, 300),
 )
 def test_an_open_count_goes_on_as_often_as_there_are_symbols(text, recordings, most):
@@ -109,7 +109,7 @@ def test_an_open_count_goes_on_as_often_as_there_are_symbols(text, recordings, m
 @examples(300)
 @given(
     counted_lines(),
-    st.lists(made_patterns.recordings(), min_size=1, max_size=3),
+    st.lists(generated_patterns.recordings(), min_size=1, max_size=3),
     st.integers(0, 300),
 )
 def test_symbols_and_captures_that_are_left_out_have_no_match(text, recordings, most):
@@ -135,7 +135,7 @@ def test_symbols_and_captures_that_are_left_out_have_no_match(text, recordings, 
 
 
 @examples(100)
-@given(counted_lines(), made_patterns.recordings())
+@given(counted_lines(), generated_patterns.recordings())
 def test_the_way_that_is_told_is_the_one_that_was_found(text, recording):
     capture, tracks = recording
     columns = columns_of("r_arm", [capture], [tracks["r_arm"]])
@@ -166,7 +166,7 @@ def test_steps_that_may_be_left_out_are_passed_over_once(steps):
 
 
 def cost(text, columns):
-    line, batch = Line(net_of(text), columns, MOST), batch_of(columns, [made_patterns.CAPTURE])
+    line, batch = Line(net_of(text), columns, MOST), batch_of(columns, [generated_patterns.CAPTURE])
     return keys_of(line, batch, MOST)[1][0, 0]
 
 
@@ -186,13 +186,13 @@ def cost(text, columns):
     ],
 )
 def test_a_neighbour_costs_less(asked, symbol, expected):
-    columns = made_patterns.one_symbol("r_arm", *symbol)
+    columns = generated_patterns.one_symbol("r_arm", *symbol)
     assert cost(f"r_arm {asked}", columns) == pytest.approx(expected, abs=1)
 
 
 def test_a_symbol_at_the_border_to_what_is_asked_costs_nothing():
     symbols = [
-        made_patterns.one_symbol("r_arm", "r_forward", "mid", margin, ("right", "mid"))
+        generated_patterns.one_symbol("r_arm", "r_forward", "mid", margin, ("right", "mid"))
         for margin in (0.0, 0.5, 1.0)
     ]
     costs = [cost("r_arm right mid", one) for one in symbols]

@@ -2,7 +2,7 @@
 
 from fractions import Fraction
 
-import made_patterns
+import generated_patterns
 import numpy as np
 from effort import examples
 from fast_search import find_fast, numbered, told
@@ -20,9 +20,9 @@ from lanindex.search.language import Query, parse
 def libraries(draw):
     """Return captures of different lengths, some with an empty track or one of a single row."""
     recordings = []
-    for capture, tracks in draw(st.lists(made_patterns.recordings(), min_size=1, max_size=4)):
+    for capture, tracks in draw(st.lists(generated_patterns.recordings(), min_size=1, max_size=4)):
         kept = dict(tracks)
-        part = draw(st.sampled_from(made_patterns.PARTS))
+        part = draw(st.sampled_from(generated_patterns.PARTS))
         if part in kept and not draw(st.integers(0, 4)):
             rows = kept[part].symbols[: draw(st.integers(0, 1))]
             kept[part] = Track(part, np.array(rows, SYMBOL), kept[part].known)
@@ -39,7 +39,7 @@ def understood(text: str) -> Query:
 
 
 @examples(200)
-@given(made_patterns.lines(depth=1), libraries())
+@given(generated_patterns.lines(depth=1), libraries())
 def test_lines_are_found_as_plainly(text, recordings):
     query = understood(text)
     for overlaps in ("all", "none"):
@@ -48,7 +48,7 @@ def test_lines_are_found_as_plainly(text, recordings):
 
 
 @examples(200)
-@given(made_patterns.patterns(depth=1, most=2), libraries())
+@given(generated_patterns.patterns(depth=1, most=2), libraries())
 def test_patterns_are_found_as_plainly(text, recordings):
     query, tolerance = understood(text), Fraction(1, 5)
     for overlaps in ("all", "none"):

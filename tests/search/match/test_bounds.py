@@ -7,7 +7,7 @@ import pytest
 from dances import BOW
 from effort import some
 from fast_search import find_fast, told
-from grammar_patterns import random_pattern
+from generated_patterns import random_pattern
 from plain_matcher import find
 from plain_matcher.conditions import holds
 from query_cases import recordings_of

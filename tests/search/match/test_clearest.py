@@ -6,7 +6,7 @@ from random import Random
 import pytest
 from effort import seeds
 from fast_search import find_fast
-from grammar_patterns import random_pattern
+from generated_patterns import random_pattern
 from query_cases import recordings_of
 from random_library import DIRECTIONS, PARTS, random_library
 

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 from effort import seeds
 from fast_search import find_fast, told
-from grammar_patterns import random_pattern
+from generated_patterns import random_pattern
 from plain_matcher import ties
 from random_library import DIRECTIONS, PARTS, TOUCHES, WHOLE, random_library
 
