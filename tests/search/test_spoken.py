@@ -3,7 +3,7 @@
 import pytest
 
 from lanindex.pipeline.words import hints, meant
-from lanindex.search.dictionary import called, load
+from lanindex.search.dictionary import entry_named, load
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ def test_what_says_more_or_less_is_no_word(text):
 def test_every_name_means_its_entry():
     words = load()
     for name, entry in words.items():
-        assert called(name.replace("_", " "), words) is not None
+        assert entry_named(name.replace("_", " "), words) is not None
         assert meant(name) == entry
 
 
