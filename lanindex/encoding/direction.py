@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, PLACE
 from lanindex.encoding.arithmetic import blocks, sizes
-from lanindex.notation.lpd import Ranges
+from lanindex.notation.lpd_ldd import Ranges
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

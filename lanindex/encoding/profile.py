@@ -21,7 +21,7 @@ from lanindex.alphabet import GROUPS, PARTS
 from lanindex.encoding.symbols import Rules
 from lanindex.errors import NotationError, quoted, shown
 from lanindex.model import Meter
-from lanindex.notation import ldd, lpd
+from lanindex.notation.lpd_ldd import Ranges, read_ldd, read_lpd
 from lanindex.notation.text import read_toml
 
 BUILT_IN = Path(__file__).parent / "profiles"
@@ -57,7 +57,7 @@ class Profile:
     achieved_within: float  # Degrees
     onset: float  # Part of the peak speed; 0: off
     meter: Meter  # Tempo, rhythm and grid
-    ranges: Mapping[str, lpd.Ranges]  # By part
+    ranges: Mapping[str, Ranges]  # By part
     rules: Mapping[str, Rules]  # By part
 
 
@@ -226,8 +226,8 @@ def load(name: str | Path = "default") -> Profile:
         part: (_of_part(folder, part, ".lpd"), _of_part(folder, part, ".ldd")) for part in PARTS
     }
     used = {path for pair in paths.values() for path in pair} | {folder / "profile.toml"}
-    ranges = {path: lpd.read(path) for path in used if path.suffix == ".lpd"}
-    rules = {path: Rules(ldd.read(path)) for path in used if path.suffix == ".ldd"}
+    ranges = {path: read_lpd(path) for path in used if path.suffix == ".lpd"}
+    rules = {path: Rules(read_ldd(path)) for path in used if path.suffix == ".ldd"}
     return Profile(
         **values,
         digest=_digest(used),

@@ -47,7 +47,7 @@ from lanindex.encoding.segment import (
 from lanindex.model.symbol import (
     blank,
 )
-from lanindex.notation.ldd import (
+from lanindex.notation.lpd_ldd import (
     Rule,
 )
 

@@ -69,7 +69,7 @@ from lanindex.encoding.track import (
 from lanindex.model.symbol import (
     blank,
 )
-from lanindex.notation.lpd import (
+from lanindex.notation.lpd_ldd import (
     Ranges,
 )
 

@@ -1,12 +1,12 @@
 """Notations ↔ Score: a table of them, each known by a file's ending.
 
-A notation is a module with
+A notation is a line in `NOTATIONS` and a module with
 
 - ``read(content, place) -> Score``, and
-- ``write(score) -> str or bytes``, or of a table ``save(rows, file) -> int``,
+- ``write(score) -> str or bytes``, or of a table ``save(rows, file) -> int``.
 
-and a line in `NOTATIONS`. Nothing else knows one from another. Beside them stand borders (LPD) and
-rules (LDD), which are read.
+Nothing else knows one from another. Beside them stand borders (LPD) and rules (LDD), which are
+only read.
 
 Source: ``encoding/METHOD.md``, "Formats"; ``NOTATIONS.md``.
 """
@@ -28,21 +28,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Notation:
-    """One kind of file that holds a score."""
+    """A kind of file that holds a score."""
 
-    name: str  # As the library and ``--to`` say it: its ending in small letters
-    title: str  # As people say it
-    suffix: str  # Its ending, as it is written; read in small letters, too
-    gathered: bool = False  # Whether folders are searched for it: others are mostly not ours
-    module: str = ""  # Of this folder, imported when needed; by default of its name
+    name: str  # In the library and for ``--to``: the ending in small letters
+    title: str  # For people
+    suffix: str  # The ending as it is written; it is read in any case
+    gathered: bool = False  # Whether ingest looks for it in folders
+    module: str = ""  # Of this package; by default its name
     text: bool = True  # Whether people can read it
-    # Whether it has room for some parts only: those that its module calls ``PARTS``
-    parts: bool = False
+    parts: bool = False  # Whether it has room for the ``PARTS`` of its module only
+    table: str = ""  # Of a table: the end of the names of its functions in `tables`
 
-    @property
-    def does(self) -> Any:
-        """The module, imported."""
-        return importlib.import_module(f"lanindex.notation.{self.module or self.name}")
+    def own(self, name: str) -> Any:
+        """Return a function or constant of its module, imported when it is first needed."""
+        module = self.module or ("tables" if self.table else self.name)
+        name = f"{name}_{self.table}" if self.table else name
+        return getattr(importlib.import_module(f"lanindex.notation.{module}"), name)
 
 
 NOTATIONS = {
@@ -53,24 +54,22 @@ NOTATIONS = {
         Notation("textgrid", "Praat", ".TextGrid"),
         Notation("laban", "MAE", ".laban", gathered=True, parts=True),
         Notation("json", "LabanotationSuite", ".json", module="suite", parts=True),
-        Notation("symbols.csv", "CSV", ".symbols.csv", module="symbols_csv"),
-        Notation("symbols.jsonl", "JSON lines", ".symbols.jsonl", module="symbols_jsonl"),
-        Notation(
-            "symbols.parquet", "Parquet", ".symbols.parquet", module="symbols_parquet", text=False
-        ),
+        Notation("symbols.csv", "CSV", ".symbols.csv", table="csv"),
+        Notation("symbols.jsonl", "JSON lines", ".symbols.jsonl", table="jsonl"),
+        Notation("symbols.parquet", "Parquet", ".symbols.parquet", text=False, table="parquet"),
     )
 }
 """Every notation of scores, by name."""
 
-TABLES = {it.name.partition(".")[2]: it for it in NOTATIONS.values() if "." in it.name}
-"""Those that hold rows, whosever they are: by the last ending."""
+TABLES = {it.table: it for it in NOTATIONS.values() if it.table}
+"""The tables, by their last ending."""
 
 WRITTEN = tuple(NOTATIONS)
-"""Those that scores are written in: all."""
+"""Notations that scores can be written in: all."""
 
 
 def notation_of(path: str) -> Notation | None:
-    """Return the notation that a file's ending stands for, if it does for one."""
+    """Return the notation that a file's ending stands for, or None."""
     name = Path(path).name.lower()
     return next((it for it in NOTATIONS.values() if name.endswith(f".{it.name}")), None)
 
@@ -78,7 +77,7 @@ def notation_of(path: str) -> Notation | None:
 def read(path: str, content: bytes | None = None) -> Score:
     """Read a score from a file in any notation."""
     form = notation_of(path) or NOTATIONS["lnd"]
-    score: Score = form.does.read(content_of(path) if content is None else content, place=path)
+    score: Score = form.own("read")(content_of(path) if content is None else content, place=path)
     return score
 
 
@@ -94,13 +93,13 @@ def content_of(path: str) -> bytes:
 def write(score: Score, name: str) -> bytes:
     """Write a score in a notation."""
     form = NOTATIONS[name]
-    if form in TABLES.values():
-        from lanindex.notation.table import rows_of
+    if form.table:
+        from lanindex.notation.tables import rows_of
 
         file = BytesIO()
-        form.does.save(rows_of(score), file)
+        form.own("save")(rows_of(score), file)
         return file.getvalue()
-    text: str | bytes = form.does.write(score)
+    text: str | bytes = form.own("write")(score)
     return text.encode() if isinstance(text, str) else text
 
 
@@ -108,4 +107,4 @@ def left_out(score: Score, name: str) -> list[str]:
     """Return the parts of a score that a notation has no room for."""
     form = NOTATIONS[name]
     own = [part for part, track in score.tracks.items() if KINDS[track.kind].keyword and len(track)]
-    return [part for part in own if part not in form.does.PARTS] if form.parts else []
+    return [part for part in own if part not in form.own("PARTS")] if form.parts else []

@@ -17,8 +17,16 @@ from xml.etree.ElementTree import Element, SubElement
 
 from lanindex.errors import ExportError, NotationError, shown
 from lanindex.model import Score
-from lanindex.notation import xml
-from lanindex.notation.timed import SECOND, Said, is_part, length, said, score_of
+from lanindex.notation.tiers import (
+    SECOND,
+    TierEntry,
+    duration,
+    entries_of,
+    is_part,
+    parse_xml,
+    score_of,
+    write_xml,
+)
 
 TYPE = "labanotation"
 """The linguistic type of our tiers."""
@@ -51,7 +59,7 @@ def read(content: bytes, place: str) -> Score:
     root = _document(content, place)
     slots = {slot.get("TIME_SLOT_ID"): slot.get("TIME_VALUE") for slot in root.iter("TIME_SLOT")}
     properties = {it.get("NAME", ""): it.text or "" for it in root.iterfind("HEADER/PROPERTY")}
-    tiers: dict[str, list[Said]] = {}
+    tiers: dict[str, list[TierEntry]] = {}
     told: list[str] = []
     for tier in root.iterfind("TIER"):
         name, ours = tier.get("TIER_ID", ""), tier.get("LINGUISTIC_TYPE_REF") == TYPE
@@ -77,7 +85,7 @@ def read(content: bytes, place: str) -> Score:
 
 
 def _document(content: bytes, place: str) -> Element:
-    root = xml.parse(content, place, _ROOT)
+    root = parse_xml(content, place, _ROOT)
     header, order = root.find("HEADER"), root.find("TIME_ORDER")
     if header is None or order is None:
         raise NotationError("no header or no time slots", place=place, wanted="an ELAN file")
@@ -87,7 +95,9 @@ def _document(content: bytes, place: str) -> Element:
     return root
 
 
-def _annotations(tier: Element, slots: dict[str | None, str | None], place: str) -> Iterator[Said]:
+def _annotations(
+    tier: Element, slots: dict[str | None, str | None], place: str
+) -> Iterator[TierEntry]:
     for one in tier.iterfind("ANNOTATION/*"):
         words = one.findtext("ANNOTATION_VALUE") or ""
         if one.tag != "ALIGNABLE_ANNOTATION":
@@ -101,12 +111,12 @@ def _annotations(tier: Element, slots: dict[str | None, str | None], place: str)
         if stop <= start:
             found = f'"{shown(words)}" from {start / SECOND:g} to {stop / SECOND:g} s'
             raise NotationError(found, place=place, wanted="an end behind its start")
-        yield Said(words, start, stop)
+        yield TierEntry(words, start, stop)
 
 
 def _starts(
-    text: str, entries: Iterable[Said], part: str, place: str, told: list[str]
-) -> Iterator[Said]:
+    text: str, entries: Iterable[TierEntry], part: str, place: str, told: list[str]
+) -> Iterator[TierEntry]:
     """Yield a tier's starting positions, but those inside of what was annotated since."""
     ordered = sorted(entries, key=lambda it: it.start)
     begins = [it.start for it in ordered]
@@ -121,7 +131,7 @@ def _starts(
             told.append(f"{part}: a starting position at {time / SECOND:g} s is left out, "
                         "an annotation lies over it")  # fmt: skip
         else:
-            yield Said(match[2], time, time)
+            yield TierEntry(match[2], time, time)
 
 
 def write(
@@ -135,7 +145,7 @@ def write(
     """Write what a score shows as an ELAN file, or into one."""
     root = _new() if into is None else _document(into, place)
     header = next(root.iter("HEADER"))
-    tiers = said(score)
+    tiers = entries_of(score)
     for part in tiers:
         _make_room(root, part, force, place)
     _declare(root, TYPE, place)
@@ -147,11 +157,13 @@ def write(
         _tell(header, _STARTS + part, starts)
     before = header.findtext(f"PROPERTY[@NAME='{_LENGTH}']") or ""
     known = int(before) if _TIME.fullmatch(before) else 0
-    _tell(header, _LENGTH, str(max(known, length(score))))
-    return xml.written(root)
+    _tell(header, _LENGTH, str(max(known, duration(score))))
+    return write_xml(root)
 
 
-def mark(into: bytes, tier: str, entries: list[Said], *, place: str, force: bool = False) -> bytes:
+def mark(
+    into: bytes, tier: str, entries: list[TierEntry], *, place: str, force: bool = False
+) -> bytes:
     """Return an ELAN file with a tier more, which says what its entries say."""
     root = _document(into, place)
     if is_part(tier) or not tier.strip() or not tier.isprintable():
@@ -166,10 +178,10 @@ def mark(into: bytes, tier: str, entries: list[Said], *, place: str, force: bool
     _make_room(root, tier, force, place)
     _declare(root, HITS, place)
     _put(root, {tier: ordered}, HITS)
-    return xml.written(root)
+    return write_xml(root)
 
 
-def _put(root: Element, tiers: Mapping[str, list[Said]], kind: str) -> None:
+def _put(root: Element, tiers: Mapping[str, list[TierEntry]], kind: str) -> None:
     """Put tiers behind those that are there, numbered behind all others."""
     numbers = count(_last_number(root) + 1)
     made = [_tier(name, kind, entries, numbers) for name, entries in tiers.items()]
@@ -240,7 +252,7 @@ def _last_number(root: Element) -> int:
 
 
 def _tier(
-    name: str, kind: str, entries: Iterable[Said], numbers: count[int]
+    name: str, kind: str, entries: Iterable[TierEntry], numbers: count[int]
 ) -> tuple[Element, list[tuple[int, str]]]:
     """Return a tier, and the time slots that it needs."""
     tier = Element("TIER", {"LINGUISTIC_TYPE_REF": kind, "TIER_ID": name})

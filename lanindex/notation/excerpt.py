@@ -17,7 +17,7 @@ from lanindex.model.derived import STEP, with_bends, with_steps
 from lanindex.model.score import HEADING_RATE
 from lanindex.model.symbol import joined
 from lanindex.notation.beats import Beats, ticks_at
-from lanindex.notation.page import UNIT
+from lanindex.notation.lnd import UNIT
 
 Rows = NDArray[Any]
 

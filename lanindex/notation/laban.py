@@ -14,9 +14,16 @@ from xml.etree.ElementTree import Element, SubElement, register_namespace
 
 from lanindex.errors import NotationError, shown
 from lanindex.model import Score
-from lanindex.notation import xml
-from lanindex.notation.exact import DECIMAL, number
-from lanindex.notation.timed import SECOND, Said, length, said, score_of
+from lanindex.notation.text import DECIMAL, number
+from lanindex.notation.tiers import (
+    SECOND,
+    TierEntry,
+    duration,
+    entries_of,
+    parse_xml,
+    score_of,
+    write_xml,
+)
 
 _NAMED = "http://www.example.org/labanotation"
 _SPACE = f"{{{_NAMED}}}"
@@ -52,13 +59,13 @@ def read(content: bytes, place: str) -> Score:
     Measure 0 holds starting positions. Holds say nothing new; signs other than of a direction are
     left out, which the score's warnings tell.
     """
-    root = xml.parse(content, place, f"{_SPACE}score")
+    root = parse_xml(content, place, f"{_SPACE}score")
     staff = root.find(f"{_SPACE}staff")
     if staff is None:
         raise NotationError("no staff", place=place, wanted="a score of MAE")
     beat, beats = _timing(staff, place)
     parts = {**_ARMS, **dict(_defined(one) for one in staff.iter(f"{_SPACE}columnDefinition"))}
-    tiers: dict[str, list[Said]] = defaultdict(list)
+    tiers: dict[str, list[TierEntry]] = defaultdict(list)
     told: dict[str, None] = {}
     for ordinal, one in enumerate(staff.iter(f"{_SPACE}movement"), 1):
         where = f"{place}: movement {ordinal}"
@@ -76,14 +83,16 @@ def read(content: bytes, place: str) -> Score:
         start = (measure - 1) * beats + _number(one, "beat", where)
         span = (start, start + _number(one, "duration", where)) if measure else (0, 0)
         times = [int(time * beat + Fraction(1, 2)) for time in span]
-        tiers[part].append(Said(_words(direction, where), times[0], times[1]))
+        tiers[part].append(TierEntry(_words(direction, where), times[0], times[1]))
     apart = {part: _apart(part, found, beat * _SLIP, told) for part, found in tiers.items()}
     count = _text(staff, "measures")
     length = int(count) * beats * beat if _COUNT.fullmatch(count) else 0
     return score_of(apart, place, told, int(length))
 
 
-def _apart(part: str, entries: list[Said], slip: Fraction, told: dict[str, None]) -> list[Said]:
+def _apart(
+    part: str, entries: list[TierEntry], slip: Fraction, told: dict[str, None]
+) -> list[TierEntry]:
     """End a movement where the next begins, if it was drawn a little too long."""
     ordered = sorted(entries, key=lambda it: (it.start, it.stop))
     for at, (one, two) in enumerate(pairwise(ordered)):
@@ -141,7 +150,7 @@ def _words(direction: Element, place: str) -> str:
 def write(score: Score) -> bytes:
     """Write what limbs do as a score of MAE, in beats of 200 ms, five a measure."""
     register_namespace("laban", _NAMED)
-    tiers = {part: entries for part, entries in said(score).items() if part in PARTS}
+    tiers = {part: entries for part, entries in entries_of(score).items() if part in PARTS}
     columns = {part: column for column, part in _ARMS.items()}
     others = dict.fromkeys(part[2:] for part in tiers if part not in columns)
     root = Element(f"{_SPACE}score", {_SCHEMA: f"{_NAMED} labanotation.xsd"})
@@ -149,7 +158,7 @@ def write(score: Score) -> bytes:
         _add(root, name, text)
     _add(root, "description")
     staff = _add(root, "staff")
-    _add(staff, "measures", str(max(1, -(-length(score) // (_BEAT * _BEATS)))))
+    _add(staff, "measures", str(max(1, -(-duration(score) // (_BEAT * _BEATS)))))
     timing = _add(staff, "timing")
     _add(timing, "timeUnit", "millisecond")
     measure = _add(timing, "measure")
@@ -166,7 +175,7 @@ def write(score: Score) -> bytes:
     for start, stop, part, words in sorted(found, key=lambda it: it[:2]):
         if stop > start or start == 0:
             _move(movements, columns[part], start, stop, words)
-    return xml.written(root)
+    return write_xml(root)
 
 
 def _add(parent: Element, name: str, text: str = "") -> Element:

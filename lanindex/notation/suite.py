@@ -17,9 +17,8 @@ from typing import Any, NamedTuple
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, LEVELS
 from lanindex.errors import NotationError, shown
 from lanindex.model import Score
-from lanindex.notation.exact import DECIMAL
-from lanindex.notation.text import decoded, once
-from lanindex.notation.timed import SECOND, Said, length, said, score_of
+from lanindex.notation.text import DECIMAL, decoded, once
+from lanindex.notation.tiers import SECOND, TierEntry, duration, entries_of, score_of
 
 ARMS = {
     "right elbow": ("r_upper_arm", "r_arm"),
@@ -64,7 +63,7 @@ def _theirs(words: str) -> tuple[str, str]:
 _OURS = {_theirs(f"{way} {level}"): f"{way} {level}" for way in DIRECTIONS for level in LEVELS}
 
 
-class _Stand(NamedTuple):
+class _Position(NamedTuple):
     """What a column says at a position: a direction and a level, or degrees; and our mark."""
 
     time: int
@@ -78,7 +77,7 @@ def read(content: bytes, place: str) -> Score:
     The first position is where all begins; later on a part moves from one position to the next
     wherever the two differ.
     """
-    columns: dict[str, list[_Stand]] = defaultdict(list)
+    columns: dict[str, list[_Position]] = defaultdict(list)
     told: dict[str, None] = {}
     positions = list(_positions(_gesture(content, place), place))
     times = [time for _, time, _ in positions] or [0]
@@ -91,7 +90,7 @@ def read(content: bytes, place: str) -> Score:
                 told[f'the column "{shown(column)}" is no part of the body: left out'] = None
                 continue
             says = (_turned if column == _TURN else _pointed)(value, f"{where}, {column}")
-            columns[column].append(_Stand(time, says, str(marks.get(column, ""))))
+            columns[column].append(_Position(time, says, str(marks.get(column, ""))))
     tiers = {part: _moves(columns[name], times[0]) for name, (part, _) in ARMS.items()}
     tiers["body_turn"] = _turns(columns[_TURN])
     if len({stand.says for stand in columns[_HEAD]}) > 1:
@@ -170,9 +169,9 @@ def _turned(value: Any, place: str) -> str:
     return f"{way} {round(float(number)) * (1 if way == 'ToLeft' else -1)}"
 
 
-def _moves(column: Iterable[_Stand], opens: int) -> list[Said]:
+def _moves(column: Iterable[_Position], opens: int) -> list[TierEntry]:
     """Return starting positions, and movements between positions that differ."""
-    found: list[Said] = []
+    found: list[TierEntry] = []
     before, since = "", opens
     for time, says, mark in column:
         if mark == _AWAY:
@@ -182,17 +181,17 @@ def _moves(column: Iterable[_Stand], opens: int) -> list[Said]:
         else:
             if mark == _ANEW or (not before and mark != _AGAIN):
                 begins = time if time > opens else 0
-                found.append(Said(says, begins, begins))
+                found.append(TierEntry(says, begins, begins))
             elif mark == _AGAIN or says != before:
-                found.append(Said(says, since, time))
+                found.append(TierEntry(says, since, time))
             before = says
         since = time
     return found
 
 
-def _turns(column: Iterable[_Stand]) -> list[Said]:
+def _turns(column: Iterable[_Position]) -> list[TierEntry]:
     """Return turns from one facing to the next."""
-    found: list[Said] = []
+    found: list[TierEntry] = []
     facing = since = 0
     for time, says, mark in column:
         if mark == _AWAY:
@@ -201,31 +200,33 @@ def _turns(column: Iterable[_Stand]) -> list[Said]:
         turn, facing = int(degrees_) - facing, int(degrees_)
         if turn or mark == _AGAIN:
             left = way == "ToLeft" if mark == _AGAIN else turn > 0
-            found.append(Said(f"{'left' if left else 'right'} {abs(turn)}deg", since, time))
+            found.append(TierEntry(f"{'left' if left else 'right'} {abs(turn)}deg", since, time))
         since = time
     return found
 
 
-def _head(column: list[_Stand], opens: int, told: dict[str, None]) -> tuple[list[Said], list[Said]]:
+def _head(
+    column: list[_Position], opens: int, told: dict[str, None]
+) -> tuple[list[TierEntry], list[TierEntry]]:
     """Return how a head nods and how it turns, whose face looks as a column says."""
     known = [stand for stand in column if stand.says.split()[0] in _PANS]
     if len(known) < len(column):
         told["a face that looks back or to its place: left out"] = None
     split = [stand.says.split() for stand in known]
-    nods = (_Stand(it.time, _NODS[level]) for it, (_, level) in zip(known, split, strict=True))
-    pans = (_Stand(it.time, _PANS[way]) for it, (way, _) in zip(known, split, strict=True))
+    nods = (_Position(it.time, _NODS[level]) for it, (_, level) in zip(known, split, strict=True))
+    pans = (_Position(it.time, _PANS[way]) for it, (way, _) in zip(known, split, strict=True))
     return _moves(nods, opens), _moves(pans, opens)
 
 
 def write(score: Score) -> str:
     """Write what the arms do, and where the body faces, as a gesture of LabanotationSuite."""
-    shows = said(score)
+    shows = entries_of(score)
     arms = {
         column: next((shows[part] for part in parts if part in shows), [])
         for column, parts in ARMS.items()
     }
     turns = [it for it in shows.get("body_turn", []) if it.start < it.stop]
-    moments = sorted({(0, 0), (length(score), 0)}.union(*map(_moments, (*arms.values(), turns))))
+    moments = sorted({(0, 0), (duration(score), 0)}.union(*map(_moments, (*arms.values(), turns))))
     columns = {name: list(_stands(entries, moments)) for name, entries in arms.items()}
     columns[_TURN] = list(_facings(turns, moments))
     lines = []
@@ -243,16 +244,16 @@ def write(score: Score) -> str:
     return '{\n  "gesture": {\n' + ",\n".join(lines) + "\n  }\n}\n"
 
 
-def _moments(entries: list[Said]) -> set[tuple[int, int]]:
+def _moments(entries: list[TierEntry]) -> set[tuple[int, int]]:
     """Return the times of a part's positions; 1 behind one: a second position at that time."""
     found = {(time, 0) for it in entries for time in (it.start, it.stop)}
     seams = pairwise(entries)
     return found | {(two.start, 1) for one, two in seams if one.stop == two.start == two.stop}
 
 
-def _stands(entries: list[Said], moments: Iterable[tuple[int, int]]) -> Iterator[_Stand]:
+def _stands(entries: list[TierEntry], moments: Iterable[tuple[int, int]]) -> Iterator[_Position]:
     """Yield where a part is at each time."""
-    left = [*entries, Said("", 1 << 62, 1 << 62)][::-1]
+    left = [*entries, TierEntry("", 1 << 62, 1 << 62)][::-1]
     before, behind = "", -1
     for time, second in moments:
         it, mark = left[-1], "" if before else _UNKNOWN
@@ -263,17 +264,17 @@ def _stands(entries: list[Said], moments: Iterable[tuple[int, int]]) -> Iterator
             mark = "" if before and before != it.words else _AGAIN
         elif it.start < time:
             here, mark = _between(before or it.words, it, time), _AWAY
-            yield _Stand(time, here, mark)
+            yield _Position(time, here, mark)
             continue
         else:
-            yield _Stand(time, here, mark)
+            yield _Position(time, here, mark)
             continue
         left.pop()
         before, behind = it.words, time
-        yield _Stand(time, before, mark)
+        yield _Position(time, before, mark)
 
 
-def _between(before: str, move: Said, time: int) -> str:
+def _between(before: str, move: TierEntry, time: int) -> str:
     """Return the direction that is nearest on the straight way of a movement."""
     share = (time - move.start) / (move.stop - move.start)
     ends = zip(_vector(before), _vector(move.words), strict=True)
@@ -300,9 +301,9 @@ def _vector(words: str) -> tuple[float, float, float]:
     return cos(high) * cos(round_), cos(high) * sin(round_), sin(high)
 
 
-def _facings(turns: list[Said], moments: Iterable[tuple[int, int]]) -> Iterator[_Stand]:
+def _facings(turns: list[TierEntry], moments: Iterable[tuple[int, int]]) -> Iterator[_Position]:
     """Yield where the body faces at each time: degrees to the left of its beginning."""
-    left = [*turns, Said("left 0deg", 1 << 62, 1 << 62)][::-1]
+    left = [*turns, TierEntry("left 0deg", 1 << 62, 1 << 62)][::-1]
     facing, way = 0, "ToLeft"
     for time, _ in moments:
         it, mark, here = left[-1], "", facing
@@ -315,4 +316,4 @@ def _facings(turns: list[Said], moments: Iterable[tuple[int, int]]) -> Iterator[
         elif it.start < time:
             here += round(turn * (time - it.start) / (it.stop - it.start))
             mark = _AWAY
-        yield _Stand(time, f"{way} {here if way == 'ToLeft' else -here}", mark)
+        yield _Position(time, f"{way} {here if way == 'ToLeft' else -here}", mark)

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from lanindex.errors import NotationError, shown
 from lanindex.model import Score
 from lanindex.notation.text import decoded
-from lanindex.notation.timed import SECOND, Said, is_part, length, said, score_of
+from lanindex.notation.tiers import SECOND, TierEntry, duration, entries_of, is_part, score_of
 
 _STARTS = " starts"
 """Ends the name of a tier of starting positions."""
@@ -84,7 +84,7 @@ def read(content: bytes, place: str) -> Score:
             raise tokens.fault(f'"{shown(word)}"', f'"{wanted}"')
     _, end = tokens.time(), tokens.time()
     tokens.take("flag", "<exists>")
-    tiers: dict[str, list[Said]] = defaultdict(list)
+    tiers: dict[str, list[TierEntry]] = defaultdict(list)
     told: list[str] = []
     number = tokens.count("how many tiers there are")
     for _ in range(number):
@@ -103,7 +103,7 @@ def read(content: bytes, place: str) -> Score:
     return score_of(tiers, place, told, end)
 
 
-def _entries(tokens: _Tokens, kind: str) -> Iterator[Said]:
+def _entries(tokens: _Tokens, kind: str) -> Iterator[TierEntry]:
     """Yield what a tier says; intervals without a text say nothing."""
     tokens.time(), tokens.time()
     for _ in range(tokens.count("how many entries there are")):
@@ -114,14 +114,14 @@ def _entries(tokens: _Tokens, kind: str) -> Iterator[Said]:
             found = f'"{shown(words)}" from {start / SECOND:g} to {stop / SECOND:g} s'
             raise tokens.fault(found, "an end 1 ms behind its start, or later")
         if words:
-            yield Said(words, start, stop)
+            yield TierEntry(words, start, stop)
 
 
 def write(score: Score) -> str:
     """Write what a score shows as a TextGrid, in the long form."""
     tiers = []
-    shown_of = said(score)
-    last = max([1, length(score), *(it.stop for entries in shown_of.values() for it in entries)])
+    shown_of = entries_of(score)
+    last = max([1, duration(score), *(it.stop for entries in shown_of.values() for it in entries)])
     for part, entries in shown_of.items():
         moves = [it for it in entries if it.start < it.stop]
         starts = [it for it in entries if it.start == it.stop]
@@ -143,14 +143,14 @@ def _seconds(time: int) -> str:
     return f"{time // SECOND}.{time % SECOND:03}".rstrip("0").rstrip(".")
 
 
-def _intervals(name: str, moves: list[Said], last: int) -> list[str]:
+def _intervals(name: str, moves: list[TierEntry], last: int) -> list[str]:
     """Return a tier that says something everywhere, if only nothing."""
     whole, at = [], 0
     for it in moves:
-        whole += [Said("", at, it.start)] if at < it.start else []
+        whole += [TierEntry("", at, it.start)] if at < it.start else []
         whole.append(it)
         at = it.stop
-    whole += [Said("", at, last)] if at < last else []
+    whole += [TierEntry("", at, last)] if at < last else []
     lines = [f'class = "{_INTERVALS}"', f'name = "{name}"', *_span(0, last)]
     lines.append(f"intervals: size = {len(whole)}")
     for number, it in enumerate(whole, 1):
@@ -159,7 +159,7 @@ def _intervals(name: str, moves: list[Said], last: int) -> list[str]:
     return lines
 
 
-def _points(name: str, starts: list[Said], last: int) -> list[str]:
+def _points(name: str, starts: list[TierEntry], last: int) -> list[str]:
     lines = [f'class = "{_POINTS}"', f'name = "{name}"', *_span(0, last)]
     lines.append(f"points: size = {len(starts)}")
     for number, it in enumerate(starts, 1):

@@ -16,7 +16,7 @@ import numpy as np
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank
 from lanindex.notation import NOTATIONS, WRITTEN, eaf, left_out, read, write
-from lanindex.notation.timed import Said
+from lanindex.notation.tiers import TierEntry
 
 PARTS = ("r_upper_arm", "l_upper_arm", "r_forearm", "l_forearm", "r_arm", "l_arm")
 """What every notation has room for."""
@@ -57,7 +57,7 @@ def hits() -> None:
     """Print a row for each number of hits."""
     print("hits       into a small file s   into one as large s")
     for count in (1_000, 10_000, 100_000):
-        entries = [Said("r_arm high 0.90", 10 * at, 10 * at + 5) for at in range(count)]
+        entries = [TierEntry("r_arm high 0.90", 10 * at, 10 * at + 5) for at in range(count)]
         times, content = [time.process_time()], eaf.write(many(4, PARTS[:2]))
         for tier in ("hits", "more"):
             content = eaf.mark(content, tier, entries, place="x")

@@ -9,7 +9,8 @@ import pytest
 
 from lanindex.alphabet import PARTS
 from lanindex.encoding.profile import BUILT_IN
-from lanindex.notation import ldd, lnd, lpd
+from lanindex.notation import lnd
+from lanindex.notation.lpd_ldd import parse_ldd, parse_lpd, read_ldd, read_lpd
 
 PAGE = BUILT_IN.parent / "METHOD.md"
 PACKAGE = BUILT_IN.parents[1]
@@ -60,7 +61,7 @@ def test_borders_are_those_of_the_lpd_files() -> None:
         )
         for row in table("profile")
     }
-    read = {path: lpd.read(path) for path in BUILT_IN.glob("*/*.lpd")}
+    read = {path: read_lpd(path) for path in BUILT_IN.glob("*/*.lpd")}
     assert said == {
         (path.parent.name, path.name): (
             f"{ranges.place:g} {'L' if ranges.relative else 'mm'}",
@@ -69,7 +70,7 @@ def test_borders_are_those_of_the_lpd_files() -> None:
         )
         for path, ranges in read.items()
     }
-    assert {ranges.starts for ranges in read.values()} == {lpd.parse(examples("lpd")[0]).starts}
+    assert {ranges.starts for ranges in read.values()} == {parse_lpd(examples("lpd")[0]).starts}
 
 
 def test_parts_are_those_of_the_alphabet() -> None:
@@ -87,9 +88,9 @@ def test_parts_are_those_of_the_alphabet() -> None:
 def test_examples_of_formats_are_read() -> None:
     (score,), (ranges,), (rules,) = map(examples, ("lnd", "lpd", "ldd"))
     assert lnd.write(lnd.read(score)).count("direction ") == score.count("direction ")
-    assert lpd.parse(ranges).relative
-    (rule,) = ldd.parse(rules)
-    assert rule.cells in {one.cells for one in ldd.read(BUILT_IN / "default" / "all.ldd")}
+    assert parse_lpd(ranges).relative
+    (rule,) = parse_ldd(rules)
+    assert rule.cells in {one.cells for one in read_ldd(BUILT_IN / "default" / "all.ldd")}
 
 
 def stages(words: str) -> set[str]:

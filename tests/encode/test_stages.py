@@ -18,7 +18,7 @@ from lanindex.encoding.symbols import Rules, Run, achieve, apply, runs
 from lanindex.encoding.timing import quantise, to_source
 from lanindex.model import Meter, Span
 from lanindex.model.symbol import blank, joined
-from lanindex.notation import ldd
+from lanindex.notation.lpd_ldd import parse_ldd
 
 RANGES = load("default").ranges["r_arm"]
 
@@ -247,7 +247,7 @@ class TestRules:
 
     def outcomes(self, names: list[str], in_force: str, text: str) -> list[str]:
         found = [run(name) for name in names]
-        found = apply(found, cell(in_force), Rules(ldd.parse(text)))
+        found = apply(found, cell(in_force), Rules(parse_ldd(text)))
         return [one.outcome for one in found]
 
     def test_the_context_counts(self) -> None:
@@ -281,7 +281,7 @@ class TestRules:
             "#rule_start#\nL right low\nD right mid\nL right high\n#rule_end#\n"
         )
         found = [run("right low"), run("right mid"), run("right high")]
-        found = apply(found, cell("place low"), Rules(ldd.parse(text)))
+        found = apply(found, cell("place low"), Rules(parse_ldd(text)))
         assert [one.rule for one in found] == [1, 0, 0]
 
 

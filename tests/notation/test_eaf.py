@@ -14,7 +14,7 @@ import lanindex
 from lanindex.errors import ExportError, LanindexError, NotationError
 from lanindex.model import Score
 from lanindex.notation import eaf
-from lanindex.notation.timed import Said
+from lanindex.notation.tiers import TierEntry
 
 LND = """\
 #unit0
@@ -331,7 +331,7 @@ def test_other_encodings() -> None:
     )
 
 
-HITS = [Said("r_arm high 0.50", 2000, 2500), Said("r_arm high 1.00", 100, 900)]
+HITS = [TierEntry("r_arm high 0.50", 2000, 2500), TierEntry("r_arm high 1.00", 100, 900)]
 
 
 def test_a_tier_of_hits(tmp_path: Path) -> None:
@@ -361,11 +361,18 @@ def test_a_tier_of_hits(tmp_path: Path) -> None:
         (OTHERS, " ", HITS, "wanted a name that can be read"),
         (OTHERS, "\x1b", HITS, "wanted a name that can be read"),
         (OTHERS, "words & all", HITS, "has a tier words & all already"),
-        (OTHERS, "a", [*HITS, Said("b", 800, 950)], "x: a: what begins at 0.1 and 0.8 s shares"),
+        (
+            OTHERS,
+            "a",
+            [*HITS, TierEntry("b", 800, 950)],
+            "x: a: what begins at 0.1 and 0.8 s shares",
+        ),
         (OTHERS[:-20], "a", HITS, "damaged XML"),
     ],
 )
-def test_hits_that_no_tier_takes(into: bytes, tier: str, entries: list[Said], said: str) -> None:
+def test_hits_that_no_tier_takes(
+    into: bytes, tier: str, entries: list[TierEntry], said: str
+) -> None:
     with pytest.raises(LanindexError) as caught:
         eaf.mark(into, tier, entries, place="x")
     assert said in str(caught.value)

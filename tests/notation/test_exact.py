@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lanindex.notation.exact import DECIMAL, fraction, number
+from lanindex.notation.text import DECIMAL, fraction, number
 
 
 @given(st.fractions(0, 1000, max_denominator=5000))

@@ -1,7 +1,7 @@
 import pytest
 
 from lanindex.errors import NotationError
-from lanindex.notation import ldd
+from lanindex.notation.lpd_ldd import parse_ldd
 
 PAPER = """\
 #rule_start#
@@ -19,7 +19,7 @@ D right low
 
 
 def test_both_spellings() -> None:
-    first, second = ldd.parse(PAPER)
+    first, second = parse_ldd(PAPER)
     assert (first.line, first.cells, first.deleted) == (
         1,
         ((3, 1), (3, 0), (8, 0)),
@@ -29,7 +29,7 @@ def test_both_spellings() -> None:
 
 
 def test_upper_case_and_windows_lines() -> None:
-    assert ldd.parse(PAPER.upper().replace("\n", "\r\n")) == ldd.parse(PAPER)
+    assert parse_ldd(PAPER.upper().replace("\n", "\r\n")) == parse_ldd(PAPER)
 
 
 @pytest.mark.parametrize(
@@ -55,5 +55,5 @@ def test_upper_case_and_windows_lines() -> None:
 )
 def test_errors_name_the_line(text: str, message: str) -> None:
     with pytest.raises(NotationError) as error:
-        ldd.parse(text, "r.ldd")
+        parse_ldd(text, "r.ldd")
     assert message in str(error.value)

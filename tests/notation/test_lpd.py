@@ -4,7 +4,7 @@ import pytest
 
 from lanindex.alphabet import DIRECTION_CODES
 from lanindex.errors import NotationError
-from lanindex.notation import lpd
+from lanindex.notation.lpd_ldd import parse_lpd
 
 PAPER = """\
 place	250
@@ -23,27 +23,27 @@ low	300
 
 
 def test_figure_13_of_the_paper() -> None:
-    ranges = lpd.parse(PAPER)
+    ranges = parse_lpd(PAPER)
     assert (ranges.place, ranges.relative, ranges.mid, ranges.high) == (250, False, 60, 120)
     assert ranges.radius(500) == 250
     assert [ranges.centre(code) for code in range(8)] == [45.0 * code for code in range(8)]
 
 
 def test_place_in_limb_lengths() -> None:
-    ranges = lpd.parse(PAPER.replace("250", "0.38 L"))
+    ranges = parse_lpd(PAPER.replace("250", "0.38 L"))
     assert ranges.relative
     assert ranges.radius(500) == pytest.approx(190)
 
 
 def test_uneven_sectors_have_their_own_middles() -> None:
-    ranges = lpd.parse(PAPER.replace("67.5", "57.5"))
+    ranges = parse_lpd(PAPER.replace("67.5", "57.5"))
     assert ranges.centre(DIRECTION_CODES["r_forward"]) == 40
     assert ranges.centre(DIRECTION_CODES["forward"]) == 85
 
 
 def test_a_sector_of_more_than_half_the_circle() -> None:
     starts = (0, 200, 210, 220, 230, 240, 250, 260)
-    ranges = replace(lpd.parse(PAPER), starts=tuple(map(float, starts)))
+    ranges = replace(parse_lpd(PAPER), starts=tuple(map(float, starts)))
     assert [ranges.centre(code) for code in range(8)] == [100, 205, 215, 225, 235, 245, 255, 310]
 
 
@@ -70,5 +70,5 @@ def test_a_sector_of_more_than_half_the_circle() -> None:
 )
 def test_errors_name_the_line(old: str, new: str, message: str) -> None:
     with pytest.raises(NotationError) as error:
-        lpd.parse(PAPER.replace(old, new, 1), "p.lpd")
+        parse_lpd(PAPER.replace(old, new, 1), "p.lpd")
     assert message in str(error.value)

@@ -17,7 +17,8 @@ from lanindex import records
 from lanindex.errors import ExportError, NotationError
 from lanindex.model import Capture, Meter, Score, Span, Track
 from lanindex.model.symbol import blank
-from lanindex.notation import TABLES, read, table, write
+from lanindex.notation import TABLES, read, tables, write
+from lanindex.notation.tables import rows_in
 
 NAMES = [it.name for it in TABLES.values()]
 KEPT = ("direction", "level", "start", "stop", "passing", "swings", "amount", "size",
@@ -59,9 +60,9 @@ def test_any_score_comes_back(name: str, score: Score) -> None:
 def test_columns_are_those_of_show() -> None:
     score = lanindex.read_lnd("corpus/compass.lnd")
     capture = Capture(7, "compass.lnd", "lnd", "", "", score.rate, score.frames)
-    rows = list(table.rows_in(capture, score.tracks))
+    rows = list(rows_in(capture, score.tracks))
     assert rows == [records.of_row(capture, it) for it in score.symbols()]
-    assert all(list(row) == list(table.COLUMNS) for row in rows)
+    assert all(list(row) == list(tables.COLUMNS) for row in rows)
     lines = write(score, "symbols.jsonl").decode().splitlines()
     nobody = {"capture": None, "capture_id": None}
     assert [json.loads(line) for line in lines] == [{**row, **nobody} for row in rows]
@@ -191,9 +192,7 @@ def test_without_pyarrow(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_groups_of_rows(monkeypatch: pytest.MonkeyPatch) -> None:
     from pyarrow import parquet
 
-    from lanindex.notation import symbols_parquet
-
-    monkeypatch.setattr(symbols_parquet, "GROUP", 10)
+    monkeypatch.setattr(tables, "GROUP", 10)
     score = lanindex.read_lnd("corpus/compass.lnd")
     content = write(score, "symbols.parquet")
     file = parquet.ParquetFile(BytesIO(content))

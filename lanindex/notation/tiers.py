@@ -1,4 +1,4 @@
-"""Symbols as words with times in milliseconds: what the tiers of annotation programs hold.
+"""What annotation programs share: symbols as words with times in milliseconds, and XML.
 
 Source: ``NOTATIONS.md``, "Tiers".
 """
@@ -9,7 +9,11 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from io import BytesIO
 from itertools import pairwise
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
+from xml.parsers import expat
 
 import numpy as np
 
@@ -27,7 +31,7 @@ from lanindex.alphabet import (
 )
 from lanindex.errors import ExportError, NotationError, shown
 from lanindex.model import Score, Track
-from lanindex.notation.page import PART, Page, Written, rank
+from lanindex.notation.lnd import PART, LndReader, SymbolLine, rank
 
 SECOND = 1000
 """Units of time in a second."""
@@ -36,7 +40,7 @@ _DEGREES = re.compile(r"(\d{1,9})deg")
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class TierEntry:
     """A symbol as a tier has it."""
 
     words: str  # What it says, without the part
@@ -44,18 +48,18 @@ class Said:
     stop: int
 
 
-def said(score: Score) -> dict[str, list[Said]]:
+def entries_of(score: Score) -> dict[str, list[TierEntry]]:
     """Return what each part of a score shows, in order: starting positions and movements."""
     tracks = score.tracks
     written = [part for part in tracks if KINDS[tracks[part].kind].keyword and len(tracks[part])]
-    return {part: _said(tracks[part], score.rate) for part in sorted(written, key=rank)}
+    return {part: _entries(tracks[part], score.rate) for part in sorted(written, key=rank)}
 
 
-def _said(track: Track, rate: Fraction) -> list[Said]:
+def _entries(track: Track, rate: Fraction) -> list[TierEntry]:
     if not PART.fullmatch(track.part):
         wanted = "small letters and _, as in r_arm"
         raise ExportError(f'the part "{shown(track.part)}"', wanted=wanted)
-    found: list[Said] = []
+    found: list[TierEntry] = []
     for symbol in track.listed():
         if symbol.passing:
             continue
@@ -64,7 +68,7 @@ def _said(track: Track, rate: Fraction) -> list[Said]:
         if again or (start == stop and symbol.start < symbol.stop):
             place = f"{track.part} at {start / SECOND:g} s"
             raise ExportError("a symbol of less than 1 ms", place=place, wanted="1 ms at least")
-        found.append(Said(symbol.words, start, stop))
+        found.append(TierEntry(symbol.words, start, stop))
     return found
 
 
@@ -78,19 +82,19 @@ def is_part(name: str) -> bool:
     return name in TRACKS and bool(KINDS[kind_of(name)].keyword)
 
 
-def length(score: Score) -> int:
+def duration(score: Score) -> int:
     """Return how many milliseconds a score lasts."""
     return milliseconds(score.frames, score.rate)
 
 
 def score_of(
-    tiers: Mapping[str, Iterable[Said]],
+    tiers: Mapping[str, Iterable[TierEntry]],
     place: str,
     told: Iterable[str] = (),
     length: int = 0,
 ) -> Score:
     """Return the score that some tiers show."""
-    page, bent = Page(place), dict[str, list[int]]()
+    page, bent = LndReader(place), dict[str, list[int]]()
     page.understood, page.total = True, -(-length // (4 * SECOND))
     for part, entries in tiers.items():
         if not PART.fullmatch(part):
@@ -100,7 +104,7 @@ def score_of(
         found = [_read(part, it.words, _at(place, part, it.start)) for it in ordered]
         for it, (cell, _) in zip(ordered, found, strict=True):
             times = Fraction(it.start, SECOND), Fraction(it.stop, SECOND)
-            page.written.append(Written(part, cell, 1, *times, 0))
+            page.written.append(SymbolLine(part, cell, 1, *times, 0))
         bent[part] = [degree for _, degree in found]
     score = page.score()
     own = (part for part in score.tracks if part in BENDS and max(bent[part]) >= 0)
@@ -119,7 +123,7 @@ def _at(place: str, part: str, start: int) -> str:
     return f"{place}: {part} at {start / SECOND:g} s"
 
 
-def _check(part: str, ordered: list[Said], place: str) -> None:
+def _check(part: str, ordered: list[TierEntry], place: str) -> None:
     for one, two in pairwise(ordered):
         if two.start < one.stop or two.stop == one.start:
             found = f"begins before what begins at {one.start / SECOND:g} s is over"
@@ -153,3 +157,58 @@ def _field(part: str, name: str, rest: list[str], words: str, place: str) -> int
 
 def _fault(words: str, place: str, wanted: str) -> NotationError:
     return NotationError(f'"{shown(words)}"', place=place, wanted=wanted)
+
+
+_DEEPEST = 100
+"""Elements inside elements: those of notations are a dozen."""
+
+
+def parse_xml(content: bytes, place: str, root: str) -> Element:
+    """Return the root of an XML file, comments inside it kept."""
+    try:
+        _look(content, place)
+        builder = TreeBuilder(insert_comments=True, insert_pis=True)
+        document = ElementTree.parse(BytesIO(content), XMLParser(target=builder)).getroot()
+    except expat.ExpatError as error:
+        found = f"damaged XML ({expat.ErrorString(error.code)})"
+        where = f"{place}:{error.lineno}"
+        raise NotationError(found, place=where, wanted="a whole file") from error
+    except (ParseError, ValueError, LookupError) as error:
+        raise NotationError(f"XML that cannot be read ({error})", place=place) from error
+    if document.tag != root:
+        found = f"XML of <{shown(document.tag)}>"
+        raise NotationError(found, place=place, wanted=f"<{root}>")
+    return document
+
+
+def _look(content: bytes, place: str) -> None:
+    """Refuse declarations of what stands for other text, and elements too deep to be meant."""
+    depth = 0
+    parser = expat.ParserCreate()
+
+    def declared(*_: object) -> None:
+        line = parser.CurrentLineNumber
+        raise NotationError("a DTD", place=f"{place}:{line}", wanted="XML without one")
+
+    def begun(*_: object) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > _DEEPEST:
+            line = parser.CurrentLineNumber
+            found = f"more than {_DEEPEST} elements inside each other"
+            raise NotationError(found, place=f"{place}:{line}", wanted="fewer")
+
+    def ended(_: str) -> None:
+        nonlocal depth
+        depth -= 1
+
+    parser.StartDoctypeDeclHandler = declared
+    parser.StartElementHandler, parser.EndElementHandler = begun, ended
+    parser.Parse(content, True)
+
+
+def write_xml(root: Element) -> bytes:
+    """Return a document as a file, one element a line."""
+    ElementTree.indent(root, "    ")
+    content: bytes = ElementTree.tostring(root, "UTF-8", xml_declaration=True)
+    return content + b"\n"

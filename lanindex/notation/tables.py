@@ -5,21 +5,25 @@ Source: ``NOTATIONS.md``, "Tables".
 
 from __future__ import annotations
 
+import csv
+import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
-from itertools import pairwise
-from typing import Any, NoReturn
+from io import StringIO, TextIOWrapper
+from itertools import islice, pairwise
+from typing import IO, Any, NoReturn
 
 import numpy as np
 
 from lanindex import records
 from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, MOST_AMOUNT, kind_of
-from lanindex.errors import NotationError, shown
+from lanindex.errors import ExportError, NotationError, shown
 from lanindex.model import Capture, Meter, Score, Span, Track
 from lanindex.model.symbol import FIELDS, blank
 from lanindex.notation.beats import ticks_at
-from lanindex.notation.page import PART
+from lanindex.notation.lnd import PART
+from lanindex.notation.text import decoded, once
 
 COLUMNS: dict[str, type] = {
     **{"capture": str, "capture_id": int, "fps": float, "frames": int, "part": str},
@@ -176,3 +180,124 @@ def _as(kind: type, value: Any) -> Any:
     if not abs(number) < 1e15 or (kind is int and number % 1):
         raise ValueError
     return int(number) if kind is int else number
+
+
+def read_csv(content: bytes, place: str) -> Score:
+    """Read the score that a table tells."""
+    text = decoded(content, place, "a table of symbols").removeprefix("\ufeff")
+    return score_of(_csv_rows(csv.reader(StringIO(text, newline="")), place), place)
+
+
+def _csv_rows(lines: Any, place: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    try:
+        names: list[str] = next(lines, [])
+        if absent := [name for name in ("part", "start_frame") if name not in names]:
+            wanted = f"a line of names, as {', '.join(COLUMNS)}"
+            raise NotationError(f"no column {absent[0]}", place=place, wanted=wanted)
+        if again := [name for at, name in enumerate(names) if name in names[:at]]:
+            found = f"the column {shown(again[0])} twice"
+            raise NotationError(found, place=place, wanted="each once")
+        for values in filter(None, lines):
+            where = f"{place}:{lines.line_num}"
+            if len(values) != len(names):
+                found = f"{len(values)} values"
+                raise NotationError(
+                    found, place=where, wanted=f"{len(names)}, as in the first line"
+                )
+            yield where, typed(dict(zip(names, values, strict=True)), where)
+    except csv.Error as error:
+        raise NotationError(str(error), place=f"{place}:{lines.line_num}") from error
+
+
+def save_csv(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
+    """Write rows into a file, one by one; return how many there are."""
+    count = 0
+    text = TextIOWrapper(file, "utf-8", newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for row in rows:
+        writer.writerow([str(it).lower() if isinstance(it, bool) else it for it in row.values()])
+        count += 1
+    text.detach()
+    return count
+
+
+def read_jsonl(content: bytes, place: str) -> Score:
+    """Read the score that lines tell."""
+    text = decoded(content, place, "JSON lines").removeprefix("\ufeff")
+    return score_of(_jsonl_rows(text.split("\n"), place), place)
+
+
+def _jsonl_rows(lines: Iterable[str], place: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    for number, line in enumerate(lines, 1):
+        where = f"{place}:{number}"
+        if not line.strip():
+            continue
+        try:
+            row = json.loads(line, object_pairs_hook=once)
+        except (ValueError, RecursionError) as error:
+            found = shown(f"damaged JSON ({error})", 200)
+            raise NotationError(found, place=where, wanted="an object a line") from error
+        if not isinstance(row, dict):
+            raise NotationError(shown(line.strip()), place=where, wanted="an object a line")
+        yield where, typed(row, where)
+
+
+def save_jsonl(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
+    """Write rows into a file, one by one; return how many there are."""
+    count = 0
+    for row in rows:
+        file.write(json.dumps(row, ensure_ascii=False).encode() + b"\n")
+        count += 1
+    return count
+
+
+GROUP = 1 << 15
+"""Rows that are in memory at once."""
+
+_TYPES = {str: "string", int: "int64", float: "float64", bool: "bool"}
+_REMEDY = "It comes with: pip install 'lanindex[tables]'."
+
+
+def read_parquet(content: bytes, place: str) -> Score:
+    """Read the score that a table tells."""
+    try:
+        import pyarrow as pa
+        from pyarrow import parquet
+    except ImportError as error:
+        found = f"{error.name} is not installed"
+        raise NotationError(found, place=place, remedy=_REMEDY) from error
+
+    def rows() -> Iterator[tuple[str, Mapping[str, Any]]]:
+        file = parquet.ParquetFile(pa.BufferReader(content))
+        columns = [name for name in COLUMNS if name in file.schema_arrow.names]
+        number = 0
+        for batch in file.iter_batches(GROUP, columns=columns):
+            for row in batch.to_pylist():
+                number += 1
+                where = f"{place}: row {number}"
+                yield where, typed(row, where)
+
+    try:
+        return score_of(rows(), place)
+    except (pa.ArrowException, OSError, ValueError, KeyError, TypeError) as error:
+        found = f"damaged Parquet ({shown(str(error), 100)})"
+        raise NotationError(found, place=place, wanted="a whole file") from error
+
+
+def save_parquet(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
+    """Write rows into a file, a group at a time; return how many there are."""
+    try:
+        import pyarrow as pa
+        from pyarrow import parquet
+    except ImportError as error:
+        found = f"{error.name} is not installed"
+        raise ExportError(found, place="parquet", remedy=_REMEDY) from error
+    kinds = {kind: pa.type_for_alias(name) for kind, name in _TYPES.items()}
+    schema = pa.schema([(name, kinds[kind]) for name, kind in COLUMNS.items()])
+    count, left = 0, iter(rows)
+    with parquet.ParquetWriter(file, schema) as writer:
+        while group := list(islice(left, GROUP)):
+            writer.write_table(pa.Table.from_pylist(group, schema))
+            count += len(group)
+    return count
