@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 
 import pytest
 from effort import examples
-from hypothesis import given
+from hypothesis import assume, given
 from scores import scores, shown
 
 import lanindex
@@ -113,6 +113,7 @@ def test_what_is_wrong_is_said(content: bytes, said: str) -> None:
 @given(score=scores(laban.PARTS))
 @examples(100)
 def test_what_is_written_is_read(score: Score) -> None:
+    assume(score.rate <= 1000)  # others have ticks of less than 1 ms
     again = laban.read(laban.write(score), "x")
     wanted = {
         part: [it for it in entries if it[3] < it[4] or it[4] == 0]

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 from effort import examples
-from hypothesis import given
+from hypothesis import assume, given
 from scores import scores, shown
 
 import lanindex
@@ -130,6 +130,7 @@ def test_what_is_written() -> None:
 @given(score=scores([*(part for part in suite.PARTS if part[2:] != "arm"), "r_leg"]))
 @examples(150)
 def test_what_is_written_is_read(score: Score) -> None:
+    assume(score.rate <= 1000)  # others have ticks of less than 1 ms
     again = suite.read(suite.write(score).encode(), "x")
     wanted = shown(score)
     gone = {*left_out(score, "json"), "r_leg_bend"}
