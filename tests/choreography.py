@@ -8,7 +8,7 @@ import numpy as np
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank
-from lanindex.perform.limbs import FOLDED, direction
+from lanindex.perform.limbs import FOLDED, direction_vector
 
 FRAMES = 60
 """Frames a second."""
@@ -24,7 +24,7 @@ CELLS = [
 @cache
 def neighbours(cell: tuple[int, int]) -> list[tuple[int, int]]:
     """Return the cells whose references are less than 60 degrees away."""
-    cosines = {other: float(direction(cell) @ direction(other)) for other in CELLS}
+    cosines = {other: float(direction_vector(cell) @ direction_vector(other)) for other in CELLS}
     return [other for other in CELLS if other != cell and cosines[other] > 0.5 + 1e-6]
 
 

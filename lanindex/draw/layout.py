@@ -47,7 +47,7 @@ _OUTSIDE = (
 """Tracks to the right and to the left of the centre, from it outwards."""
 
 _ALWAYS = 2
-"""StaffColumns inside the staff's lines, each side, whatever the score has."""
+"""Columns inside the staff's lines on each side, whatever the score has."""
 
 BESIDE = ("jump", "hands_touch", "r_hand_touch", "l_hand_touch")
 """Tracks that have no column: they are drawn across those of others."""
@@ -56,7 +56,7 @@ STANCES = frozenset({"r_stance", "l_stance"})
 """Tracks that are drawn as holds."""
 
 _FINER = {"leg": ("thigh", "shank", "foot"), "arm": ("upper_arm", "forearm")}
-"""Limbs in one, and what is drawn instead where a score has no such track."""
+"""Limbs, and the finer tracks that are drawn where a score has no track of the limb."""
 
 _TOUCHED = {
     "hand": ("hand", "palm", "forearm", "arm", "upper_arm"),
@@ -68,7 +68,7 @@ _TOUCHED = {
     "shank": ("shank", "leg", "support"),
     "foot": ("foot", "support", "leg"),
 }
-"""What can be touched, and the columns that stand for it, the best first."""
+"""What can be touched, and the columns that stand for it, best first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ class StaffColumns:
     right: int
 
     def touched(self, part: str, thing: str) -> tuple[int, int]:
-        """Return from where to where a bow goes: from a hand to what it touches."""
+        """Return the ends of a bow from a hand to what it touches."""
         sides = ("l_", "r_") if part == "hands_touch" else (part[:2],)
         own = [self._place(side, "hand") for side in sides]
         other = own[-1] if part == "hands_touch" else self._other(part[:2], thing)
@@ -102,7 +102,7 @@ class StaffColumns:
 
 
 def usual_tracks(tracks: Collection[str]) -> list[str]:
-    """Return which tracks are drawn where nobody asks for some: the finer ones are not."""
+    """Return the tracks that are drawn by default: not the finer ones of whole limbs."""
     hidden = {
         side + bone
         for limb, bones in _FINER.items()
@@ -114,12 +114,12 @@ def usual_tracks(tracks: Collection[str]) -> list[str]:
 
 
 def has_column(part: str) -> bool:
-    """Return whether there is a place for a track on a staff."""
+    """Return whether a track has a place on a staff."""
     return part in BESIDE or part in STANCES or any(part in pair for pair in (*_INSIDE, *_OUTSIDE))
 
 
 def staff_columns(parts: Iterable[str]) -> StaffColumns:
-    """Return where the columns of some tracks stand."""
+    """Return the columns of tracks."""
     wanted, places = set(parts), dict[str, int]()
     at = inner = ends_left = ends_right = 0
     inside = [pair for rank, pair in enumerate(_INSIDE) if rank < _ALWAYS or wanted & {*pair}]
@@ -136,15 +136,15 @@ def staff_columns(parts: Iterable[str]) -> StaffColumns:
 
 
 FIVE = 5
-"""Seconds in what stands for a bar where seconds are counted."""
+"""Seconds in a bar where seconds are counted."""
 
 
 @dataclass(frozen=True, slots=True)
 class TimeAxis:
-    """How time becomes a count."""
+    """The counts along a staff: beats, or seconds."""
 
-    score: Score  # Whose
-    seconds: bool  # Whether seconds are counted, and not beats
+    score: Score
+    seconds: bool  # Whether it counts seconds, not beats
 
     @property
     def bar(self) -> int:
@@ -152,7 +152,7 @@ class TimeAxis:
         return FIVE if self.seconds else self.score.meter.beats
 
     def symbols(self, rows: NDArray[np.void]) -> tuple[list[float], list[float]]:
-        """Return at which count some rows begin and end."""
+        """Return the counts at which rows begin and end."""
         if self.seconds:
             rate = float(self.score.rate)
             return (rows["start"] / rate).tolist(), (rows["stop"] / rate).tolist()
@@ -176,13 +176,13 @@ class TimeAxis:
         return float((np.interp(frame, frames, ticks) + past) * meter.beats / meter.division)
 
     def number(self, count: float) -> str:
-        """Return what stands beside a bar that begins at a count: its number, or the second."""
+        """Return the label of a bar that begins at a count: its number, or the second."""
         bar = floor(count / self.bar + 1e-9)
         return str(bar * FIVE) if self.seconds else str(bar + 1)
 
 
 BEAT = round(3.5 * C)
-"""Height of a beat, or of a second, where nothing else is asked for."""
+"""Default height of a beat or a second."""
 
 LEAST = round(0.35 * C)
 """Height of a symbol, at least, where there is room."""
@@ -205,11 +205,11 @@ NAMES = round(4.2 * C)
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """What one staff shows of a symbol."""
+    """The piece of a symbol on one staff."""
 
-    x: int  # The staff's centre line, and where the piece ends below
-    y: int
-    low: int  # From and to which height of the symbol
+    x: int  # Of the staff's centre line
+    y: int  # Of the piece's lower end
+    low: int  # Height within the symbol at which the piece begins
     high: int
 
 
@@ -217,13 +217,13 @@ class Piece:
 class PageLayout:
     """Staves on paper."""
 
-    start: float  # Counts that the staves begin and end with
+    start: float  # First and last count
     stop: float
-    # Heights above the beginning at which the staves begin, and the last one ends
+    # Heights at which the staves begin and the last one ends
     edges: tuple[int, ...]
     columns: StaffColumns  # Of each staff
     tallest: int  # Height of the tallest staff
-    score: int = 0  # Which of how many scores that share the paper, staff beside staff
+    score: int = 0  # Number of this score among those side by side
     scores: int = 1
     beat: int = BEAT  # Height of a count
 
@@ -254,16 +254,16 @@ class PageLayout:
         return self.edges[staff + 1] - self.edges[staff]
 
     def centre(self, staff: int) -> int:
-        """Return where a staff's centre line stands."""
+        """Return x of a staff's centre line."""
         place = staff * self.scores + self.score
         return MARGIN + NUMBERS + self.columns.left + place * self.pitch
 
     def up(self, count: float) -> int:
-        """Return how high above the beginning a count lies, all staves on top of each other."""
+        """Return the height of a count, all staves stacked."""
         return round((min(max(count, self.start), self.stop) - self.start) * self.beat)
 
     def pieces(self, low: int, high: int) -> Iterator[Piece]:
-        """Yield what each staff shows of what lies between two heights above the beginning."""
+        """Yield the pieces on each staff of what lies between two heights."""
         for staff in range(max(bisect_right(self.edges, low) - 1, 0), len(self.edges) - 1):
             bottom, top = self.edges[staff : staff + 2]
             if bottom >= high:
@@ -282,7 +282,7 @@ def page_layout(
     own: StaffColumns,
     beat: int = BEAT,
 ) -> PageLayout:
-    """Return staves of so many bars each, or one long strip; `beat` is the height of a count."""
+    """Return staves of `bars` bars each, or one long strip; `beat` is the height of a count."""
     edges = [0]
     if bars:
         step = bars * clock.bar
@@ -296,7 +296,7 @@ def page_layout(
 
 
 def apart(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:
-    """Return heights of symbols that follow each other, none shorter than it need be.
+    """Return the heights of successive symbols, the short ones grown to `least` if there is room.
 
     One that is too short grows into what is free above and below it; where nothing is, it takes
     up to a third of the one below.

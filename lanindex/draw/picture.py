@@ -37,7 +37,7 @@ class Circle:
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
+class Label:
     """A short text, its middle (or right end, where it is drawn to the left) at a point."""
 
     x: int
@@ -58,7 +58,7 @@ class MarkGroup:
     data: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
 
-Mark = Polyline | Circle | Text | MarkGroup
+Mark = Polyline | Circle | Label | MarkGroup
 
 
 @dataclass(frozen=True, slots=True)

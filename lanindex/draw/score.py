@@ -15,8 +15,16 @@ from lanindex.draw.layout import (
     staff_columns,
     usual_tracks,
 )
-from lanindex.draw.picture import C, Mark, Picture, Text
-from lanindex.draw.staff import LEGEND_WIDTH, Page, keys_of, legend_rows, names, short, staves
+from lanindex.draw.picture import C, Label, Mark, Picture
+from lanindex.draw.staff import (
+    LEGEND_WIDTH,
+    SymbolPainter,
+    keys_of,
+    legend_rows,
+    names,
+    short,
+    staves,
+)
 from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
 from lanindex.model.derived import STEP
@@ -54,7 +62,7 @@ def draw(
     missing += tuple(
         f"{part} is marked and not drawn: ask for it among the parts" for part in hidden
     )
-    symbols, more = Page(score, clock, layout, keys_of(score, marked)).marks(drawn)
+    symbols, more = SymbolPainter(score, clock, layout, keys_of(score, marked)).marks(drawn)
     count = f"{len(symbols)} symbols" if len(symbols) != 1 else "1 symbol"
     summary = f"Labanotation, time upwards: {short(last - start)} s, {count}"
     named = f"{summary} of {', '.join(drawn)}"
@@ -95,7 +103,7 @@ LETTERS = ("A", "B")
 """What stands above the staves of either."""
 
 
-def both(
+def draw_pair(
     scores: Sequence[Score],
     marked: Sequence[Iterable[Symbol]],
     *,
@@ -123,9 +131,11 @@ def both(
     marks, counts = list[Mark](), list[str]()
     for number, (score, (drawn, _), clock) in enumerate(zip(scores, own, clocks, strict=True)):
         layout = replace(paper, score=number, scores=len(scores))
-        symbols, more = Page(score, clock, layout, keys_of(score, marked[number])).marks(drawn)
+        symbols, more = SymbolPainter(score, clock, layout, keys_of(score, marked[number])).marks(
+            drawn
+        )
         named = [
-            Text(layout.centre(it), MARGIN + C // 4, LETTERS[number], C // 2)
+            Label(layout.centre(it), MARGIN + C // 4, LETTERS[number], C // 2)
             for it in range(len(layout.edges) - 1)
         ]
         marks += [*more, *staves(layout, clock), *names(layout), *named, *symbols]

@@ -8,7 +8,7 @@ from itertools import pairwise
 from math import ceil, cos, floor, radians, sin
 
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, KINDS, MIRRORED, kind_of
-from lanindex.draw.picture import C, Circle, Mark, Points, Polyline, Text, box, line
+from lanindex.draw.picture import C, Circle, Label, Mark, Points, Polyline, box, line
 from lanindex.model import Symbol
 from lanindex.model.derived import STRETCHES, degree_of
 
@@ -162,8 +162,8 @@ def _pin(x: int, y: int, way: float) -> list[Mark]:
     return [line(x - across // 2, y - down // 2, *end), Circle(*end, C // 12, "solid")]
 
 
-def _number(symbol: Symbol, x: int, y: int) -> Text:
-    return Text(x, y, str(symbol.amount), SMALL)
+def _number(symbol: Symbol, x: int, y: int) -> Label:
+    return Label(x, y, str(symbol.amount), SMALL)
 
 
 def incline(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
@@ -200,7 +200,7 @@ def bend(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
         strokes += (((0, -top), (0, -height)),)
     marks: list[Mark] = [Polyline(x, y, strokes)]
     if numbered:
-        marks.append(Text(x, y - size - SMALL // 4, str(degree_of(amount)), SMALL))
+        marks.append(Label(x, y - size - SMALL // 4, str(degree_of(amount)), SMALL))
     return marks
 
 
@@ -209,7 +209,7 @@ def carrier(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
     marks: list[Mark] = [box(x - C // 2, y - height, C, height)]
     word = KINDS[kind_of(symbol.part)].amount(symbol.amount or 0)
     if height >= len(word) * SMALL * 2 // 3:
-        marks.append(Text(x + SMALL // 3, y - height // 2, word, SMALL, turned=True))
+        marks.append(Label(x + SMALL // 3, y - height // 2, word, SMALL, turned=True))
     return marks
 
 

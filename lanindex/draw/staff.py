@@ -22,7 +22,7 @@ from lanindex.draw.layout import (
     TimeAxis,
     apart,
 )
-from lanindex.draw.picture import C, Circle, Mark, MarkGroup, Text, box, line
+from lanindex.draw.picture import C, Circle, Label, Mark, MarkGroup, box, line
 from lanindex.draw.signs import BOW, SIGNS, bow, sign
 from lanindex.model import Score, Symbol
 from lanindex.model.derived import STEP
@@ -75,7 +75,7 @@ def _counts(layout: PageLayout, clock: TimeAxis, staff: int) -> list[Mark]:
             marks.append(line(x - inner, y, x + inner, y, "light" if clock.seconds else "staff"))
         if not ends:
             at = x - layout.columns.left - GAP * 4
-            marks.append(Text(at, y + C // 5, clock.number(count), C // 2 + 10, "end"))
+            marks.append(Label(at, y + C // 5, clock.number(count), C // 2 + 10, "end"))
     return marks
 
 
@@ -83,7 +83,7 @@ def names(layout: PageLayout) -> list[Mark]:
     """Return what stands below the first staff: what each column is for."""
     x, y = layout.centre(0), layout.base + 2 * MARGIN + START
     return [
-        Text(x + at + _NAME // 3, y, name_of(part), _NAME, "under", turned=True)
+        Label(x + at + _NAME // 3, y, name_of(part), _NAME, "under", turned=True)
         for part, at in layout.columns.places.items()
     ]
 
@@ -182,7 +182,7 @@ class _Drawn:
     high: int
 
 
-class Page:
+class SymbolPainter:
     """Symbols as they come to paper."""
 
     def __init__(
@@ -355,7 +355,7 @@ def legend_rows(
     """Return what signs mean, a row each, and how high that is."""
     rows = list[MarkGroup]()
     for number, (marks, said) in enumerate(_rows(kinds, x + C, y + _PITCH, marked)):
-        words = Text(
+        words = Label(
             x + 2 * C, y + number * _PITCH + _PITCH // 2 + _NAME // 3, said, _NAME, "begin"
         )
         rows.append(MarkGroup((*marks, words), said))

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from lanindex.draw.layout import MARGIN
-from lanindex.draw.picture import PIXEL, Circle, Mark, MarkGroup, Picture, Points, Polyline, Text
+from lanindex.draw.picture import PIXEL, Circle, Label, Mark, MarkGroup, Picture, Points, Polyline
 from lanindex.errors import ExportError
 
 _INK = "currentColor"
@@ -89,7 +89,7 @@ def _put(mark: Mark, parts: list[str]) -> None:
         case Circle(x, y, radius):
             hollow = STYLES[mark.style] if mark.style else ' fill="none"'
             parts.append(f'<circle cx="{x}" cy="{y}" r="{radius}"{hollow}/>')
-        case Text():
+        case Label():
             turned = f' transform="rotate(-90 {mark.x} {mark.y})"' if mark.turned else ""
             parts.append(
                 f'<text x="{mark.x}" y="{mark.y}" font-size="{mark.size}" stroke="none"'

@@ -111,7 +111,7 @@ def names_of(parts: Iterable[str]) -> Iterator[list[str]]:
     yield from (list(row) for row in zip_longest(*words, fillvalue=""))
 
 
-Line = tuple[tuple[str, str], ...]
+StyledLine = tuple[tuple[str, str], ...]
 """Some text, piece by piece, each with its style: ``match``, ``dim``, ``place`` or none."""
 
 _SHORT = Fraction(4)
@@ -169,7 +169,7 @@ class _Column:
         return "" if bisect_right(self.known, row) % 2 else "?", False
 
 
-class Staff:
+class TextStaff:
     """A score that can be shown as text, whole or in stretches."""
 
     def __init__(self, score: Score, signs: Signs = UNICODE) -> None:
@@ -192,7 +192,7 @@ class Staff:
         parts: Sequence[str] | None = None,
         marked: Iterable[Symbol] = (),
         width: int | None = None,
-    ) -> Iterator[Line]:
+    ) -> Iterator[StyledLine]:
         """Yield the lines of a staff."""
         last = self.score.frames if stop is None else min(stop, self.score.frames)
         if not self._rows:
@@ -208,7 +208,7 @@ class Staff:
 
     def _lines(
         self, span: Span, parts: Sequence[str] | None, marked: frozenset[Key], width: int | None
-    ) -> Iterator[Line]:
+    ) -> Iterator[StyledLine]:
         rate, signs = self.score.rate, self.signs
         step, every = _STEPS[len(span) / rate > _SHORT]
         drawn, still = self._drawn(span, rate * step, parts, marked)
@@ -370,7 +370,7 @@ def _across(shown: Sequence[_Column], line: str) -> list[str]:
 
 def _line(
     label: str, cells: Sequence[tuple[str, bool]], lines: Sequence[str], wide: int, mark: str = " "
-) -> Line:
+) -> StyledLine:
     """Return a line: what stands in each column, marked or not, and the lines between them."""
     pieces: list[tuple[str, str]] = [(f"{label} ", "place")]
     for (text, marked), line in zip(cells, lines, strict=True):

@@ -18,9 +18,11 @@ from lanindex.encoding.profile import Profile
 from lanindex.model.symbol import FIELDS
 
 Floats = NDArray[np.float64]
-Whole = NDArray[np.int64]
+IntArray = NDArray[np.int64]
 Rows = NDArray[Any]
-Look = Callable[[Floats, Whole, Whole, Whole, Floats, int], tuple[Floats, Whole, Floats, Floats]]
+Look = Callable[
+    [Floats, IntArray, IntArray, IntArray, Floats, int], tuple[Floats, IntArray, Floats, Floats]
+]
 
 WAY = 0.05
 """Seconds from one point of a way to the next."""
@@ -67,7 +69,7 @@ def _few(counts: Sequence[int]) -> Iterator[slice]:
 
 
 def _measured(
-    limbs: Limbs, limb: Whole, first: Whole, last: Whole, rate: float, look: Look
+    limbs: Limbs, limb: IntArray, first: IntArray, last: IntArray, rate: float, look: Look
 ) -> tuple[Floats, Floats, Floats]:
     """Return how fast, how far and how straight some rows are gone, (S,) each."""
     pace = max(round(WAY * rate), 1)
@@ -84,8 +86,8 @@ def _measured(
 
 
 def looked(
-    curves: Floats, limb: Whole, first: Whole, last: Whole, lengths: Floats, pace: int
-) -> tuple[Floats, Whole, Floats, Floats]:
+    curves: Floats, limb: IntArray, first: IntArray, last: IntArray, lengths: Floats, pace: int
+) -> tuple[Floats, IntArray, Floats, Floats]:
     """Return what rows go along their curves.
 
     The way of a row is looked at in points, `pace` frames apart, of which the last may lie nearer.
@@ -117,7 +119,7 @@ def _size(points: Floats) -> Floats:
     return found
 
 
-def _peaks(curves: Floats, limb: Whole, first: Whole, last: Whole) -> Floats:
+def _peaks(curves: Floats, limb: IntArray, first: IntArray, last: IntArray) -> Floats:
     """Return the highest speed of each row: (S,) mm a frame, by central differences."""
     begin, own = max(int(first.min()) - 1, 0), int(limb.min())
     some = curves[:, own : int(limb.max()) + 1, begin : int(last.max()) + 2]

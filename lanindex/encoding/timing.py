@@ -17,7 +17,7 @@ from lanindex.model import Meter, Span
 from lanindex.notation.beats import Beats, ticks_at
 
 Rows = NDArray[Any]
-Whole = NDArray[np.int64]
+IntArray = NDArray[np.int64]
 
 FINEST = 1 << 16
 """Ticks in a unit beyond which the grid is not refined."""
@@ -65,13 +65,13 @@ def to_source(
     rows["start"], rows["stop"] = borders
 
 
-def _nested(spans: Whole, low: Whole, high: Whole) -> Whole:
+def _nested(spans: IntArray, low: IntArray, high: IntArray) -> IntArray:
     """Lay each span inside another, so that it has a frame; (2, S)."""
     starts = np.minimum(np.maximum(spans[0], low), high - 1)
     return np.array((starts, np.minimum(np.maximum(spans[1], starts + 1), high)))
 
 
-def _apart(spans: Whole, counts: Whole) -> Whole:
+def _apart(spans: IntArray, counts: IntArray) -> IntArray:
     """Give every span room of one at least, from 0 on and behind those before it on its track.
 
     Spans are (2, S), track by track, of which `counts` tells how many each has.
@@ -85,10 +85,10 @@ def _apart(spans: Whole, counts: Whole) -> Whole:
     return np.array((np.maximum(spans[0], before), free))
 
 
-def _places(counts: Whole) -> Whole:
+def _places(counts: IntArray) -> IntArray:
     """Return how many come before each on its own track: (S,)."""
     begins = np.cumsum(counts) - counts
-    places: Whole = np.arange(counts.sum()) - begins.repeat(counts)
+    places: IntArray = np.arange(counts.sum()) - begins.repeat(counts)
     return places
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lanindex.errors import ExportError, UsageError, shown
 from lanindex.film.figure import Figure, View, front, view
 from lanindex.film.scene import COLORS, LINE, PAPER, Painter, scene
-from lanindex.film.staff import Staff
+from lanindex.film.staff import FilmStaff
 from lanindex.model import Score, Symbol
 
 if TYPE_CHECKING:
@@ -156,7 +156,7 @@ SIDES = {"front": 0.0, "side": -90.0}
 
 
 class Film:
-    """A motion beside its score."""
+    """A motion beside its score, frame by frame."""
 
     def __init__(
         self,
@@ -185,7 +185,7 @@ class Film:
         self.times = start + np.arange(count) / float(self.rate)
         shown = np.floor(self.times * float(figure.rate) + 1e-6).astype(np.int64)
         self.frames = np.minimum(shown, len(figure) - 1)
-        self.staff = Staff(
+        self.staff = FilmStaff(
             score,
             start,
             stop,

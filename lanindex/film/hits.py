@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from lanindex.alphabet import JOINT_CODES, TRACKS
 from lanindex.draw import Picture, draw, svg
 from lanindex.draw.layout import BEAT, MARGIN, NAMES, START
-from lanindex.draw.picture import PIXEL, Circle, Mark, Polyline, Text, line
+from lanindex.draw.picture import PIXEL, Circle, Label, Mark, Polyline, line
 from lanindex.draw.staff import keys_of
 from lanindex.draw.svg import INK
 from lanindex.errors import UsageError
 from lanindex.film.figure import Figure, View, view
-from lanindex.film.staff import Rows
+from lanindex.film.staff import DrawnRows
 from lanindex.model import Hit, Score
 from lanindex.model.capture import in_words
 
@@ -55,51 +55,51 @@ _WIDEST = 200.0  # mm that are shown, at least
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Played:
-    """The movement of a hit, to be played."""
+class Playback:
+    """The movement of a hit, as the page plays it."""
 
     # (F, K, 3) int16, mm from where the pelvis stands first, on the floor; `UNKNOWN` as it says
     places: NDArray[np.int16]
     # The two joints of each bone, and how it is drawn: one of `KINDS`
     bones: tuple[tuple[int, int, str], ...]
     head: int  # Which joint is the head; -1: none
-    start: float  # Of the capture, at which it begins; how long it lasts
-    seconds: float
-    hit: tuple[float, float]  # From and to which of these seconds the hit itself lasts
-    turn: float  # Degrees, from where it is seen
+    start: float  # Seconds into the capture
+    seconds: float  # How long it lasts
+    hit: tuple[float, float]  # Start and end of the hit within these seconds
+    turn: float  # Of the view, degrees
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shot:
-    """A hit to look at."""
+class HitPreview:
+    """A hit with its poses, its staff and its movement."""
 
-    path: str  # Of which capture it is, from and to when, and what matched
+    path: str  # Of the capture
     label: str
-    when: str
-    words: str
-    staff: Picture | None = None  # What matched, over time
-    base: int = 0  # Where on the staff it begins, units from above; how far up a second is
-    beat: int = BEAT
-    poses: Picture | None = None  # Five of them
-    played: Played | None = None  # What moves
-    trouble: str = ""  # Why nothing does
+    when: str  # Its seconds
+    words: str  # Its symbols
+    staff: Picture | None = None  # Its symbols on a staff
+    base: int = 0  # Where the staff begins, units from above
+    beat: int = BEAT  # Units of a second
+    poses: Picture | None = None
+    played: Playback | None = None
+    trouble: str = ""  # Why there is nothing to play
 
 
-class Shots:
-    """What the hits of a capture share."""
+class HitPreviews:
+    """Makes the previews of hits of one capture."""
 
     def __init__(self, score: Score) -> None:
         self._score = score
-        self._rows = Rows(score)
+        self._rows = DrawnRows(score)
 
-    def shot(self, hit: Hit, body: Figure | None, trouble: str = "") -> Shot:
-        """Return a hit to look at."""
+    def shot(self, hit: Hit, body: Figure | None, trouble: str = "") -> HitPreview:
+        """Return the preview of a hit."""
         rate, span = hit.capture.rate, hit.span
         edges = (float(it / rate) for it in (span.start, span.stop, hit.capture.frames))
         begin, end = _lasting(*edges)
         beat = max(round(STAFF / max(end - begin, LEAST)), 1)
         staff = self._staff(hit, begin, end, beat)
-        shot = Shot(
+        shot = HitPreview(
             hit.path,
             hit.capture.label,
             f"{float(span.start / rate):.2f}-{float(span.stop / rate):.2f} s",
@@ -111,8 +111,10 @@ class Shots:
         )
         return shot if body is None else self._seen(shot, hit, body, (begin, end))
 
-    def _seen(self, shot: Shot, hit: Hit, body: Figure, lasts: tuple[float, float]) -> Shot:
-        """Return a shot with what moves."""
+    def _seen(
+        self, shot: HitPreview, hit: Hit, body: Figure, lasts: tuple[float, float]
+    ) -> HitPreview:
+        """Return a preview with poses and movement."""
         begin, end = (float(frame / hit.capture.rate) for frame in (hit.start, hit.stop))
         frames = _frames(body, begin, end)
         parts = [part for part in dict.fromkeys(it.part for it in hit.symbols) if part in TRACKS]
@@ -128,13 +130,13 @@ class Shots:
         return replace(
             shot,
             poses=_poses(body, body.places[frames], kinds, eye, hit.path),
-            played=Played(
+            played=Playback(
                 *_played(body, places, kinds), lasts[0], lasts[1] - lasts[0], within, eye.turn
             ),
         )
 
     def _staff(self, hit: Hit, begin: float, end: float, beat: int) -> Picture | None:
-        """Return the staff of what matched; None where it has no column."""
+        """Return the staff of the matched symbols; None where they have no column."""
         keys = keys_of(self._score, hit.symbols)
         score = self._rows.around(begin, end, {part for part, *_ in keys})
         marked = [it for it in score.symbols() if (it.part, it.start, it.stop) in keys]
@@ -153,18 +155,18 @@ class Shots:
         except UsageError:
             return None
         # what each column is for is said beside it
-        marks = tuple(it for it in picture.marks if not isinstance(it, Text) or not it.turned)
+        marks = tuple(it for it in picture.marks if not isinstance(it, Label) or not it.turned)
         return replace(picture, height=picture.height - NAMES, marks=marks)
 
 
 def _lasting(begin: float, end: float, whole: float) -> tuple[float, float]:
-    """Return a stretch of a whole that lasts a second, if that does, around another one."""
+    """Widen a stretch to a second, within the whole."""
     begin = max(min(begin - (LEAST - (end - begin)) / 2, begin, whole - LEAST), 0.0)
     return begin, max(end, min(begin + LEAST, whole))
 
 
 def _frames(body: Figure, begin: float, end: float) -> NDArray[np.int64]:
-    """Return the frames of a figure that can be played of a stretch."""
+    """Return the frames of a stretch that are played."""
     end = max(min(end, len(body) / float(body.rate)), begin)
     most = min(RATE, float(body.rate), FRAMES / max(end - begin, 1e-9))
     count = max(round((end - begin) * most), 1)
@@ -174,7 +176,7 @@ def _frames(body: Figure, begin: float, end: float) -> NDArray[np.int64]:
 
 
 def _upon(places: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return where the body stands in each frame, (F, 3): below its pelvis, or its middle."""
+    """Return the point of the floor below the pelvis, or the body's middle, (F, 3)."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # a frame of which nothing is known
         middle = np.nanmean(places, axis=1)
@@ -187,7 +189,7 @@ def _upon(places: NDArray[np.float32]) -> NDArray[np.float32]:
 def _poses(
     body: Figure, places: NDArray[np.float32], kinds: Sequence[str], eye: View, path: str
 ) -> Picture:
-    """Return some poses beside each other, all on one floor and of one size."""
+    """Return poses side by side, on one floor and at one scale."""
     seen = eye.project(places - _upon(places)[:, None])
     low, high = (float(edge(seen[..., 1])) for edge in (np.nanmin, np.nanmax))
     left, right = (float(edge(seen[..., 0])) for edge in (np.nanmin, np.nanmax))
@@ -206,7 +208,7 @@ def _poses(
 def _pose(
     at: NDArray[np.float64], body: Figure, kinds: Sequence[str], x: int, scale: float
 ) -> list[Mark]:
-    """Return a pose: what is not known is left out."""
+    """Return the marks of a pose, without unknown joints."""
     marks: list[Mark] = []
     known: NDArray[np.bool_] = np.isfinite(at.sum(axis=1))
     points = np.where(known[:, None], at, 0).round().astype(np.int64).tolist()
@@ -228,7 +230,7 @@ def _pose(
 def _played(
     body: Figure, places: NDArray[np.float32], kinds: Sequence[str]
 ) -> tuple[NDArray[np.int16], tuple[tuple[int, int, str], ...], int]:
-    """Return places from where the body stands first, on the floor; the bones, and the head."""
+    """Return places relative to the first standing point, the bones, and the joint of the head."""
     own = np.unique(body.bones)
     upon = _upon(places)
     origin = upon[np.flatnonzero(~np.isnan(upon[:, 0]))[0]].copy()
@@ -247,7 +249,7 @@ PAGE_HITS = 1000
 """Hits of a page, where nobody says how many."""
 
 
-def page(shots: Sequence[Shot], title: str) -> str:
+def page(shots: Sequence[HitPreview], title: str) -> str:
     """Return hits as a page."""
     template = Template(Path(__file__).with_name("page.html").read_text("utf-8"))
     count = f"{len(shots)} hit{'s' * (len(shots) != 1)}"
@@ -255,8 +257,8 @@ def page(shots: Sequence[Shot], title: str) -> str:
     return template.substitute(title=svg.text_of(title), count=count, cards=cards)
 
 
-def _page_card(shot: Shot) -> str:
-    """Return a hit: a button that plays it, where there is something to play."""
+def _page_card(shot: HitPreview) -> str:
+    """Return the item of a hit: a button if it can be played."""
     find = svg.text_of(f"{shot.path} {shot.label}".lower())
     said = svg.text_of(" \u00b7 ".join(filter(None, (shot.when, shot.label, shot.words))))
     tag = "button" if shot.played else "div"
@@ -274,8 +276,8 @@ def _page_card(shot: Shot) -> str:
     )
 
 
-def _data(shot: Shot) -> str:
-    """Return what the script reads of a hit, as attributes."""
+def _data(shot: HitPreview) -> str:
+    """Return the attributes that the page's script reads."""
     if shot.played is None:
         return ""
     played = shot.played
@@ -306,7 +308,7 @@ _LETTERS = 80
 _COLUMNS = 5
 
 
-def sheet(shots: Sequence[Shot], title: str) -> str:
+def sheet(shots: Sequence[HitPreview], title: str) -> str:
     """Return hits as a picture, SVG."""
     across = min(max(ceil(sqrt(len(shots) / 3)), 1), _COLUMNS)
     down = max(ceil(len(shots) / across), 1)
@@ -324,8 +326,8 @@ def sheet(shots: Sequence[Shot], title: str) -> str:
     return "".join([*parts, "</svg>\n"])
 
 
-def _sheet_card(shot: Shot, x: int, y: int) -> list[str]:
-    """Return a hit: whose it is and when, and below that what is seen of it."""
+def _sheet_card(shot: HitPreview, x: int, y: int) -> list[str]:
+    """Return a card at x, y: capture and time, below them poses and staff."""
     low = y + 32
     parts = [
         f'<path d="M{x} {y}h{_CARD[0]}v{_CARD[1]}h{-_CARD[0]}z" fill="none" stroke="#ccc"/>\n',

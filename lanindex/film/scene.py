@@ -47,8 +47,8 @@ _FAR = 50  # squares to the side: of more no floor is drawn
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Scene:
-    """A figure on a picture."""
+class FigureScene:
+    """A figure placed on a picture, for all film frames."""
 
     size: tuple[int, int]  # Width and height, pixels
     scale: float  # Pixels in a millimetre
@@ -56,9 +56,9 @@ class Scene:
     # row each film frame; NaN where unknown
     points: Floats
     depths: Floats  # (N, 20) float32, mm towards the eye
-    # (N, 3) float64, mm to the right, up and towards the eye (level): what is in the middle
+    # (N, 3) float64, mm to the right, up and towards the eye (level): the picture's middle
     eye: NDArray[np.float64]
-    view: View  # From where it is seen
+    view: View
     floor: float | None  # How high the floor is, mm; None where no foot tells it
     # (N, 2) float32, pixels as if seen with the first frame's eye: the pelvis, on the floor
     path: Floats
@@ -68,12 +68,12 @@ class Scene:
         return len(self.points)
 
     def shift(self, frame: int) -> tuple[float, float]:
-        """Return how far what stands still has gone on the picture since the first frame."""
+        """Return how far the background has moved on the picture since the first frame."""
         right, up, _ = (self.eye[0] - self.eye[frame]) * self.scale
         return float(right), float(-up)
 
     def lines(self, frame: int) -> list[tuple[float, float, float, float]]:
-        """Return the lines of the floor, as far as they are seen: from x, y to x, y, pixels."""
+        """Return the visible lines of the floor: from x, y to x, y, pixels."""
         (width, height), scale = self.size, self.scale
         wide = width / scale / 2
         if self.floor is None or wide > _FAR * SQUARE:
@@ -88,7 +88,7 @@ class Scene:
 
 
 def _laid(near: Any, floor: float, view: View) -> Any:
-    """Return how high on the picture places on the floor are that are so near, mm."""
+    """Return the height on the picture of places on the floor, by their nearness, mm."""
     tilt = math.radians(view.tilt)
     return math.cos(tilt) * floor - math.sin(tilt) * near
 
@@ -96,7 +96,7 @@ def _laid(near: Any, floor: float, view: View) -> Any:
 def _placed(
     right: NDArray[np.floating], up: NDArray[np.floating], size: tuple[int, int], scale: float
 ) -> Floats:
-    """Return where on the picture something is that lies so far from its middle, mm."""
+    """Return pixels on the picture of millimetres from its middle."""
     x, y = right * scale + size[0] / 2, size[1] / 2 - up * scale
     return np.stack([x, y], axis=-1).astype(np.float32)
 
@@ -110,12 +110,10 @@ def _marks(start: float, stop: float) -> list[float]:
 
 def scene(
     figure: Figure, frames: NDArray[np.int64], view: View, size: tuple[int, int], rate: float
-) -> Scene:
-    """Return where a figure stands on a picture.
+) -> FigureScene:
+    """Place a figure on a picture: all at one scale, or followed where that would be small.
 
-    All that moves is shown at one scale; where that would make it small, whoever goes is followed.
-
-    `frames`: (N,) int64, which frame of the motion each film frame shows.
+    `frames` (N,) are the frames of the motion that the film frames show.
     """
     places = figure.places[frames]
     known = ~np.isnan(places[..., 0])
@@ -141,13 +139,13 @@ def scene(
     if floor is not None:
         right, _, near = level[:, JOINT_CODES["Pelvis"]].T
         path = _placed(right - eye[0, 0], _laid(near, floor, view) - eye[0, 1], size, scale)
-    return Scene(size, scale, points, level[..., 2], eye, view, floor, path)
+    return FigureScene(size, scale, points, level[..., 2], eye, view, floor, path)
 
 
 def _ends(
     seen: Floats, known: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return from where to where the body is and `ROUND` more, (N, 3); in gaps as if it went on."""
+    """Return lower and upper ends of the body, `ROUND` wider, (N, 3); interpolated in gaps."""
     there, frames = np.flatnonzero(known.any(axis=1)), np.arange(len(seen))
     ends = []
     for edge, sign in ((np.min, 1), (np.max, -1)):
@@ -166,7 +164,7 @@ def _floor(heights: Floats) -> float | None:
 
 
 def _steadied(middle: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
-    """Return a way, (N, 3), the mean over so many frames on both sides taken twice."""
+    """Return a path, (N, 3), averaged twice over `reach` frames on both sides."""
     frames = np.arange(len(middle))
     first, last = np.maximum(frames - reach, 0), np.minimum(frames + reach + 1, len(frames))
     for _ in range(2):  # so that the eye neither starts nor stops suddenly
@@ -208,7 +206,9 @@ _HEAD = JOINT_CODES["Head"]
 class Painter:
     """Draws a figure in a scene."""
 
-    def __init__(self, figure: Figure, scene: Scene, lit: NDArray[np.bool_], rate: float) -> None:
+    def __init__(
+        self, figure: Figure, scene: FigureScene, lit: NDArray[np.bool_], rate: float
+    ) -> None:
         self.scene, self.lit, self.trail = scene, lit, round(TRAIL * rate)
         self.bones = figure.bones.tolist()
         self.colors = [LEFT if part.startswith("l_") else INK for part in figure.parts]

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 
-class Rows:
+class DrawnRows:
     """What is drawn of each track, in order."""
 
     def __init__(self, score: Score) -> None:
@@ -64,7 +64,7 @@ _AROUND = 2 * MARGIN + _BELOW
 _KNOTS = 33  # moments of a page whose places are worked out; others lie between
 
 
-class Staff:
+class FilmStaff:
     """A score, page by page."""
 
     def __init__(
@@ -141,5 +141,5 @@ class Staff:
 
 
 @lru_cache(maxsize=1)  # for many films of one capture
-def _rows(score: Score) -> Rows:
-    return Rows(score)
+def _rows(score: Score) -> DrawnRows:
+    return DrawnRows(score)

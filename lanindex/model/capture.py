@@ -16,18 +16,18 @@ from lanindex.model.symbol import Span, Symbol
 class Capture:
     """A capture or score of a library, without its symbols."""
 
-    id: int  # Its number in the library
+    id: int  # In the library
     path: str  # As ingested
-    format: str  # ``bvh``, ``lnd`` ..., and the content's digest when it was ingested
-    sha256: str
-    label: str  # The user's words and other columns
-    rate: Fraction  # Of the source: frames a second, how many, tempo and grid
+    format: str  # ``bvh``, ``lnd`` ...
+    sha256: str  # Of the file when it was ingested
+    label: str  # From the user's table of labels
+    rate: Fraction  # Frames a second of the source
     frames: int
     meter: Meter = field(default_factory=Meter)
-    metadata: Mapping[str, str] = field(default_factory=dict, hash=False)
-    location: str = ""  # The path made absolute, where its file can be found from any folder
-    warnings: tuple[str, ...] = ()  # What the reader found doubtful
-    # What the reader was told in place of what it would have found, as in `Reading`
+    metadata: Mapping[str, str] = field(default_factory=dict, hash=False)  # Other columns
+    location: str = ""  # The absolute path
+    warnings: tuple[str, ...] = ()  # Of the reader
+    # Options of the reader that the user gave, as in `Reading`
     told: Mapping[str, str] = field(default_factory=dict, hash=False)
 
 

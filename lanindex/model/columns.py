@@ -20,7 +20,7 @@ from lanindex.model.score import Track
 from lanindex.model.symbol import FIELDS, Span, frozen
 
 GRADES = {"pace": "speed", "extent": "size"}
-"""By kind of words, the measure that they speak of."""
+"""By kind of words, the measure that they grade."""
 
 BELOW, USUAL, ABOVE = range(3)
 """Grades: of slow and small, of what has no word, of fast and large."""
@@ -49,25 +49,19 @@ def measures_of(part: str) -> tuple[str, ...]:
 
 
 def limits(part: str, measure: str) -> tuple[float, float] | None:
-    """Return between which values a measure has no word; None of parts that nobody knows."""
+    """Return the range in which a measure has no word; None for unknown parts."""
     group = PARTS[part].group if part in PARTS else part
     return LIMITS.get(group, {}).get(measure)
 
 
 def stored(name: str, values: NDArray[Any]) -> NDArray[np.int64]:
-    """Return a measure as columns have it: in its smallest unit, and one more; 0: not known.
-
-    `values`: (S,) as a track's rows have it.
-    """
+    """Return a measure as columns store it, (S,): in its smallest unit plus 1; 0 is unknown."""
     whole: NDArray[np.int64] = np.rint(values.astype(np.float64) * FIELDS[name].scale)
     return whole.astype(np.int64) + 1
 
 
 def graded(part: str, kind: str, values: NDArray[Any]) -> NDArray[np.int8]:
-    """Return the grade of each symbol, -1 where it is not known.
-
-    `values`: (S,) its measure, as from `stored`.
-    """
+    """Return the grade of each symbol, -1 where unknown, from measures as `stored`, (S,)."""
     name, known = GRADES[kind], values > 0
     between = limits(part, name)
     if between is None:
@@ -87,13 +81,13 @@ THOUSANDTHS = 1000
 """A margin of 1."""
 
 _ROWS = ("cell", "runner", "margin", "start", "stop")
-"""What `Columns` has one of for each symbol."""
+"""Fields of `Columns` with a value for each symbol."""
 
 EXTRA = ("swings", *MEASURES)
-"""What is read only where somebody asks for it."""
+"""Fields that are read only on demand."""
 
 _MAYBE = ("amount", *EXTRA)
-"""What it may have."""
+"""Fields that may be absent."""
 
 
 def has_amount(part: str) -> bool:
@@ -102,16 +96,14 @@ def has_amount(part: str) -> bool:
 
 
 def extras_of(part: str) -> tuple[str, ...]:
-    """Return what of `EXTRA` there is of a part."""
+    """Return the fields of `EXTRA` that a part has."""
     return ("swings", *measures_of(part))
 
 
 def parted(capture: NDArray[Any], start: NDArray[Any], gaps: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return which rows lie in another known stretch than the row before, (S,).
+    """Return which rows, (S,), begin a known stretch where no starting position says so.
 
-    Limbs begin a stretch with a starting position; what just happens has none.
-
-    `capture, start`: (S,) of each row; `gaps`: (G, 3) as in `Columns`, of the same captures.
+    `capture` and `start` are those of the rows; `gaps` (G, 3) are as in `Columns`.
     """
     stretches = gaps[:, 0].astype(np.int64) << 32 | gaps[:, 1]
     own = np.searchsorted(stretches, capture.astype(np.int64) << 32 | start, side="right")
@@ -126,10 +118,7 @@ def begins_of(
     start: NDArray[np.int32],
     gaps: NDArray[np.int32],
 ) -> NDArray[np.bool_]:
-    """Tell of rows as `Columns` have them which begin a stretch.
-
-    returns (S + 1,) bool.
-    """
+    """Return which rows of `Columns` begin a known stretch, (S + 1,) bool."""
     begins = np.zeros(len(cell) + 1, np.bool_)
     np.greater_equal(cell, STARTING, out=begins[:-1])
     begins[bounds] = True
@@ -158,7 +147,7 @@ class Roster:
     frames: NDArray[np.int32]  # (C,) int32
     rate: NDArray[np.int64]  # (C, 2) int64: frames a second, as a fraction
     speed: NDArray[np.int64]  # (C, 2) int64: beats a minute, as a fraction
-    # What searches have worked out about these captures: it goes with them
+    # A cache of searches, freed with the captures
     kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __len__(self) -> int:
@@ -171,7 +160,7 @@ class Roster:
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def same_as(self, other: Roster) -> bool:
-        """Return whether another roster says the same."""
+        """Return whether another roster is equal."""
         names = ("number", "frames", "rate", "speed")
         return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
 
@@ -184,9 +173,8 @@ class Roster:
 class Columns:
     """The symbols of one part, in all captures of a roster."""
 
-    part: str  # Whose
-    # (C + 1,) int64: the rows of capture c are ``bounds[c]`` up to, not including, ``bounds[c +
-    # 1]``; none where it lacks the part
+    part: str
+    # (C + 1,): the rows of capture c are ``bounds[c]`` to ``bounds[c + 1]``, half-open
     bounds: NDArray[np.int64]
     # (S,) uint8: as from `cell_of`, with the flags `PASSING` and `STARTING`
     cell: NDArray[np.uint8]
@@ -194,9 +182,9 @@ class Columns:
     margin: NDArray[np.uint16]  # (S,) uint16, thousandths
     start: NDArray[np.int32]  # (S,) int32: frames of the source, half-open
     stop: NDArray[np.int32]
-    # (G, 3) int32, in order: place of the capture in the roster, and a stretch of frames in which
-    # the part was seen. Captures that do not stand here are known from the first frame to the last;
-    # a part that was never seen has a stretch without frames
+    # (G, 3) in order: place of the capture in the roster, and a stretch of frames in which the part
+    # was seen. Captures without a row are seen from the first frame to the last; a part that was
+    # never seen has a stretch without frames
     gaps: NDArray[np.int32]
     # (S,) int32, moves out and back within the cell; None where nobody has asked for them
     swings: NDArray[np.int32] | None = None
@@ -207,7 +195,7 @@ class Columns:
     speed: NDArray[np.uint16] | None = None
     size: NDArray[np.uint16] | None = None
     straightness: NDArray[np.uint16] | None = None
-    # What searches have worked out about these rows, and want to find again: it goes with them
+    # A cache of searches, freed with the columns
     kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -217,7 +205,7 @@ class Columns:
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """What there is one of for each symbol."""
+        """The names of fields with a value for each symbol."""
         return (*_ROWS, *(name for name in _MAYBE if getattr(self, name) is not None))
 
     def __len__(self) -> int:
@@ -226,11 +214,11 @@ class Columns:
 
     @property
     def blank(self) -> bool:
-        """Whether they are those of a part that no capture has: no symbols, nowhere unseen."""
+        """Whether no capture has the part: no symbols and no gaps."""
         return not len(self) and not len(self.gaps)
 
     def same_as(self, other: Columns) -> bool:
-        """Return whether other columns say the same."""
+        """Return whether other columns are equal in the fields that both have."""
         names = ("bounds", *(name for name in self.rows if name in other.rows), "gaps")
         return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
 
@@ -253,7 +241,7 @@ class Columns:
 
 
 def same_columns(one: Columns | None, other: Columns | None) -> bool:
-    """Return whether two columns of a part say the same; None: no capture has it."""
+    """Return whether two columns of a part are equal; None: no capture has it."""
     if one is not None and other is not None:
         return one.same_as(other)
     return all(columns is None or columns.blank for columns in (one, other))
@@ -289,9 +277,9 @@ def joined(part: str, pieces: Sequence[Columns | None], rosters: Sequence[Roster
 def ranges(
     firsts: NDArray[np.int64], lasts: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return where stretches of rows begin once they follow each other, and which rows they are.
+    """Return the bounds, (D + 1,), and the rows, (S,), of stretches laid end to end.
 
-    `firsts, lasts`: (D,) int64; returns (D + 1,) int64, as `Columns.bounds`, and (S,) int64.
+    `firsts` and `lasts` (D,) are the half-open stretches; the bounds are as `Columns.bounds`.
     """
     bounds = np.concatenate([[0], np.cumsum(lasts - firsts)]).astype(np.int64)
     rows = np.arange(bounds[-1]) + np.repeat(firsts - bounds[:-1], lasts - firsts)
@@ -311,7 +299,7 @@ def roster_of(captures: Sequence[Capture]) -> Roster:
 
 
 def _ratio(value: Fraction) -> tuple[int, int]:
-    """Return numerator and denominator; about what they are where they have no room."""
+    """Return numerator and denominator, rounded to 62 bits."""
     numerator, denominator = value.as_integer_ratio()
     spare = max(numerator.bit_length(), denominator.bit_length()) - 62
     if spare <= 0:

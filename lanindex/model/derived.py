@@ -16,7 +16,7 @@ SUPPORTS = ("r_support", "l_support")
 """The tracks that steps are made of."""
 
 STEP = "step"
-"""What the track of both is called."""
+"""The name of the track of both."""
 
 _NO_STEPS = [code for code, name in enumerate(FEET) if name in ("spring", "hop", "assemble")]
 
@@ -75,7 +75,7 @@ def stretching(degree: int) -> int:
 
 
 def degree_of(amount: Amount) -> Amount:
-    """Return the degree that is arrived at.
+    """Return the degree that a bend arrives at.
 
     >>> from lanindex.model.derived import bending, degree_of, stretching
     >>> degree_of(bending(3)), degree_of(stretching(1))
@@ -85,17 +85,14 @@ def degree_of(amount: Amount) -> Amount:
 
 
 def with_bends(tracks: dict[str, Track]) -> dict[str, Track]:
-    """Return tracks in which the gestures of arms and legs tell how far these are bent."""
-    told = {limb: _told(tracks[limb], tracks.get(part)) for limb, part in BENDS.items()
+    """Return tracks in which gestures of arms and legs have the degree of bend in force."""
+    bent = {limb: _bent(tracks[limb], tracks.get(part)) for limb, part in BENDS.items()
             if limb in tracks}  # fmt: skip
-    return {**tracks, **told}
+    return {**tracks, **bent}
 
 
-def _told(limb: Track, bend: Track | None) -> Track:
-    """Return a limb's track; a degree is in force from the middle of the bend that leads to it.
-
-    Where the bends are not known, nothing is in force.
-    """
+def _bent(limb: Track, bend: Track | None) -> Track:
+    """Return a limb's track with its degrees, each in force from the middle of its bend on."""
     rows = limb.symbols.copy()
     rows["amount"] = -1
     if bend is not None and len(bend):
@@ -112,5 +109,5 @@ def _told(limb: Track, bend: Track | None) -> Track:
 
 
 def worked_out(tracks: dict[str, Track]) -> dict[str, Track]:
-    """Return tracks with all that follows from others: the steps, and how bent limbs are."""
+    """Return tracks with those derived from others: steps and degrees of bend."""
     return with_bends(with_steps(tracks))

@@ -17,7 +17,7 @@ from lanindex.model.symbol import frozen
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """What a reader is told in place of what it would have found."""
+    """Options of a reader: what the user states in place of what the file says."""
 
     unit: str | None = None  # Of the file: ``mm``, ``cm``, ``m``, ``inch``, ``inch/0.45``
     up: str | None = None  # Its vertical axis: ``y``, ``z``, ``x``, ``-y``, ``-z``, ``-x``
@@ -33,7 +33,7 @@ class Reading:
     tempo: str | None = None
 
     def told(self) -> dict[str, str]:
-        """Return what was told, as text."""
+        """Return the options that were given, as text."""
         values = ((one.name, getattr(self, one.name)) for one in fields(self))
         return {name: str(value) for name, value in values if value is not None}
 
@@ -68,31 +68,31 @@ class Skeleton:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """Where a motion comes from, and how its file was understood."""
+    """The file of a motion, and how the reader took it."""
 
     path: str  # As given
-    format: str  # ``bvh``,
+    format: str  # ``bvh`` ...
     # Name of the unit, with ``(detected)`` where the file does not state it, ``(guessed)`` where no
     # unit gives the body a usual size
     unit: str
     scale: float  # Millimetres in one unit of the file
     up: str  # The file's vertical axis: ``y``, ``z``, ``-y``
-    # Whether a joint's turn follows its parent's (``parent``) or precedes it (``child``), and who
-    # said so; empty where the format leaves no choice
+    # Whether a joint's turn follows its parent's (``parent``) or precedes it (``child``), and how
+    # that is known; empty where the format leaves no choice
     compose: str = ""
-    # All that the file has, of which a motion may hold those of the body alone
+    # All joints of the file; a motion may hold only those of the body
     joints: tuple[str, ...] = ()
-    # What its set of markers is called, where joints were made of markers; else empty
+    # Name of the marker set, where joints were made of markers
     set: str = ""
-    # Then, by joint of the body, what it was made of
+    # By joint of the body, the markers that it was made of
     made: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Markers:
-    """What was on the skin, beside the joints that were made of it."""
+    """The markers of a capture, beside the joints that were made of them."""
 
-    names: tuple[str, ...]  # (M) as the file has them
+    names: tuple[str, ...]  # (M) names in the file
     positions: NDArray[np.float32]  # (T, M, 3) float32, mm, y up, right-handed; NaN where unknown
 
     def __post_init__(self) -> None:

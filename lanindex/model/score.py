@@ -64,11 +64,11 @@ class Track:
     """What one part of the body does, from the first frame to the last."""
 
     part: str
-    # (S,) of `SYMBOL`, by time; each known stretch begins with a starting position, of no length
+    # (S,) of `SYMBOL`, by time; each known stretch begins with a starting position without length
     symbols: NDArray[Any]
-    # The stretches in which the part was seen; between them lies a gap of the capture
+    # Stretches in which the part was seen, with gaps of the capture between them
     known: tuple[Span, ...]
-    kind: str = ""  # What its symbols say: one of ``alphabet.KINDS``; by default the part's
+    kind: str = ""  # Of ``alphabet.KINDS``; by default the part's
 
     def __post_init__(self) -> None:
         """Check the dtype and the kind, and freeze the array."""
@@ -93,8 +93,8 @@ class Meter:
     """How time is counted: tempo, rhythm and the grid that symbols are rounded to."""
 
     speed: Fraction = Fraction(60)  # Beats a minute
-    beats: int = 4  # Beats in a unit (a bar), and which note is one: 4 for a quarter
-    beat: int = 4
+    beats: int = 4  # In a unit (a bar)
+    beat: int = 4  # Which note is a beat: 4 for a quarter
     division: int = 32  # Ticks in a unit
 
     @property

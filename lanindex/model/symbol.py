@@ -45,18 +45,18 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """How a field of a symbol is kept."""
+    """How a field of a symbol is stored."""
 
     type: str  # Of its column in a track's rows, as numpy writes it
-    column: str  # Of the library, which it may share
-    shift: int = 0  # Where in the column it lies, and how many bits it may take
-    bits: int = 31
-    # Its smallest value once it is multiplied, stored as 0; what is less than 0 is nothing
+    column: str  # Of the library; several fields may share one
+    shift: int = 0  # First bit in the column
+    bits: int = 31  # How many bits it takes
+    # Smallest value after scaling, stored as 0; less than 0 stands for nothing
     least: int = 0
-    scale: int = 1  # What it is multiplied by before it is stored as a whole number
-    since: str = ""  # The field that it is stored as the distance from, if any
-    words: tuple[str, ...] = ()  # What its codes stand for; empty: it is a number
-    # What it is called in the library's view and in JSON; empty: as the field itself
+    scale: int = 1  # Factor before it is stored as a whole number
+    since: str = ""  # The field that it is stored relative to, if any
+    words: tuple[str, ...] = ()  # Names by code; empty for numbers
+    # Name in the library's view and in JSON; empty: that of the field
     shown: str = ""
 
     @property
@@ -66,7 +66,7 @@ class Field:
         return min(room, len(self.words) - 1) if self.words else room
 
     def said(self, codes: Sequence[Any]) -> Sequence[Any]:
-        """Return what an object holds: words for codes, None for nothing."""
+        """Return the values of an object: words for codes, None for nothing."""
         if self.words:
             known = (*self.words, None)
             return [known[code] for code in codes]
@@ -79,7 +79,7 @@ class Field:
 
 
 def kept(type: str, column: str, default: Any = MISSING, **how: Any) -> Any:
-    """Return a dataclass field that is kept as a `Field` says."""
+    """Return a dataclass field with its `Field`."""
     return field(default=default, metadata={"kept": Field(type, column, **how)})
 
 
@@ -185,7 +185,7 @@ def _words(part: str, direction: str | None, level: str | None, amount: int | No
 FIELDS: dict[str, Field] = {
     one.name: one.metadata["kept"] for one in fields(Symbol) if "kept" in one.metadata
 }
-"""By name, how each field of a symbol is kept."""
+"""How each field of a symbol is stored, by name."""
 
 SYMBOL = np.dtype([(name, how.type) for name, how in FIELDS.items()])
 """One row of a track: codes, frames and numbers; what is less than 0 stands for nothing."""
@@ -198,10 +198,7 @@ _BYTES = np.dtype((np.void, SYMBOL.itemsize))
 
 
 def listed(part: str, rows: NDArray[Any], ordinals: Iterable[int] | None = None) -> list[Symbol]:
-    """Return rows as objects.
-
-    `rows`: (S,) of `SYMBOL`.
-    """
+    """Return rows, (S,) of `SYMBOL`, as objects."""
     numbers = range(len(rows)) if ordinals is None else ordinals
     said = (how.said(rows[name].tolist()) for name, how in FIELDS.items())
     symbols = [object.__new__(Symbol) for _ in range(len(rows))]
@@ -211,7 +208,7 @@ def listed(part: str, rows: NDArray[Any], ordinals: Iterable[int] | None = None)
 
 
 def blank(count: int | tuple[int, ...]) -> NDArray[Any]:
-    """Return rows that say nothing yet: (count,) of `SYMBOL`, less than 0 what may be absent."""
+    """Return empty rows, (count,) of `SYMBOL`, absent fields less than 0."""
     rows = np.zeros(count, SYMBOL)
     for name, how in FIELDS.items():
         if how.least < 0:
@@ -220,10 +217,7 @@ def blank(count: int | tuple[int, ...]) -> NDArray[Any]:
 
 
 def joined(tables: Iterable[NDArray[Any]]) -> NDArray[Any]:
-    """Return the rows of some tables as one: whole rows, where numpy would copy field by field.
-
-    `tables`: (S,) of `SYMBOL` each.
-    """
+    """Join tables, (S,) of `SYMBOL` each: by whole rows, where numpy would copy by field."""
     rows = [table.view(_BYTES) for table in tables]
     if len(rows) == 1:
         return rows[0].view(SYMBOL)

@@ -1,4 +1,4 @@
-"""Beats that were told: when each comes, and how a score counts by them.
+"""Given beats: when each comes, and how a score counts by them.
 
 Source: ``encoding/BODY.md``, "Tempo".
 """
@@ -21,10 +21,10 @@ from lanindex.model import Meter, Score, Span, Track
 from lanindex.notation.text import read_text, words_of
 
 AUTO = "auto"
-"""Stands for the name of a file of beats: they are looked for in the movement."""
+"""In place of a file of beats: find them in the movement."""
 
 SPREAD = 0.05
-"""Share of the mean by which beats may lie nearer or farther apart and count as even."""
+"""Largest deviation from the mean interval, as its share, of even beats."""
 
 NEAREST = 0.05
 """Seconds from one beat to the next, at least."""
@@ -60,7 +60,7 @@ class Beats:
         return mean * (1 - SPREAD) <= least and most <= mean * (1 + SPREAD)
 
     def numbers(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how many beats of the score have gone at some times."""
+        """Return the number of beats passed at times in seconds, (N,)."""
         times = np.array(self.times)
         at = np.clip(times.searchsorted(seconds, side="right") - 1, 0, len(times) - 2)
         share = (seconds - times[at]) / (times[at + 1] - times[at])
@@ -68,25 +68,25 @@ class Beats:
         return found
 
     def seconds(self, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the times at which so many beats of the score have gone."""
+        """Return the times in seconds, (N,), at which so many beats have passed."""
         times, numbers = np.array(self.times), numbers - float(self.first)
         at = np.clip(np.floor(numbers).astype(np.int64), 0, len(times) - 2)
         found: NDArray[np.float64] = times[at] + (numbers - at) * (times[at + 1] - times[at])
         return found
 
     def since(self, seconds: float, gone: Fraction) -> Beats:
-        """Return the beats of an excerpt that begins then, when so many beats have gone."""
+        """Return the beats of an excerpt that begins at a time, `gone` beats into the score."""
         times = tuple(round(time - seconds, 6) for time in self.times)
         return Beats(self.first - gone, times, self.bar)
 
     def line(self) -> str:
-        """Return a comment of LND that tells them."""
+        """Return the comment of LND that holds them."""
         told = (f"{time:.6f}".rstrip("0").rstrip(".") for time in self.times)
         return f"// beats from {self.first}: {' '.join(told)}"
 
     @classmethod
     def of(cls, lines: Iterable[str]) -> Beats | None:
-        """Return the beats that a comment among some lines tells, if one does."""
+        """Return the beats from the first comment that holds them, or None."""
         for line in lines:
             found = _LINE.fullmatch(line)
             if found:
@@ -100,11 +100,11 @@ class Beats:
 
 
 FOUND = "// tempo: "
-"""Begins the comment of a score whose tempo was found in its movement."""
+"""How the comment begins of a score whose tempo was found in its movement."""
 
 
 def said(meter: Meter, lines: Iterable[str]) -> str:
-    """Say how the time of a score is counted."""
+    """Describe the tempo of a score."""
     lines = list(lines)
     found = next((line.removeprefix(FOUND) for line in lines if line.startswith(FOUND)), "")
     told = Beats.of(lines)
@@ -120,10 +120,7 @@ def ticks_at(
     *,
     up: bool = False,
 ) -> NDArray[np.int64]:
-    """Return the ticks nearest to frames, halves upwards.
-
-    `frames`: (N,) int64, of the source.
-    """
+    """Return the ticks nearest to frames of the source, (N,), halves (or with `up` all) upwards."""
     if beats is not None:
         gone = beats.numbers(frames / float(rate)) * (meter.division / meter.beats)
         return (np.ceil(gone) if up else np.floor(gone + 0.5)).astype(np.int64)
@@ -133,7 +130,7 @@ def ticks_at(
 
 
 def in_time(score: Score) -> Score:
-    """Give a score that counts ticks for frames the times of its beats, if a comment tells them."""
+    """Return a score whose frames are ticks at the times of its beats, if a comment holds them."""
     beats = Beats.of(score.other)
     if beats is None:
         return score

@@ -60,11 +60,11 @@ def read(content: bytes, place: str) -> Score:
     slots = {slot.get("TIME_SLOT_ID"): slot.get("TIME_VALUE") for slot in root.iter("TIME_SLOT")}
     properties = {it.get("NAME", ""): it.text or "" for it in root.iterfind("HEADER/PROPERTY")}
     tiers: dict[str, list[TierEntry]] = {}
-    told: list[str] = []
+    warnings: list[str] = []
     for tier in root.iterfind("TIER"):
         name, ours = tier.get("TIER_ID", ""), tier.get("LINGUISTIC_TYPE_REF") == TYPE
         if not ours and not is_part(name):
-            told.append(f'the tier "{shown(name)}" is no part of the body: left out')
+            warnings.append(f'the tier "{shown(name)}" is no part of the body: left out')
             continue
         try:
             entries = list(_annotations(tier, slots, f"{place}: {shown(name)}"))
@@ -73,15 +73,15 @@ def read(content: bytes, place: str) -> Score:
         except NotationError as error:
             if ours:
                 raise
-            told.append(f'the tier "{name}" is left out: {error.found} is no symbol')
+            warnings.append(f'the tier "{name}" is left out: {error.found} is no symbol')
             continue
-        starts = _starts(properties.get(_STARTS + name, ""), entries, name, place, told)
+        starts = _starts(properties.get(_STARTS + name, ""), entries, name, place, warnings)
         tiers[name] = [*starts, *entries]
     if not tiers and _LENGTH not in properties:
         wanted = f"one of the type {TYPE}, or named as r_arm"
         raise NotationError("no tier of a part of the body", place=place, wanted=wanted)
     last = properties.get(_LENGTH, "")
-    return score_of(tiers, place, told, int(last) if _TIME.fullmatch(last) else 0)
+    return score_of(tiers, place, warnings, int(last) if _TIME.fullmatch(last) else 0)
 
 
 def _document(content: bytes, place: str) -> Element:
@@ -115,7 +115,7 @@ def _annotations(
 
 
 def _starts(
-    text: str, entries: Iterable[TierEntry], part: str, place: str, told: list[str]
+    text: str, entries: Iterable[TierEntry], part: str, place: str, warnings: list[str]
 ) -> Iterator[TierEntry]:
     """Yield a tier's starting positions, but those inside of what was annotated since."""
     ordered = sorted(entries, key=lambda it: it.start)
@@ -128,7 +128,7 @@ def _starts(
         time = int(match[1])
         before = bisect_right(begins, time) - 1
         if before >= 0 and begins[before] < time < ordered[before].stop:
-            told.append(f"{part}: a starting position at {time / SECOND:g} s is left out, "
+            warnings.append(f"{part}: a starting position at {time / SECOND:g} s is left out, "
                         "an annotation lies over it")  # fmt: skip
         else:
             yield TierEntry(match[2], time, time)
@@ -194,8 +194,8 @@ def _put(root: Element, tiers: Mapping[str, list[TierEntry]], kind: str) -> None
 
 def _new() -> Element:
     date = datetime.now(UTC).isoformat(timespec="seconds")
-    told = {"AUTHOR": "LanIndex", "DATE": date, "FORMAT": "3.0", "VERSION": "3.0"}
-    root = Element(_ROOT, {**told, f"{_XSI}noNamespaceSchemaLocation": _SCHEMA})
+    warnings = {"AUTHOR": "LanIndex", "DATE": date, "FORMAT": "3.0", "VERSION": "3.0"}
+    root = Element(_ROOT, {**warnings, f"{_XSI}noNamespaceSchemaLocation": _SCHEMA})
     SubElement(root, "HEADER", {"MEDIA_FILE": "", "TIME_UNITS": "milliseconds"})
     SubElement(root, "TIME_ORDER")
     return root
@@ -231,16 +231,20 @@ def _declare(root: Element, kind: str, place: str) -> None:
         found = f"has a type {kind} that is bound to a parent"
         raise ExportError(found, place=place, wanted="one that is aligned with time, or none")
     if not known:
-        told = {"GRAPHIC_REFERENCES": "false", "LINGUISTIC_TYPE_ID": kind, "TIME_ALIGNABLE": "true"}
+        warnings = {
+            "GRAPHIC_REFERENCES": "false",
+            "LINGUISTIC_TYPE_ID": kind,
+            "TIME_ALIGNABLE": "true",
+        }
         last = [at for at, it in enumerate(root) if it.tag not in _BEHIND_TIERS[1:]]
-        root.insert(last[-1] + 1, Element("LINGUISTIC_TYPE", told))
+        root.insert(last[-1] + 1, Element("LINGUISTIC_TYPE", warnings))
 
 
 def _show(header: Element, media: Path) -> None:
-    """Name a recording, before what else is told of the file."""
+    """Name a recording, before what else is warnings of the file."""
     kind = guess_type(media.name)[0] or "application/octet-stream"
-    told = {"MEDIA_URL": media.absolute().as_uri(), "MIME_TYPE": kind}
-    header.insert(0, Element("MEDIA_DESCRIPTOR", told))
+    warnings = {"MEDIA_URL": media.absolute().as_uri(), "MIME_TYPE": kind}
+    header.insert(0, Element("MEDIA_DESCRIPTOR", warnings))
 
 
 def _last_number(root: Element) -> int:

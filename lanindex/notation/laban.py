@@ -66,7 +66,7 @@ def read(content: bytes, place: str) -> Score:
     beat, beats = _timing(staff, place)
     parts = {**_ARMS, **dict(_defined(one) for one in staff.iter(f"{_SPACE}columnDefinition"))}
     tiers: dict[str, list[TierEntry]] = defaultdict(list)
-    told: dict[str, None] = {}
+    warnings: dict[str, None] = {}
     for ordinal, one in enumerate(staff.iter(f"{_SPACE}movement"), 1):
         where = f"{place}: movement {ordinal}"
         column = _text(one, "column")
@@ -77,28 +77,30 @@ def read(content: bytes, place: str) -> Score:
         direction = one.find(f"{_SPACE}direction")
         if direction is None:
             if _text(one, "hold") != "true":
-                told["signs that are no directions: left out"] = None
+                warnings["signs that are no directions: left out"] = None
             continue
         measure = _number(one, "measure", where)
         start = (measure - 1) * beats + _number(one, "beat", where)
         span = (start, start + _number(one, "duration", where)) if measure else (0, 0)
         times = [int(time * beat + Fraction(1, 2)) for time in span]
         tiers[part].append(TierEntry(_words(direction, where), times[0], times[1]))
-    apart = {part: _apart(part, found, beat * _SLIP, told) for part, found in tiers.items()}
+    apart = {part: _apart(part, found, beat * _SLIP, warnings) for part, found in tiers.items()}
     count = _text(staff, "measures")
     length = int(count) * beats * beat if _COUNT.fullmatch(count) else 0
-    return score_of(apart, place, told, int(length))
+    return score_of(apart, place, warnings, int(length))
 
 
 def _apart(
-    part: str, entries: list[TierEntry], slip: Fraction, told: dict[str, None]
+    part: str, entries: list[TierEntry], slip: Fraction, warnings: dict[str, None]
 ) -> list[TierEntry]:
     """End a movement where the next begins, if it was drawn a little too long."""
     ordered = sorted(entries, key=lambda it: (it.start, it.stop))
     for at, (one, two) in enumerate(pairwise(ordered)):
         if one.start < two.start < one.stop <= two.start + slip:
             ordered[at] = replace(one, stop=two.start)
-            told[f"{part}: what begins at {one.start / SECOND:g} s was drawn too long: cut"] = None
+            warnings[f"{part}: what begins at {one.start / SECOND:g} s was drawn too long: cut"] = (
+                None
+            )
     return ordered
 
 

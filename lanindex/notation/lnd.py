@@ -52,11 +52,11 @@ from lanindex.notation.beats import Beats, in_time, ticks_at
 from lanindex.notation.text import DECIMAL, decoded, fraction, number
 
 UNITS_PER_LINE = "#unit_per_line 4"
-"""How a score is broken into lines where it says nothing itself."""
+"""Default line for how many units stand in a row on paper."""
 
 _HEADING = re.compile(r"#\s*(speed|rhythm|unit_total|unit)(?![a-z_])\s*=?\s*(.*)", re.IGNORECASE)
 UNIT = re.compile(r"#unit(\d+)")
-"""What stands before the lines of a unit that were not understood."""
+"""The line before the kept lines of a unit."""
 
 _COUNT = re.compile(r"\d{1,9}")
 _RHYTHM = re.compile(r"([1-9]\d?)\s*/\s*([1-9]\d?)")
@@ -64,7 +64,7 @@ PART = re.compile(r"[a-z_]+")
 
 
 def _codes(kind: Kind) -> dict[str, dict[str, int]]:
-    """Return what a symbol's line tells, in order, and the words for it; degrees have none."""
+    """Return the fields of a symbol's line in order, with their words; degrees have none."""
     codes = {
         "direction": {name: DIRECTION_CODES[name] for name in kind.directions},
         "level": LEVEL_CODES,
@@ -75,7 +75,7 @@ def _codes(kind: Kind) -> dict[str, dict[str, int]]:
 
 _FIELDS = {keyword: _codes(kind) for keyword, kind in LINES.items()}
 _COUNTED = {1: "four", 2: "five"}
-"""How many words such a line has behind that, by how many fields it tells."""
+"""Number of words behind a keyword, by its number of fields."""
 
 _KEYWORDS = (*LINES, "#speed", "#rhythm")
 _LAST_TICK = int(np.iinfo(np.int32).max)
@@ -88,10 +88,10 @@ _RANKS = {part: rank for rank, part in enumerate(TRACKS)}
 
 
 _AS_WELL = {("direction", "support")}
-"""Words that begin a symbol of another kind, too."""
+"""Keywords that also begin symbols of another kind."""
 
 _RESERVED = ("support", "jump", "travel", "rotation")
-"""Words that may say of a limb what only the body as a whole can do as yet."""
+"""Keywords of the whole body; lines with them for a limb are kept, not read."""
 
 
 def rank(part: str) -> tuple[int, str]:
@@ -140,7 +140,7 @@ class _Placed:
 
 
 class LndReader:
-    """What has been read so far; `take` lines, then ask for the `score`."""
+    """A reader of LND: `take` each line, then call `score`."""
 
     def __init__(self, place: str) -> None:
         self.place = place
@@ -157,7 +157,7 @@ class LndReader:
     def fault(
         self, found: str, wanted: str = "", remedy: str = "", line: int | None = None
     ) -> NotationError:
-        """Return an error about a line, this one unless told, the whole file for 0."""
+        """Return an error at a line: by default the current one, 0 for the whole file."""
         line = self.line if line is None else line
         place = f"{self.place}:{line}" if line else self.place
         return NotationError(found, place=place, wanted=wanted, remedy=remedy)
@@ -181,11 +181,11 @@ class LndReader:
         self.understood |= bool(words)
 
     def _reserved(self, keyword: str, part: str = "", *_: str) -> bool:
-        """Tell whether a line says of a limb what only the body as a whole can do as yet."""
+        """Return whether a line has a keyword of the whole body for a limb."""
         return keyword in _RESERVED and part in PARTS
 
     def _guard(self, word: str) -> None:
-        """Refuse a slip of the pen; the line would be kept, but its symbol lost in silence."""
+        """Refuse a misspelt keyword: its line would be kept, its symbol lost in silence."""
         from rapidfuzz.distance import OSA
 
         for meant in _KEYWORDS:
@@ -333,7 +333,7 @@ class LndReader:
 
 
 def _joined(symbols: Iterable[_Placed]) -> list[_Placed]:
-    """Make one of the halves of symbols across bar lines."""
+    """Join the halves of symbols across bar lines."""
     joined: list[_Placed] = []
     for symbol in symbols:
         last = joined[-1] if joined else None
@@ -533,7 +533,7 @@ def _shown(track: Track) -> list[tuple[int, int, Cell]]:
 
 
 def _kept(other: tuple[str, ...]) -> tuple[list[str], dict[int, list[str]]]:
-    """Sort the lines that were not understood: the header's, and each unit's."""
+    """Return kept lines of the header and of each unit."""
     header: list[str] = []
     units: dict[int, list[str]] = defaultdict(list)
     here = header

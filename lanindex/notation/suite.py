@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, LEVELS
 from lanindex.errors import NotationError, shown
 from lanindex.model import Score
-from lanindex.notation.text import DECIMAL, decoded, once
+from lanindex.notation.text import DECIMAL, decoded, unique_keys
 from lanindex.notation.tiers import SECOND, TierEntry, duration, entries_of, score_of
 
 ARMS = {
@@ -78,7 +78,7 @@ def read(content: bytes, place: str) -> Score:
     wherever the two differ.
     """
     columns: dict[str, list[_Position]] = defaultdict(list)
-    told: dict[str, None] = {}
+    warnings: dict[str, None] = {}
     positions = list(_positions(_gesture(content, place), place))
     times = [time for _, time, _ in positions] or [0]
     for name, time, position in positions:
@@ -87,22 +87,22 @@ def read(content: bytes, place: str) -> Score:
             raise NotationError(f"{_MARKS} {shown(str(marks))}", place=where, wanted="an object")
         for column, value in position.items():
             if column not in (*ARMS, _HEAD, _TURN):
-                told[f'the column "{shown(column)}" is no part of the body: left out'] = None
+                warnings[f'the column "{shown(column)}" is no part of the body: left out'] = None
                 continue
             says = (_turned if column == _TURN else _pointed)(value, f"{where}, {column}")
             columns[column].append(_Position(time, says, str(marks.get(column, ""))))
     tiers = {part: _moves(columns[name], times[0]) for name, (part, _) in ARMS.items()}
     tiers["body_turn"] = _turns(columns[_TURN])
     if len({stand.says for stand in columns[_HEAD]}) > 1:
-        tiers["head"], tiers["head_turn"] = _head(columns[_HEAD], times[0], told)
-    return score_of({part: it for part, it in tiers.items() if it}, place, told, times[-1])
+        tiers["head"], tiers["head_turn"] = _head(columns[_HEAD], times[0], warnings)
+    return score_of({part: it for part, it in tiers.items() if it}, place, warnings, times[-1])
 
 
 def _gesture(content: bytes, place: str) -> dict[str, Any]:
     """Return the positions of the one gesture that a file holds, by name."""
     text = decoded(content, place, "a gesture of LabanotationSuite").removeprefix("\ufeff")
     try:
-        found = json.loads(text, object_pairs_hook=once, parse_constant=float)
+        found = json.loads(text, object_pairs_hook=unique_keys, parse_constant=float)
     except json.JSONDecodeError as error:
         where = f"{place}:{error.lineno}"
         raise NotationError(f"damaged JSON ({error.msg})", place=where) from error
@@ -206,12 +206,12 @@ def _turns(column: Iterable[_Position]) -> list[TierEntry]:
 
 
 def _head(
-    column: list[_Position], opens: int, told: dict[str, None]
+    column: list[_Position], opens: int, warnings: dict[str, None]
 ) -> tuple[list[TierEntry], list[TierEntry]]:
     """Return how a head nods and how it turns, whose face looks as a column says."""
     known = [stand for stand in column if stand.says.split()[0] in _PANS]
     if len(known) < len(column):
-        told["a face that looks back or to its place: left out"] = None
+        warnings["a face that looks back or to its place: left out"] = None
     split = [stand.says.split() for stand in known]
     nods = (_Position(it.time, _NODS[level]) for it, (_, level) in zip(known, split, strict=True))
     pans = (_Position(it.time, _PANS[way]) for it, (way, _) in zip(known, split, strict=True))

@@ -23,7 +23,7 @@ from lanindex.model import Capture, Meter, Score, Span, Track
 from lanindex.model.symbol import FIELDS, blank
 from lanindex.notation.beats import ticks_at
 from lanindex.notation.lnd import PART
-from lanindex.notation.text import decoded, once
+from lanindex.notation.text import decoded, unique_keys
 
 COLUMNS: dict[str, type] = {
     **{"capture": str, "capture_id": int, "fps": float, "frames": int, "part": str},
@@ -234,7 +234,7 @@ def _jsonl_rows(lines: Iterable[str], place: str) -> Iterator[tuple[str, Mapping
         if not line.strip():
             continue
         try:
-            row = json.loads(line, object_pairs_hook=once)
+            row = json.loads(line, object_pairs_hook=unique_keys)
         except (ValueError, RecursionError) as error:
             found = shown(f"damaged JSON ({error})", 200)
             raise NotationError(found, place=where, wanted="an object a line") from error

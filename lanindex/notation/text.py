@@ -16,7 +16,7 @@ from typing import Any
 from lanindex.errors import NotationError, shown
 
 WIDE = (b"\xff\xfe", b"\xfe\xff")
-"""How UTF-16 begins, in either order of bytes."""
+"""Byte order marks of UTF-16."""
 
 
 def read_text(path: Path) -> str:
@@ -53,8 +53,8 @@ def decoded(source: bytes, place: str, wanted: str) -> str:
     return text
 
 
-def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return an object of JSON, which has each key once: an ``object_pairs_hook``."""
+def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return a JSON object; a key twice is an error (an ``object_pairs_hook``)."""
     found = dict(pairs)
     if len(found) < len(pairs):
         again = next(key for key, many in Counter(key for key, _ in pairs).items() if many > 1)
@@ -77,7 +77,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def words_of(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and the words of each line that says something.
+    """Yield number and words of each line that is not empty or a comment.
 
     >>> from lanindex.notation.text import words_of
     >>> list(words_of('''// a comment

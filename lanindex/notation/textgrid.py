@@ -85,7 +85,7 @@ def read(content: bytes, place: str) -> Score:
     _, end = tokens.time(), tokens.time()
     tokens.take("flag", "<exists>")
     tiers: dict[str, list[TierEntry]] = defaultdict(list)
-    told: list[str] = []
+    warnings: list[str] = []
     number = tokens.count("how many tiers there are")
     for _ in range(number):
         if (kind := tokens.word("what kind of tier it is")) not in (_INTERVALS, _POINTS):
@@ -94,13 +94,13 @@ def read(content: bytes, place: str) -> Score:
         part = name.removesuffix(_STARTS) if kind == _POINTS else name
         entries = list(_entries(tokens, kind))
         if not is_part(part):
-            told.append(f'the tier "{shown(name)}" is no part of the body: left out')
+            warnings.append(f'the tier "{shown(name)}" is no part of the body: left out')
         else:
             tiers[part] += entries
     if number and not tiers:
         wanted = "one that is named as r_arm"
         raise NotationError("no tier of a part of the body", place=place, wanted=wanted)
-    return score_of(tiers, place, told, end)
+    return score_of(tiers, place, warnings, end)
 
 
 def _entries(tokens: _Tokens, kind: str) -> Iterator[TierEntry]:

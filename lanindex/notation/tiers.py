@@ -41,15 +41,15 @@ _DEGREES = re.compile(r"(\d{1,9})deg")
 
 @dataclass(frozen=True, slots=True)
 class TierEntry:
-    """A symbol as a tier has it."""
+    """A symbol as an entry of a tier."""
 
-    words: str  # What it says, without the part
+    words: str  # The symbol without its part
     start: int  # Milliseconds; a starting position has no length
     stop: int
 
 
 def entries_of(score: Score) -> dict[str, list[TierEntry]]:
-    """Return what each part of a score shows, in order: starting positions and movements."""
+    """Return the entries of each part of a score: starting positions and movements."""
     tracks = score.tracks
     written = [part for part in tracks if KINDS[tracks[part].kind].keyword and len(tracks[part])]
     return {part: _entries(tracks[part], score.rate) for part in sorted(written, key=rank)}
@@ -73,27 +73,27 @@ def _entries(track: Track, rate: Fraction) -> list[TierEntry]:
 
 
 def milliseconds(frame: int, rate: Fraction) -> int:
-    """Return where a frame lies in time, halves upwards."""
+    """Return the time of a frame in milliseconds, halves rounded up."""
     return (2 * frame * SECOND * rate.denominator + rate.numerator) // (2 * rate.numerator)
 
 
 def is_part(name: str) -> bool:
-    """Return whether tracks of that name are read: those of the alphabet that do not follow."""
+    """Return whether a tier of that name is read: a track of the alphabet that is not derived."""
     return name in TRACKS and bool(KINDS[kind_of(name)].keyword)
 
 
 def duration(score: Score) -> int:
-    """Return how many milliseconds a score lasts."""
+    """Return the milliseconds of a score."""
     return milliseconds(score.frames, score.rate)
 
 
 def score_of(
     tiers: Mapping[str, Iterable[TierEntry]],
     place: str,
-    told: Iterable[str] = (),
+    warnings: Iterable[str] = (),
     length: int = 0,
 ) -> Score:
-    """Return the score that some tiers show."""
+    """Return the score of tiers."""
     page, bent = LndReader(place), dict[str, list[int]]()
     page.understood, page.total = True, -(-length // (4 * SECOND))
     for part, entries in tiers.items():
@@ -109,11 +109,11 @@ def score_of(
     score = page.score()
     own = (part for part in score.tracks if part in BENDS and max(bent[part]) >= 0)
     tracks = {**score.tracks, **{part: _bent(score.tracks[part], bent[part]) for part in own}}
-    return replace(score, tracks=tracks, warnings=tuple(told))
+    return replace(score, tracks=tracks, warnings=tuple(warnings))
 
 
 def _bent(limb: Track, degrees: list[int]) -> Track:
-    """Return a limb that is bent as its own words say; where they say nothing, it hardly is."""
+    """Return a limb bent as its words say; without words it is at most slightly bent."""
     rows, said = limb.symbols.copy(), np.array(degrees)
     rows["amount"] = np.where(said >= 0, said, np.minimum(rows["amount"], BENT - 1))
     return Track(limb.part, rows, limb.known)
@@ -131,7 +131,7 @@ def _check(part: str, ordered: list[TierEntry], place: str) -> None:
 
 
 def _read(part: str, words: str, place: str) -> tuple[tuple[int, ...], int]:
-    """Return a symbol's fields, as its kind has them, and how bent a limb is, -1 if not said."""
+    """Return the fields of a symbol and the degree of bend, -1 if none is written."""
     kind, rest = KINDS[kind_of(part)], words.lower().split()
     cell = [_field(part, name, rest, words, place) for name in kind.fields]
     bent = " ".join(rest)
@@ -141,7 +141,7 @@ def _read(part: str, words: str, place: str) -> tuple[tuple[int, ...], int]:
 
 
 def _field(part: str, name: str, rest: list[str], words: str, place: str) -> int:
-    """Take what a field says from the front of the words that are left."""
+    """Take a field from the front of the remaining words."""
     kind = KINDS[kind_of(part)]
     if name == "amount" and not kind.amounts:
         found = _DEGREES.fullmatch(rest.pop(0) if rest else "0deg")

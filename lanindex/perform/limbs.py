@@ -28,11 +28,8 @@ UP = np.array([0.0, 1.0, 0.0])
 FOLDED: Cell = (PLACE, MID)
 
 
-def direction(cell: Cell) -> Floats:
-    """Return the reference direction of a cell other than `FOLDED`.
-
-    returns (3,) unit vector.
-    """
+def direction_vector(cell: Cell) -> Floats:
+    """Return the unit vector, (3,), of a cell other than `FOLDED`."""
     code, level = cell
     if code == PLACE:
         return -UP if level == LOW else UP
@@ -42,10 +39,7 @@ def direction(cell: Cell) -> Floats:
 
 
 def minimum_jerk(share: Floats) -> Floats:
-    """Return how much of a reach is done after a share of its time.
-
-    `share`: (T,) float64, 0 to 1; returns (T,) float64, 0 to 1, at rest at both ends.
-    """
+    """Return the share of the way done, (T,), after a share of the time, (T,)."""
     return share**3 * (10 - 15 * share + 6 * share**2)
 
 
@@ -55,8 +49,7 @@ def great_circle(start: Floats, stop: Floats, share: Floats, side: Floats) -> Fl
     Half-way round there is no shorter one: that reach passes in front of the body, and from
     front to back past `side`.
 
-    `start, stop`: (..., 3) unit vectors; `share`: (T,) 0 at `start`, 1 at `stop`; `side`: (3,) unit
-    vector; returns (T, 3) unit vectors.
+    `start`, `stop` and `side` are unit vectors (3,), `share` (T,) is 0 to 1; returns (T, 3).
     """
     along = float(start @ stop)
     across = stop - along * start
@@ -74,17 +67,14 @@ def great_circle(start: Floats, stop: Floats, share: Floats, side: Floats) -> Fl
 class Reach:
     """A stretch of frames in which a part goes from one cell to another, or stays."""
 
-    frames: slice  # Of the performance
-    start: Cell  # Cells
+    frames: slice
+    start: Cell
     stop: Cell
-    share: Floats  # (T,) how much is done in each of the frames
+    share: Floats  # (T,) of the way done in each frame
 
 
 def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> Iterator[Reach]:
-    """Yield what a track asks for, frame after frame.
-
-    `rows`: (S,) of `model.SYMBOL`; `times`: (T,) seconds of the frames.
-    """
+    """Yield the reaches and rests of a track, (S,) of `SYMBOL`, at times (T,) in seconds."""
     now, done = rest, 0
     for row in rows[~rows["passing"]]:
         cell = int(row["direction"]), int(row["level"])
@@ -99,12 +89,8 @@ def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> It
     yield Reach(slice(done, len(times)), now, now, np.zeros(len(times) - done))
 
 
-def bent(rows: NDArray[Any], times: Floats, rate: Fraction) -> Floats:
-    """Return how much of its length a limb of two equal bones reaches that bends as told.
-
-    `rows`: (S,) of `model.SYMBOL`, of the bends of an arm or a leg; `times`: (T,) seconds of the
-    frames; returns (T,) 1 straight, 0 folded.
-    """
+def reach_when_bent(rows: NDArray[Any], times: Floats, rate: Fraction) -> Floats:
+    """Return the reach, (T,), 1 straight and 0 folded, of a limb with a track of bends."""
     angle, now = np.zeros(len(times)), 0.0
     for row in rows[~rows["passing"]]:
         start, stop = float(row["start"] / rate), float(row["stop"] / rate)
@@ -118,20 +104,20 @@ def bent(rows: NDArray[Any], times: Floats, rate: Fraction) -> Floats:
 
 
 NEARLY = 0.92
-"""Cosine of an angle, 23 degrees: a palm that comes no nearer does not face as it is told."""
+"""Cosine of 23 degrees: a palm farther off than that is reported."""
 
 _SLIGHT = 1e-6
 
 
-def hold(
+def face_palms(
     joints: Floats,
     wanted: Mapping[str, tuple[Floats, NDArray[np.int64]]],
     body: Body,
 ) -> tuple[str, ...]:
-    """Put knuckles where palms face as is wanted, in place.
+    """Place the knuckles so that palms face as wanted, in place; return what cannot be done.
 
-    `joints`: (T, J, 3) mm, of a standard body with knuckles; `wanted`: By part (``r_palm``), (T, 3)
-    unit vectors, and the frames in which it has arrived.
+    `joints` (T, J, 3) are mm; `wanted` holds by part (``r_palm``) unit vectors, (T, 3), and the
+    frames of arrival.
     """
     said = []
     for part, (out, arrived) in wanted.items():
@@ -152,8 +138,8 @@ def hold(
     return tuple(said)
 
 
-def shown(joints: Floats, body: Body) -> dict[str, NDArray[np.float32]]:
-    """Return where palms face, as `Motion.axes`, of a body with knuckles."""
+def palm_axes(joints: Floats, body: Body) -> dict[str, NDArray[np.float32]]:
+    """Return the axes of the hands of a body with knuckles, as in `Motion.axes`."""
     found = {}
     for hand, (first, last, _) in planes(body.skeleton.names).items():
         wrist = joints[:, body.skeleton.body[JOINT_CODES[hand[0] + "Wrist"]]]
@@ -177,10 +163,7 @@ TURNED = ("torso_twist", "head_turn", "torso_incline", "head_incline")
 
 
 def angles(score: Score, part: str, times: Floats) -> NDArray[np.complex128]:
-    r"""Return how far a part is turned, or leans, to the right, and (imaginary) forward.
-
-    `times`: (T,) seconds; returns (T,) complex128, degrees.
-    """
+    """Return the twist or lean of a part, (T,) degrees: real to the right, imaginary forward."""
     rows: Any = score.tracks[part].symbols if part in score.tracks else np.zeros(0, SYMBOL)
     found, now = np.zeros(len(times), np.complex128), 0j
     for row in rows[~rows["passing"]]:
@@ -199,19 +182,16 @@ def _angle(code: int, degrees: int) -> complex:
     return complex(degrees * np.exp(1j * np.radians(45 * code)))
 
 
-def leaning(lean: NDArray[np.complex128]) -> Floats:
-    """Return where something points that leans so far, (T, 3) unit vectors."""
+def lean_direction(lean: NDArray[np.complex128]) -> Floats:
+    """Return the unit vectors, (T, 3), of a lean in degrees, (T,) as from `angles`."""
     size = np.abs(lean)
     way = lean / np.maximum(size, _SLIGHT)
     flat = np.sin(np.radians(size))
     return np.stack((flat * way.imag, np.cos(np.radians(size)), flat * way.real), axis=1)
 
 
-def twisted(trunk: Floats, twist: Floats) -> tuple[Floats, Floats]:
-    """Return where the chest's front and right point.
-
-    `trunk`: (T, 3) unit vectors; `twist`: (T,) degrees to the right of the pelvis, about the trunk.
-    """
+def chest_axes(trunk: Floats, twist: Floats) -> tuple[Floats, Floats]:
+    """Return the chest's front and right, (T, 3), from the trunk, (T, 3), and its twist, (T,)."""
     right = np.array([0.0, 0.0, 1.0])
     across = right - trunk[:, 2:] * trunk
     size = np.linalg.norm(across, axis=1, keepdims=True)
@@ -223,9 +203,9 @@ def twisted(trunk: Floats, twist: Floats) -> tuple[Floats, Floats]:
 
 
 def head_right(up: Floats, trunk: Floats, across: Floats) -> Floats:
-    """Return where the right of a head points that is turned so far about the trunk.
+    """Return the right of a head, (T, 3).
 
-    `up`: (T, 3) unit vectors; `trunk, across`: (T, 3) unit vectors.
+    `up` is where its top points, `trunk` the chest's up and `across` its right, turned as the head.
     """
     along = np.sum(up * trunk, axis=1, keepdims=True)
     along = np.where(np.abs(along) < _SLIGHT, _SLIGHT, along)
@@ -282,11 +262,8 @@ class _Touch:
         return share
 
 
-def touch(joints: Floats, score: Score, times: Floats, body: Body) -> tuple[str, ...]:
-    """Bring hands to what they touch, in place; where they cannot come they stay.
-
-    `joints`: (T, J, 3) mm, of the standard body; `times`: (T,) seconds.
-    """
+def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> tuple[str, ...]:
+    """Bring hands to what they touch, (T, J, 3) mm in place; return what is out of reach."""
     places = {
         name: joints[:, body.skeleton.body[code]].copy() for name, code in JOINT_CODES.items()
     }

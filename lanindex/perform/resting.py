@@ -40,23 +40,23 @@ LIES = 0.07
 """Lengths of a leg above the floor: so high lies a knee or a wrist that carries."""
 
 Window = tuple[float, float]
-Told = tuple[float, float, str]
+CarrierSpan = tuple[float, float, str]
 """From when to when something else than feet carries, in seconds, and what."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """How a body rests that has its feet where it stood."""
+    """How the body rests on one carrier."""
 
-    ahead: float  # How far the hips are before the feet
-    up: float | None  # How high they are; if none, so high that the lower knee lies at `LIES`
+    ahead: float  # Of the hips before the feet
+    up: float | None  # Height of the hips; None: such that the lower knee lies at `LIES`
     # How long before it has come down support begins, and after it begins to rise support ends:
     # seconds, if it is on the way for one; else with the power of 1.5 of that time
     comes: float
     leaves: float
     heels: float = 0.0  # How high they are raised
-    knees: float = 90.0  # Where they go
-    trunk: float | None = None  # Where it points; as it did, if none
+    knees: float = 90.0  # Direction in which they bend
+    trunk: float | None = None  # Direction; None: as before
     props: bool = False  # Whether hands carry
     least: float = 0.25  # Seconds that it lasts at least to be seen
     # In which part of the time hips come there over the ground, before they have come down
@@ -85,10 +85,10 @@ POSES = {
 class Rest:
     """A time in which something else than feet carries, in seconds."""
 
-    start: float  # When it does
+    start: float  # Of the symbol
     stop: float
-    down: Window  # From when to when the body comes down, and rises
-    rise: Window
+    down: Window  # In which the body comes down
+    rise: Window  # In which it rises
     what: str  # What carries
     # Whether the hips come back over the feet as it rises: not if it steps at once, or goes on
     # resting on something else
@@ -126,7 +126,7 @@ class Rest:
 
 
 def part(times: Floats, window: Window) -> Floats:
-    """Return how much is done of what takes some time."""
+    """Return the share done, (T,), of what fills a window of time."""
     share = (times - window[0]) / max(window[1] - window[0], 1e-9)
     return minimum_jerk(np.clip(share, 0, 1))
 
@@ -134,7 +134,7 @@ def part(times: Floats, window: Window) -> Floats:
 Mix = Callable[[Floats, Floats, Floats], Floats]
 
 
-def told(score: Score) -> list[Told]:
+def carrier_spans(score: Score) -> list[CarrierSpan]:
     """Return from when to when something else than feet carries, in seconds, and what."""
     rows = score.tracks[OTHER].symbols if OTHER in score.tracks else ()
     rate = float(score.rate)
@@ -145,8 +145,8 @@ def told(score: Score) -> list[Told]:
     ]
 
 
-def planned(
-    those: Sequence[Told], busy: Sequence[tuple[float, float, float]], last: float
+def plan_rests(
+    those: Sequence[CarrierSpan], busy: Sequence[tuple[float, float, float]], last: float
 ) -> tuple[list[Rest], tuple[str, ...]]:
     """Return how the body comes down to each carrier and rises, and which have no time for it."""
     joined = [None, *map(_joined, those[:-1], those[1:]), None]
@@ -173,7 +173,7 @@ def planned(
     return found, tuple(doubts)
 
 
-def _joined(one: Told, two: Told) -> Window | None:
+def _joined(one: CarrierSpan, two: CarrierSpan) -> Window | None:
     """Return from when to when a body goes from one support to the next, if it does not rise."""
     gap = two[0] - one[1]
     if gap >= 1.25 * LEAST:
@@ -186,7 +186,7 @@ def _joined(one: Told, two: Told) -> Window | None:
     return begin, begin + length
 
 
-def _rank(one: Told) -> int:
+def _rank(one: CarrierSpan) -> int:
     """Return which of several supports is told: the highest."""
     return ("other", "knee", "hand", "seat", "trunk").index(one[2].removeprefix("prone "))
 
@@ -205,8 +205,8 @@ def _rise(stop: float, room: float, what: str, height: float, last: float) -> Wi
     return begin, begin + length
 
 
-class Tells:
-    """Whether a score moves one of some parts as the body comes down, or rests."""
+class MovedParts:
+    """Whether a score moves parts while the body comes down or rests."""
 
     def __init__(self, score: Score) -> None:
         self._score, self._begins = score, dict[str, NDArray[np.float64]]()
@@ -238,8 +238,8 @@ class Tells:
         return found
 
 
-class Resting:
-    """How much a body rests, frame by frame."""
+class RestBlend:
+    """Blends values of a standing body with those of its rests, frame by frame."""
 
     def __init__(self, rests: Sequence[Rest], times: Floats) -> None:
         self.rests, self.done = rests, np.zeros(len(times))
@@ -251,7 +251,7 @@ class Resting:
             self._parts.append((some, own / np.maximum(self.done[some], 1e-9)))
 
     def blended(self, base: Floats, aims: Sequence[Any], mix: Mix) -> Floats:
-        """Return values that rests bring to where they aim at; without an aim they stay."""
+        """Return values blended with the aim of each rest; None leaves them."""
         if not self.rests:
             return base
         aimed = base.copy()
@@ -281,10 +281,7 @@ def slerp(start: Floats, stop: Floats, share: Floats) -> Floats:
 
 
 def above(ways: Floats, high: Floats) -> Floats:
-    """Return directions, (T, 3), raised so far that they end above the floor.
-
-    `ways`: (T, 3) unit vectors; `high`: (T,) how high each begins, in its length.
-    """
+    """Raise directions, (T, 3), to end above the floor; `high` (T,) is their start in lengths."""
     ahead = ways * [1, 0, 1] + [1e-6, 0, 0]  # of what points straight down, too
     ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
     up = np.maximum(ways[:, 1], np.clip(-high, -1, 1))
@@ -294,7 +291,7 @@ def above(ways: Floats, high: Floats) -> Floats:
 
 
 def way(degrees: float) -> Floats:
-    """Return where something points that is turned forward from straight down."""
+    """Return the direction at an angle forward from straight down."""
     angle = np.radians(degrees)
     return np.array([np.sin(angle), -np.cos(angle), 0.0])
 
@@ -308,21 +305,20 @@ FLESH = 10.0
 ARM = ("upper_arm", "forearm", "hand")
 
 
-def laid(
+def rest_bones(
     score: Score,
-    resting: Resting,
+    resting: RestBlend,
     times: Floats,
     hips: Floats,
     bones: dict[str, Floats],
     body: Body,
 ) -> tuple[dict[str, Floats], tuple[str, ...]]:
-    """Return where trunk, head and arms point of a body that rests, and what cannot be.
+    """Return directions of trunk, head and arms, (T, 3) by bone, of a resting body, and warnings.
 
-    `times`: (T,) seconds; `hips`: (T,) how high they are, mm; `bones`: (T, 3) where they point as
-    told.
+    `hips` (T,) are heights in mm, `bones` the directions by the score's own tracks.
     """
     rests, doubts = resting.rests, dict[str, None]()
-    tells, middles = Tells(score), [rest.middle(times) for rest in rests]
+    tells, middles = MovedParts(score), [rest.middle(times) for rest in rests]
     aims = list[Floats | None]()
     for rest, middle in zip(rests, middles, strict=True):
         pose, lean = rest.pose, bones["torso"][middle]

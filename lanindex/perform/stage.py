@@ -20,20 +20,20 @@ from lanindex.perform.limbs import (
     Cell,
     Reach,
     angles,
-    bent,
-    direction,
+    bring_hands,
+    chest_axes,
+    direction_vector,
+    face_palms,
     great_circle,
     head_right,
-    hold,
-    leaning,
+    lean_direction,
+    palm_axes,
+    reach_when_bent,
     reaches,
-    shown,
-    touch,
-    twisted,
 )
-from lanindex.perform.resting import OTHER, laid
+from lanindex.perform.resting import OTHER, rest_bones
 from lanindex.perform.standard_body import Body, Limb, standard
-from lanindex.perform.travel import WEIGHT, Going, going
+from lanindex.perform.travel import WEIGHT, Travel, travel_of
 
 Floats = NDArray[np.float64]
 
@@ -86,46 +86,46 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
         )
     times = np.arange(frames) / float(rate)
     body = standard(frozenset(score.tracks).intersection(FACING))
-    bones, unlaid = _bones(score, times, body), tuple[str, ...]()
-    gone = going(score, times, body, bones)
-    if gone is not None and gone.resting.rests:
-        own, unlaid = laid(score, gone.resting, times, gone.hips[:, 1], bones, body)
-        bones, unlaid = bones | own, (*gone.left_out, *unlaid)
-    chest = twisted(bones["torso"], angles(score, "torso_twist", times).real)
-    joints = _joints(body, bones if gone is None else bones | gone.legs, chest, gone)
-    unreached = touch(joints, score, times, body)
-    unreached += hold(joints, _palms(score, times, bones, gone), body)
-    axes = _axes(score, times, bones, gone)
+    bones, unrested = _bones(score, times, body), tuple[str, ...]()
+    travel = travel_of(score, times, body, bones)
+    if travel is not None and travel.resting.rests:
+        own, unrested = rest_bones(score, travel.resting, times, travel.hips[:, 1], bones, body)
+        bones, unrested = bones | own, (*travel.left_out, *unrested)
+    chest = chest_axes(bones["torso"], angles(score, "torso_twist", times).real)
+    joints = _joints(body, bones if travel is None else bones | travel.legs, chest, travel)
+    unreached = bring_hands(joints, score, times, body)
+    unreached += face_palms(joints, _palms(score, times, bones, travel), body)
+    axes = _axes(score, times, bones, travel)
     if noise:
         joints += _tremor(body, noise, seed, frames)
-    axes |= shown(joints, body)
+    axes |= palm_axes(joints, body)
     source = Source("", "score", "mm", 1.0, "y")
-    places, said = joints.astype(np.float32), (*_left_out(score, body), *unlaid, *unreached)
+    places, said = joints.astype(np.float32), (*_left_out(score, body), *unrested, *unreached)
     return Motion(body.skeleton, rate, places, source, warnings=said, axes=axes)
 
 
 def _axes(
-    score: Score, times: Floats, bones: dict[str, Floats], gone: Going | None
+    score: Score, times: Floats, bones: dict[str, Floats], travel: Travel | None
 ) -> dict[str, NDArray[np.float32]]:
     """Return how the head is turned, where the score tells anything of it."""
     if not {"head_turn", "head_incline"} & score.tracks.keys():
         return {}
     turn = (angles(score, part, times).real for part in ("torso_twist", "head_turn"))
-    _, across = twisted(bones["torso"], sum(turn, np.zeros(len(times))))
+    _, across = chest_axes(bones["torso"], sum(turn, np.zeros(len(times))))
     right = head_right(bones["head"], bones["torso"], across)
     axes = np.stack((_seen(right), _seen(bones["head"])), axis=1)
-    return {"Head": (axes if gone is None else _fronted(axes, gone)).astype(np.float32)}
+    return {"Head": (axes if travel is None else _fronted(axes, travel)).astype(np.float32)}
 
 
 def _palms(
-    score: Score, times: Floats, bones: dict[str, Floats], gone: Going | None
+    score: Score, times: Floats, bones: dict[str, Floats], travel: Travel | None
 ) -> dict[str, tuple[Floats, NDArray[np.int64]]]:
     """Return where palms shall face, and the frames in which they have arrived."""
     found = {}
     for part in (part for part in FACING if part in bones):
         out, ends = _seen(bones[part])[:, None], _shown(score, part)["stop"] / float(score.rate)
         frames = np.minimum(np.searchsorted(times, ends), len(times) - 1)
-        found[part] = (out if gone is None else _fronted(out, gone))[:, 0], frames
+        found[part] = (out if travel is None else _fronted(out, travel))[:, 0], frames
     return found
 
 
@@ -158,7 +158,7 @@ def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
         if part in PARTS and PARTS[part].group not in body.limbs
     }
     own |= {
-        part: leaning(angles(score, f"{part}_incline", times))
+        part: lean_direction(angles(score, f"{part}_incline", times))
         for part in ("torso", "head")
         if f"{part}_incline" in score.tracks
     }
@@ -208,7 +208,7 @@ def _pointed(score: Score, part: str, times: Floats) -> Floats:
     points = np.empty((len(times), 3))
     side = np.array([0.0, 0.0, _side(part)])
     for reach in reaches(rows[~_folds(rows)], times, score.rate, _rest(part)):
-        ends = direction(reach.start), direction(reach.stop)
+        ends = direction_vector(reach.start), direction_vector(reach.stop)
         points[reach.frames] = great_circle(*ends, reach.share, side)
     return points
 
@@ -225,7 +225,7 @@ def _bent(score: Score, part: str, limb: Limb, times: Floats) -> tuple[Floats, F
         some = reach.frames
         way[some], aside[some], reach_of[some] = _ways(reach, limb, mirror)
     if BENDS[part] in score.tracks:
-        asked = bent(score.tracks[BENDS[part]].symbols, times, score.rate)
+        asked = reach_when_bent(score.tracks[BENDS[part]].symbols, times, score.rate)
         reach_of = np.minimum(np.maximum(reach_of, IN_PLACE), asked)
     along = reach_of[:, None] * way
     across = np.sqrt(np.maximum(1 - reach_of**2, 0))[:, None] * aside
@@ -236,7 +236,7 @@ def _ways(reach: Reach, limb: Limb, mirror: Floats) -> tuple[Floats, Floats, Flo
     """Return a limb's direction and where its joint goes, (T, 3), and how far it reaches, (T,)."""
     toward, side = limb.toward * mirror, mirror * [0, 0, 1]
     start, stop = (
-        toward if cell == FOLDED else direction(cell) for cell in (reach.start, reach.stop)
+        toward if cell == FOLDED else direction_vector(cell) for cell in (reach.start, reach.stop)
     )
     lengths = [limb.near if cell == FOLDED else 1.0 for cell in (reach.start, reach.stop)]
     length = lengths[0] + (lengths[1] - lengths[0]) * reach.share
@@ -301,7 +301,7 @@ def _turned(vectors: Floats, start: Floats, stop: Floats) -> Floats:
 
 
 def _joints(
-    body: Body, bones: dict[str, Floats], chest: tuple[Floats, Floats], gone: Going | None
+    body: Body, bones: dict[str, Floats], chest: tuple[Floats, Floats], travel: Travel | None
 ) -> Floats:
     """Return positions (T, J, 3), mm, y up; facing +z, left +x at first.
 
@@ -319,22 +319,22 @@ def _joints(
         elif bone and bone not in FACING:
             offset = np.linalg.norm(offsets[joint]) * _seen(bones[bone])
         joints[:, joint] = offset + (joints[:, parent] if parent >= 0 else 0)
-    if gone is not None:
-        return _gone(joints, gone)
+    if travel is not None:
+        return _moved(joints, travel)
     feet = [index for index, bone in enumerate(body.bones) if bone.endswith(("_foot", "_toes"))]
     joints[..., 1] += body.sole - joints[:, feet, 1].min(axis=1, keepdims=True)
     return joints
 
 
-def _gone(joints: Floats, gone: Going) -> Floats:
+def _moved(joints: Floats, travel: Travel) -> Floats:
     """Turn a body about its root, and bring it to its place."""
-    found: Floats = _fronted(joints - joints[:, :1], gone) + _seen(gone.hips)[:, None]
+    found: Floats = _fronted(joints - joints[:, :1], travel) + _seen(travel.hips)[:, None]
     return found
 
 
-def _fronted(vectors: Floats, gone: Going) -> Floats:
+def _fronted(vectors: Floats, travel: Travel) -> Floats:
     """Turn vectors, (T, K, 3), as a body has turned."""
-    sine, cosine = np.sin(gone.front)[:, None], np.cos(gone.front)[:, None]
+    sine, cosine = np.sin(travel.front)[:, None], np.cos(travel.front)[:, None]
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack((x * cosine + z * sine, y, z * cosine - x * sine), axis=-1)
 

@@ -18,10 +18,10 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Limb:
-    """A limb of two equal bones."""
+    """An arm or a leg of two equal bones, and how it folds."""
 
     bones: tuple[str, str]  # Upper and lower, without their side
-    # (3,) forward, up, out: where the folded limb's end lies, where its middle joint goes
+    # (3,) forward, up, out: directions of the folded limb's end and of its middle joint
     toward: Floats
     bend: Floats
     near: float  # How far the folded limb's end lies, of the limb's length
@@ -29,7 +29,7 @@ class Limb:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """A skeleton, and what moves it."""
+    """The skeleton of the standard body, and which bone moves each joint."""
 
     skeleton: Skeleton  # (J) joints at rest: facing +z, y up, left +x
     bones: tuple[str, ...]  # (J) the bone that turns each joint's offset, or the empty string

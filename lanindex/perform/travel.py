@@ -15,19 +15,19 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTION_CODES, FEET, HIGH, JOINT_CODES, LOW, PLACE
 from lanindex.model import SYMBOL, Score
-from lanindex.perform.limbs import FORWARD, UP, bent, minimum_jerk
+from lanindex.perform.limbs import FORWARD, UP, minimum_jerk, reach_when_bent
 from lanindex.perform.resting import (
     LIES,
+    CarrierSpan,
+    MovedParts,
     Rest,
-    Resting,
-    Tells,
-    Told,
+    RestBlend,
     above,
+    carrier_spans,
     part,
-    planned,
+    plan_rests,
     slerp,
     straight,
-    told,
     way,
 )
 from lanindex.perform.standard_body import Body
@@ -66,30 +66,30 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stand:
-    """Where feet are, frame by frame; all but `over` in lengths of a leg."""
+class FootPlacement:
+    """Where the feet are, frame by frame; in lengths of a leg but for `over`."""
 
     # (T, 2) mm, by side: where the ankle is over the ground while the heel is down
     over: dict[str, Floats]
-    raised: dict[str, Floats]  # (T,) how high
-    heels: dict[str, Floats]  # (T,) how high the heel is raised
+    raised: dict[str, Floats]  # (T,) height of the foot
+    heels: dict[str, Floats]  # (T,) height of the heel above it
     knees: dict[str, Floats]  # (T, 3) unit vectors of the body frame: where the knee goes
-    high: Floats  # (T,) how high the body flies
+    high: Floats  # (T,) height of the body's flight
 
-    def at(self, frame: int, count: int) -> Stand:
+    def at(self, frame: int, count: int) -> FootPlacement:
         """Return one frame so many times."""
         some = np.full(count, frame)
         over, raised, heels, knees = (
             {side: it[some] for side, it in one.items()}
             for one in (self.over, self.raised, self.heels, self.knees)
         )
-        return Stand(over, raised, heels, knees, self.high[some])
+        return FootPlacement(over, raised, heels, knees, self.high[some])
 
 
-def leg_to(
-    side: str, hips: Floats, front: Floats, stand: Stand, reach: Floats, body: Body
+def leg_bones(
+    side: str, hips: Floats, front: Floats, stand: FootPlacement, reach: Floats, body: Body
 ) -> dict[str, Floats]:
-    """Return where the bones of a leg point whose foot is there, (T, 3)."""
+    """Return the directions of a leg's bones, (T, 3), to its foot's place."""
     size, joint, ahead = Size.of(body), hip(body, side), toward(front + np.pi / 2)
     foot_size, raised = float(np.linalg.norm(size.toe)), stand.raised[side]
     back = size.leg * stand.heels[side] - size.toe[1]
@@ -114,10 +114,10 @@ def leg_to(
     }
 
 
-def lying_height(
-    rest: Rest, times: Floats, hips: Floats, front: Floats, stand: Stand, body: Body
+def resting_height(
+    rest: Rest, times: Floats, hips: Floats, front: Floats, stand: FootPlacement, body: Body
 ) -> float:
-    """Return how high the hips of a body are that rests: the lower knee lies on the floor."""
+    """Return the height of the hips of a resting body whose lower knee is on the floor."""
     leg = Size.of(body).leg
     if rest.pose.up is not None:
         return leg * rest.pose.up
@@ -128,7 +128,9 @@ def lying_height(
     some, ahead = stand.at(frame, HEIGHTS), np.full(HEIGHTS, front[frame])
     knees = [
         heights
-        + leg / 2 * leg_to(side, there, ahead, some, np.ones(HEIGHTS), body)[f"{side}_thigh"][:, 1]
+        + leg
+        / 2
+        * leg_bones(side, there, ahead, some, np.ones(HEIGHTS), body)[f"{side}_thigh"][:, 1]
         for side in SIDES
     ]
     sunk = np.flatnonzero(np.minimum(*knees) < LIES * leg)
@@ -198,9 +200,9 @@ DRAWN = 12.0
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """Something that takes its time, in seconds, and takes the body along."""
+    """A step, a flight or the drawing of a foot, in seconds."""
 
-    start: float  # When
+    start: float
     stop: float
     direction: int  # Codes of the alphabet; -1: none
     level: int
@@ -215,19 +217,19 @@ class Move:
         return not self.flies and self.to is None
 
     def share(self, times: Floats, longer: float = 0.0) -> Floats:
-        """Return how much of it is done, if it takes longer by some part of its time."""
+        """Return the share done, (T,), if it takes `longer` by that share of its time."""
         length = max((1 + longer) * (self.stop - self.start), 1e-9)
         part = np.clip((times - self.start) / length, 0, 1)
         return part if self.flies else minimum_jerk(part)
 
     def within(self, times: Floats) -> tuple[slice, Floats]:
-        """Return the frames that it takes, and how much of it is done in them."""
+        """Return its frames, and the share done in them."""
         some = slice(*np.searchsorted(times, (self.start, self.stop)).tolist())
         return some, self.share(times[some])
 
 
 def add(steps: Floats, some: slice, done: Floats, whole: Any) -> None:
-    """Add to the steps of a sum, frame by frame, what comes to it over some frames."""
+    """Add to per-frame increments those of a value that grows to `whole` over some frames."""
     if len(done):
         steps[some] += np.diff(done, axis=0, prepend=0 * done[:1])
         whole = whole - done[-1]
@@ -236,23 +238,23 @@ def add(steps: Floats, some: slice, done: Floats, whole: Any) -> None:
 
 
 @dataclass(slots=True, eq=False)
-class Path:
-    """Where body and feet have come to, event after event."""
+class FeetPath:
+    """Places of body and feet, move after move."""
 
-    body: Body  # Who goes
-    times: Floats  # (T,) seconds, and radians that it has turned to the left
-    front: Floats
-    steps: Floats  # (T, 2) mm: how far steps, and rests, take the hips from frame to frame
-    shift: Floats
-    high: Floats  # (T,) lengths of a leg: how high it flies
+    body: Body
+    times: Floats  # (T,) seconds
+    front: Floats  # (T,) radians turned to the left
+    steps: Floats  # (T, 2) mm from frame to frame that steps move the hips
+    shift: Floats  # (T, 2) mm that rests move them
+    high: Floats  # (T,) height of flights in lengths of a leg
     drawn: list[Move]  # Feet that are drawn up while the body rests, or behind it as it rises
     _now: Floats
     _feet: dict[str, Floats]
     _until: float = -np.inf
 
     @classmethod
-    def of(cls, body: Body, times: Floats, front: Floats) -> Path:
-        """Return a path on which nothing has happened yet."""
+    def of(cls, body: Body, times: Floats, front: Floats) -> FeetPath:
+        """Return the path of a body that stands."""
         steps, shift = np.zeros((2, len(times), 2))
         feet = {side: hip(body, side)[2] * toward(0.0) for side in SIDES}
         return cls(body, times, front, steps, shift, np.zeros(len(times)), [], np.zeros(2), feet)
@@ -260,10 +262,7 @@ class Path:
     def follow(
         self, moves: Sequence[Move], rests: Sequence[Rest], placed: Sequence[dict[str, Floats]]
     ) -> None:
-        """Take body and feet along.
-
-        `placed`: By rest and side, where a leg has its foot that goes as told.
-        """
+        """Apply moves and rests; `placed` are feet by rest and side that a score places itself."""
         both: list[Move | tuple[Rest, dict[str, Floats]]] = [
             *moves,
             *zip(rests, placed, strict=True),
@@ -384,22 +383,22 @@ _LANDS = {"spring": 2, "hop": 1, "leap": 1, "assemble": 2, "sissonne": 1, "unsee
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Going:
+class Travel:
     """Where the body is, how it faces, and where its legs point."""
 
-    front: Floats  # (T,) radians that it has turned to the left
-    hips: Floats  # (T, 3) mm: forward of where it began, above the floor, right of where it began
+    front: Floats  # (T,) radians turned to the left
+    hips: Floats  # (T, 3) mm: forward of the start, above the floor, right of the start
     legs: dict[str, Floats]  # (T, 3) unit vectors of the body frame, by bone
-    resting: Resting  # When something else than feet carries
-    left_out: tuple[str, ...]  # What is not carried out
+    resting: RestBlend
+    left_out: tuple[str, ...]  # Warnings
 
 
-def going(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> Going | None:
+def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> Travel | None:
     """Return how the body goes, where the score tells anything of it.
 
-    `times`: (T,) seconds; `bones`: (T, 3) where bones point as told.
+    `times` (T,) are seconds, `bones` (T, 3) the directions by the score's own tracks.
     """
-    shown, carried = {name: _shown(score, name) for name in WEIGHT}, told(score)
+    shown, carried = {name: _shown(score, name) for name in WEIGHT}, carrier_spans(score)
     if not carried and not any(len(rows) for rows in shown.values()):
         return None
     rate = float(score.rate)
@@ -407,9 +406,9 @@ def going(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> 
     moves, left_out = _on_feet(_moves(shown, rate), carried)
     carried = [_faced(it, times, bones["torso"]) for it in carried]
     busy = [(it.start, it.stop, HEIGHT.get(it.level, 0.0)) for it in moves]
-    rests, doubts = planned(carried, busy, score.frames / rate)
-    path = Path.of(body, times, front)
-    tells = Tells(score)
+    rests, doubts = plan_rests(carried, busy, score.frames / rate)
+    path = FeetPath.of(body, times, front)
+    tells = MovedParts(score)
     placed = _placed(tells, rests, times, bones)
     path.follow(moves, rests, placed)
     feet_at, high = path.steps.cumsum(axis=0), path.high
@@ -422,26 +421,26 @@ def going(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> 
         over[side], raised[side] = _foot(side, own, times, places, front, hip(body, side), high)
     heels = np.maximum(levels, 0)
     stands = np.minimum(REACHES + levels, heels + np.maximum(*asked.values()))
-    resting, size = Resting(rests, times), Size.of(body)
+    resting, size = RestBlend(rests, times), Size.of(body)
     heel, knees = _drawn_up(resting, placed, times, heels)
-    stand = Stand(over, raised, heel, knees, high)
+    stand = FootPlacement(over, raised, heel, knees, high)
     up = size.ankle + size.leg * (stands + high)
     up = _sunk(up, body_at, front, stand, body)
     hips = np.stack((body_at[:, 0], up, body_at[:, 1]), axis=1)
-    lies = [lying_height(it, times, hips, front, stand, body) for it in rests]
+    lies = [resting_height(it, times, hips, front, stand, body) for it in rests]
     hips[:, 1] = resting.blended(up, lies, straight)
     legs = _on_floor(hips, front, stand, asked, resting, body)
     stands = () if any(map(len, shown.values())) else tuple(_stands(tells, rests))
     unlike = _unlike(tells, rests, times, bones, legs, asked)
-    return Going(front, hips, legs, resting, (*left_out, *doubts, *unlike, *stands))
+    return Travel(front, hips, legs, resting, (*left_out, *doubts, *unlike, *stands))
 
 
 def _on_floor(
     hips: Floats,
     front: Floats,
-    stand: Stand,
+    stand: FootPlacement,
     asked: Bones,
-    resting: Resting,
+    resting: RestBlend,
     body: Body,
 ) -> Bones:
     """Return where the bones of legs point, hips raised, in place, where a knee would sink."""
@@ -450,7 +449,7 @@ def _on_floor(
         sinks = np.zeros(len(hips))
         for side, told_of in asked.items():
             reach = straight(told_of, np.ones(len(hips)), resting.done)
-            legs |= leg_to(side, hips, front, stand, reach, body)
+            legs |= leg_bones(side, hips, front, stand, reach, body)
             sinks = np.maximum(sinks, FLESH - hips[:, 1] - leg / 2 * legs[f"{side}_thigh"][:, 1])
         if not sinks.any():
             break
@@ -458,7 +457,7 @@ def _on_floor(
     return legs
 
 
-def _faced(one: Told, times: Floats, torso: Floats) -> Told:
+def _faced(one: CarrierSpan, times: Floats, torso: Floats) -> CarrierSpan:
     """Return what carries: of a trunk that is told to lean forward, a prone one."""
     start, stop, what = one
     lean = torso[min(int(np.searchsorted(times, (start + stop) / 2)), len(times) - 1)]
@@ -466,7 +465,7 @@ def _faced(one: Told, times: Floats, torso: Floats) -> Told:
 
 
 def _drawn_up(
-    resting: Resting, placed: Sequence[dict[str, Floats]], times: Floats, heels: Floats
+    resting: RestBlend, placed: Sequence[dict[str, Floats]], times: Floats, heels: Floats
 ) -> tuple[Bones, Bones]:
     """Return how high heels are raised, (T,), and where knees go, (T, 3), by side."""
     heel, knees = dict[str, Floats](), dict[str, Floats]()
@@ -485,9 +484,9 @@ def _drawn_up(
 
 
 def _placed(
-    tells: Tells, rests: Sequence[Rest], times: Floats, bones: dict[str, Floats]
+    tells: MovedParts, rests: Sequence[Rest], times: Floats, bones: dict[str, Floats]
 ) -> list[dict[str, Floats]]:
-    """Return where legs have their feet that are told to go elsewhere: see `Path.follow`."""
+    """Return where legs have their feet that are told to go elsewhere: see `FeetPath.follow`."""
     found = list[dict[str, Floats]]()
     for rest in rests:
         feet, frame = dict[str, Floats](), rest.middle(times)
@@ -502,7 +501,7 @@ def _placed(
 
 
 def _unlike(
-    tells: Tells, rests: Sequence[Rest], times: Floats, told: Bones, legs: Bones, asked: Bones
+    tells: MovedParts, rests: Sequence[Rest], times: Floats, told: Bones, legs: Bones, asked: Bones
 ) -> Iterator[str]:
     """Say which legs do not go as told while something else carries."""
     for rest in rests:
@@ -519,14 +518,16 @@ def _unlike(
                 yield f"{limb} bends as {rest.what} needs it at {rest.start:g} s, not as told"
 
 
-def _stands(tells: Tells, rests: Sequence[Rest]) -> Iterator[str]:
+def _stands(tells: MovedParts, rests: Sequence[Rest]) -> Iterator[str]:
     """Say which legs do not go as told while a body stands that a score lets rest."""
     for name in (f"{side}_{it}" for side in SIDES for it in ("leg", "thigh", "shank", "foot")):
         if tells.beside(rests, name):
             yield f"{name} goes as told only while something else than feet carries"
 
 
-def _on_feet(moves: list[Move], carried: Sequence[Told]) -> tuple[list[Move], tuple[str, ...]]:
+def _on_feet(
+    moves: list[Move], carried: Sequence[CarrierSpan]
+) -> tuple[list[Move], tuple[str, ...]]:
     """Return the steps and flights that do not end while something else carries; and the others."""
     begins, free, left_out = [start for start, *_ in carried], list[Move](), list[str]()
     for move in moves:
@@ -544,12 +545,14 @@ def _asked(score: Score, times: Floats) -> Bones:
     """Return how much of their lengths the legs may reach, by side; all, if not told."""
     tracks = {side: score.tracks.get(f"{side}_leg_bend") for side in SIDES}
     return {
-        side: np.ones(len(times)) if track is None else bent(track.symbols, times, score.rate)
+        side: np.ones(len(times))
+        if track is None
+        else reach_when_bent(track.symbols, times, score.rate)
         for side, track in tracks.items()
     }
 
 
-def _sunk(up: Floats, place: Floats, front: Floats, stand: Stand, body: Body) -> Floats:
+def _sunk(up: Floats, place: Floats, front: Floats, stand: FootPlacement, body: Body) -> Floats:
     """Return how high hips are, mm, that sink a little where toes would leave the floor."""
     size, least = Size.of(body), up.copy()
     longest = size.leg + float(np.linalg.norm(size.toe))

@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-Whole = NDArray[np.int64]
+IntArray = NDArray[np.int64]
 
 DRAWS, SURE, GATHERED = 999, 0.95, 400
 """How often captures change groups by chance, how sure an interval is, and how many observations
 a group has at most: more captures are gathered by chance into so many."""
 
 
-def gathered(group: Whole) -> tuple[Whole, int, Whole]:
+def gathered(group: IntArray) -> tuple[IntArray, int, IntArray]:
     """Return which observation each capture belongs to, how many there are, and each one's group.
 
     They are captures, or as many as `GATHERED` for a group, filled by chance.
@@ -35,7 +35,7 @@ def gathered(group: Whole) -> tuple[Whole, int, Whole]:
     return unit, first, np.array(sides, np.int64)
 
 
-def by_chance(values: Floats, sides: Whole) -> tuple[Floats, Floats, Floats, float]:
+def by_chance(values: Floats, sides: IntArray) -> tuple[Floats, Floats, Floats, float]:
     """Compare two groups, sides (U,) 0 or 1, in values (U, M) of U observations, NaN unknown.
 
     Returns the means (2, M), the spread (M,) of their difference, p (M,) over all columns,

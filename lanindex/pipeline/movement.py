@@ -20,7 +20,7 @@ from lanindex.model.columns import PASSING, STARTING, Columns, Roster, codes_of
 from lanindex.pipeline.chance import SURE, by_chance, gathered
 
 Floats = NDArray[np.float64]
-Whole = NDArray[np.int64]
+IntArray = NDArray[np.int64]
 
 CELLS = tuple(f"{direction} {level}" for direction in DIRECTIONS for level in LEVELS)
 """Direction and level, by number: three times the direction's code, and the level's."""
@@ -49,8 +49,8 @@ class Moves:
     captures: int
     seconds: float
     lasts: float
-    cells: Whole
-    transitions: Whole
+    cells: IntArray
+    transitions: IntArray
     over_time: Floats
 
     @property
@@ -190,7 +190,7 @@ def _values(library: Store, numbers: Sequence[int] | None, by: str) -> dict[int,
 class _Table:
     """Counts part by part, and what is compared of them."""
 
-    def __init__(self, names: Sequence[str], group: Whole) -> None:
+    def __init__(self, names: Sequence[str], group: IntArray) -> None:
         self.names, self.group = names, group
         self.moves: list[Moves] = []
         self.unit, self.units, self.sides = gathered(group)
@@ -233,7 +233,7 @@ class _Table:
         if groups == 2:
             self._compared(part, capture[moved], cell[moved], known)
 
-    def _compared(self, part: str, capture: Whole, cell: Whole, known: Floats) -> None:
+    def _compared(self, part: str, capture: IntArray, cell: IntArray, known: Floats) -> None:
         """Take note of what the observations say of one part: shares of cells, and the rate."""
         size, made = len(CELLS), np.bincount(capture, minlength=len(known))
         total = np.bincount(
@@ -254,7 +254,7 @@ class _Table:
         part: str,
         what: str,
         sums: NDArray[Any],
-        of: Whole,
+        of: IntArray,
         counts: NDArray[Any],
         in_captures: Any,
     ) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from lanindex.draw.svg import image
 from lanindex.errors import LanindexError, UsageError
 from lanindex.film.figure import Figure, figure
-from lanindex.film.hits import PAGE_HITS, RATE, SHEET_HITS, Shot, Shots, page, sheet
+from lanindex.film.hits import PAGE_HITS, RATE, SHEET_HITS, HitPreview, HitPreviews, page, sheet
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Score
 from lanindex.model.derived import STEP
@@ -55,15 +55,15 @@ def _passed(watch: Watch, before: int, total: int, done: int) -> None:
     watch("hits", before + done, total)
 
 
-def _shots(library: Store, hits: Sequence[Hit], watch: Callable[[int], None]) -> list[Shot]:
+def _shots(library: Store, hits: Sequence[Hit], watch: Callable[[int], None]) -> list[HitPreview]:
     """Return hits to look at, in their order; each capture is read once, and let go of."""
-    found: dict[int, Shot] = {}
+    found: dict[int, HitPreview] = {}
     where = defaultdict[int, list[int]](list)
     for number, hit in enumerate(hits):
         where[hit.capture.id].append(number)
     for numbers in where.values():
         capture = hits[numbers[0]].capture
-        shots = Shots(_score(library, capture, [hits[number] for number in numbers]))
+        shots = HitPreviews(_score(library, capture, [hits[number] for number in numbers]))
         body, trouble = _body(library, capture)
         for number in numbers:
             found[number] = shots.shot(hits[number], body, trouble)

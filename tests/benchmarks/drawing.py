@@ -15,7 +15,7 @@ import numpy as np
 
 import lanindex
 from lanindex.draw import draw, svg
-from lanindex.draw.text import Staff
+from lanindex.draw.text import TextStaff
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank
 
@@ -46,7 +46,7 @@ def told(name: str, score: Score) -> None:
     seconds, symbols = float(score.frames / score.rate), len(picture.groups())
     print(f"{name}: {seconds:.0f} s, {symbols} symbols, {spent * 1000:.0f} ms,", end=" ")
     began = time.process_time()
-    rows = sum(1 for _ in Staff(score).lines(width=120))
+    rows = sum(1 for _ in TextStaff(score).lines(width=120))
     spent = time.process_time() - began
     print(f"{len(text) / 1000:.0f} kB, peak {peak} MB; {rows} rows of text, {spent * 1000:.0f} ms")
 

@@ -27,7 +27,7 @@ from lanindex.draw.layout import (
     staff_columns,
     usual_tracks,
 )
-from lanindex.draw.picture import Circle, MarkGroup, Polyline, Text
+from lanindex.draw.picture import Circle, Label, MarkGroup, Polyline
 from lanindex.errors import UsageError
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 
@@ -86,7 +86,7 @@ def corners(mark):
         return [(mark.x + x, mark.y + y) for line in mark.lines for x, y in line]
     if isinstance(mark, Circle):
         return [(mark.x - mark.radius, mark.y), (mark.x + mark.radius, mark.y)]
-    return [(mark.x, mark.y)] if isinstance(mark, Text) else []
+    return [(mark.x, mark.y)] if isinstance(mark, Label) else []
 
 
 COLUMNED = [part for part in DRAWN if part not in BESIDE]

@@ -12,7 +12,7 @@ from scores import scores
 
 import lanindex
 from lanindex.alphabet import KINDS, TRACKS, kind_of
-from lanindex.draw.text import ASCII, UNICODE, Staff, names_of
+from lanindex.draw.text import ASCII, UNICODE, TextStaff, names_of
 from lanindex.errors import UsageError
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank
@@ -35,7 +35,7 @@ def text(lines) -> list[str]:
 
 
 def shown(score, *args, signs=UNICODE, **how) -> list[str]:
-    return text(Staff(score, signs).lines(*args, **how))
+    return text(TextStaff(score, signs).lines(*args, **how))
 
 
 def test_a_staff_begins_above_and_left_is_left() -> None:
@@ -151,7 +151,7 @@ def test_each_symbol_begins_once_and_lines_fit(score, width) -> None:
         return
     rows = {part: score.tracks[part].symbols for part in there}
     drawn = [part for part in there if (~rows[part]["passing"]).any()]
-    staff = Staff(score)
+    staff = TextStaff(score)
     if not drawn:
         with pytest.raises(UsageError):
             staff.lines()
@@ -204,12 +204,12 @@ def test_what_has_no_room_is_named() -> None:
 )
 def test_what_cannot_be_shown_is_said(start, stop, parts, said) -> None:
     with pytest.raises(UsageError, match=said):
-        Staff(sample_score()).lines(start, stop, parts=parts)
+        TextStaff(sample_score()).lines(start, stop, parts=parts)
 
 
 def test_an_empty_score_is_said() -> None:
     with pytest.raises(UsageError, match="an empty score"):
-        Staff(Score(Fraction(30), 30, Meter(), {})).lines()
+        TextStaff(Score(Fraction(30), 30, Meter(), {})).lines()
 
 
 def test_every_kind_of_track_can_be_shown() -> None:

@@ -17,7 +17,7 @@ from lanindex.errors import ExportError, UsageError
 from lanindex.film.figure import Figure, View, figure
 from lanindex.film.film import FORMS, RATES, SIZE, Film, form_of, reel
 from lanindex.film.scene import INK, LEAST, LEFT, LIT, PAPER, scene
-from lanindex.film.staff import Staff
+from lanindex.film.staff import FilmStaff
 from lanindex.model import Motion, Score
 
 SMALL = (320, 240)
@@ -114,7 +114,7 @@ def test_a_moment_is_coloured_long_enough_to_be_seen(jacks) -> None:
 
 
 def test_the_line_goes_up_with_time(jacks) -> None:
-    staff = Staff(jacks[1], 0, 12, (300, 480), seconds=True)
+    staff = FilmStaff(jacks[1], 0, 12, (300, 480), seconds=True)
     assert staff.lasts == 6
     pages, downs = zip(*(staff.at(second) for second in range(12)), strict=True)
     assert [page is pages[0] for page in pages] == [True] * 6 + [False] * 6
@@ -128,7 +128,7 @@ def test_the_line_goes_up_with_time(jacks) -> None:
 def test_pages_show_what_the_whole_staff_shows() -> None:
     motion = lanindex.read(REPOSITORY / "corpus" / "greetings.bvh")
     score = lanindex.encode(motion)
-    staff = Staff(score, 0, motion.seconds, (300, 480))
+    staff = FilmStaff(score, 0, motion.seconds, (300, 480))
     start, stop = staff.lasts, 2 * staff.lasts
     whole, page = (
         draw(it, parts=staff.parts, start=start, stop=stop, bars=None, seconds=True)

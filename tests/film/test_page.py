@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from shots import SCORE, hit_of, shot_of
 
-from lanindex.film.hits import FRAMES, Shot, page
+from lanindex.film.hits import FRAMES, HitPreview, page
 from lanindex.model import Span
 
-GONE = Shot("walk.bvh", "walk", "0.50-1.20 s", "r_arm high", trouble="is gone")
+GONE = HitPreview("walk.bvh", "walk", "0.50-1.20 s", "r_arm high", trouble="is gone")
 SEEN = shot_of(hit_of(SCORE, Span(30, 120), "r_arm"))
 EVIL = [
     "</script><script>alert(1)</script>",

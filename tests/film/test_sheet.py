@@ -6,11 +6,11 @@ import pytest
 from shots import SCORE, hit_of, shot_of
 
 from lanindex.draw.svg import image
-from lanindex.film.hits import Shot, sheet
+from lanindex.film.hits import HitPreview, sheet
 from lanindex.model import Span
 
 SVG = "{http://www.w3.org/2000/svg}"
-GONE = Shot("walk.bvh", "walk", "0.50-1.20 s", "r_arm high", trouble="is gone")
+GONE = HitPreview("walk.bvh", "walk", "0.50-1.20 s", "r_arm high", trouble="is gone")
 SEEN = shot_of(hit_of(SCORE, Span(30, 120), "r_arm"))
 
 
@@ -37,7 +37,7 @@ def test_many_hits_fill_several_columns(hits: int, columns: int) -> None:
 
 def test_names_are_escaped_and_cut() -> None:
     name = "<script>&" + "x" * 300 + "\x00.bvh"
-    text = sheet([Shot(name, '"', "0-1 s", "]]>", trouble="</text>")], "<r_arm>")
+    text = sheet([HitPreview(name, '"', "0-1 s", "]]>", trouble="</text>")], "<r_arm>")
     said = words(text)
     assert said[0] == "<r_arm>"
     assert said[1].startswith("<script>&xxx")
