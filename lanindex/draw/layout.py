@@ -20,7 +20,7 @@ PITCH = round(1.2 * C)
 """From one column to the next."""
 
 NARROW = round(0.8 * C)
-"""The same, where signs are narrow."""
+"""The same for narrow signs."""
 
 _INSIDE = (
     ("r_support", "l_support"),

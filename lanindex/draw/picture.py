@@ -38,7 +38,7 @@ class Circle:
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A short text, its middle (or right end, where it is drawn to the left) at a point."""
+    """A short text, its middle (or an end, by its style) at a point."""
 
     x: int
     y: int
@@ -50,7 +50,7 @@ class Label:
 
 @dataclass(frozen=True, slots=True)
 class MarkGroup:
-    """Marks that belong together, and what they say."""
+    """Marks that belong together, with a title and data for programs."""
 
     marks: tuple[Mark, ...]  # What is drawn
     title: str = ""  # What it is, in words

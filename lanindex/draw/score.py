@@ -80,7 +80,7 @@ def draw(
 
 
 def chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:
-    """Return which tracks are drawn, and what is to say of others."""
+    """Return the tracks that are drawn, and warnings about others."""
     there = [part for part in score.tracks if len(score.tracks[part])]
     if not there:
         raise UsageError("an empty score", wanted="a symbol in it")

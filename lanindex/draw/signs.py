@@ -78,7 +78,7 @@ def _dot(direction: str, height: int, left: bool, width: int) -> tuple[int, int]
 
 @lru_cache(maxsize=4096)
 def _outline(direction: str, height: int, low: int, high: int, left: bool, width: int) -> Points:
-    """Return the corners of what is seen of a shape, the lower of them at height 0, y down."""
+    """Return the corners of the visible piece of a shape, its lower end at 0, y down."""
     notch = _notch(height, width)
     xs = {"0": 0, "m": 0.5, "1": 1}
     ys = {"0": 0, "k": notch, "h": 0.5, "t": 1 - notch, "1": 1}
@@ -156,7 +156,7 @@ def turn(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
 
 
 def _pin(x: int, y: int, way: float) -> list[Mark]:
-    """Return a pin that points to where a turn ends: 0 is ahead, then with the clock."""
+    """Return a pin at the angle of a turn's end: 0 is ahead, then clockwise."""
     across, down = round(SMALL * sin(way)), round(-SMALL * cos(way))
     end = x + across // 2, y + down // 2
     return [line(x - across // 2, y - down // 2, *end), Circle(*end, C // 12, "solid")]
@@ -175,7 +175,7 @@ def incline(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
 
 
 def travel(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
-    """Return the line of a way between two bars, slanting where it goes round, and where to."""
+    """Return a path: a line between two bars, slanting if it curves, with its direction."""
     slant = min(C // 3, height // 4) if (symbol.amount or 0) >= _CURVES else 0
     ends = tuple(((-C // 3, -at), (C // 3, -at - slant)) for at in (0, height - slant))
     size = min(height * 3 // 5, C)
@@ -205,7 +205,7 @@ def bend(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
 
 
 def carrier(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
-    """Return a frame with the name of what carries."""
+    """Return a frame with the name of the carrier."""
     marks: list[Mark] = [box(x - C // 2, y - height, C, height)]
     word = KINDS[kind_of(symbol.part)].amount(symbol.amount or 0)
     if height >= len(word) * SMALL * 2 // 3:

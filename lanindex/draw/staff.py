@@ -1,4 +1,4 @@
-"""A staff and what stands on it: lines, numbers, names, symbols, holds and a legend."""
+"""A staff: its lines, numbers, names, symbols, holds and legend."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _counts(layout: PageLayout, clock: TimeAxis, staff: int) -> list[Mark]:
 
 
 def names(layout: PageLayout) -> list[Mark]:
-    """Return what stands below the first staff: what each column is for."""
+    """Return the names of columns below the first staff."""
     x, y = layout.centre(0), layout.base + 2 * MARGIN + START
     return [
         Label(x + at + _NAME // 3, y, name_of(part), _NAME, "under", turned=True)
@@ -97,11 +97,11 @@ ONE, BOTH = round(0.55 * C), round(0.8 * C)
 """How wide the circle is that keeps the weight on one foot, or on both."""
 
 _LASTS = 0.5
-"""Counts for which supports are silent, at least, before weight is said to be held."""
+"""Least counts without a symbol of support that are drawn as a hold of weight."""
 
 
 def holds(score: Score, clock: TimeAxis, layout: PageLayout) -> list[MarkGroup]:
-    """Return a circle wherever supports fall silent, or feet change meanwhile, and some stand."""
+    """Return a circle wherever feet hold the weight and supports have no symbol."""
     found = []
     for start, stop, feet in _stands(score, clock):
         if stop - start < _LASTS or not layout.start < start < layout.stop:
@@ -120,7 +120,7 @@ def holds(score: Score, clock: TimeAxis, layout: PageLayout) -> list[MarkGroup]:
 
 
 def _stands(score: Score, clock: TimeAxis) -> list[tuple[float, float, str]]:
-    """Return the stretches in which no symbol tells of supports, and which feet hold the weight."""
+    """Return stretches without a symbol of support, with the feet that hold the weight."""
     changes: list[tuple[float, str, int]] = []
     for part, track in score.tracks.items():
         key = {"stance": part[0], "support": "+", "jump": "+"}.get(kind_of(part))
@@ -143,7 +143,7 @@ def _stands(score: Score, clock: TimeAxis) -> list[tuple[float, float, str]]:
 
 
 Key = tuple[str, int, int]
-"""What tells a symbol of a score from others: its part, first frame and end."""
+"""Identifies a symbol of a score: its part, first frame and end."""
 
 
 def _key(symbol: Symbol) -> Key:
@@ -151,7 +151,7 @@ def _key(symbol: Symbol) -> Key:
 
 
 def settled(score: Score, symbols: Iterable[Symbol]) -> Iterator[Symbol]:
-    """Yield symbols of a score; of what is passed that on whose way it is."""
+    """Yield symbols of a score, passing ones replaced by those that they lead to."""
     shown: dict[str, NDArray[np.intp]] = {}
     for symbol in symbols:
         if symbol.passing:
@@ -165,7 +165,7 @@ def settled(score: Score, symbols: Iterable[Symbol]) -> Iterator[Symbol]:
 
 
 def keys_of(score: Score, symbols: Iterable[Symbol]) -> frozenset[Key]:
-    """Return what is marked: of a step that of the foot, of what is passed that on whose way."""
+    """Return keys of marked symbols: the foot's for a step, the next one's for a passing one."""
     found: set[Key] = set()
     for symbol in settled(score, symbols):
         parts = ("r_support", "l_support") if symbol.part == STEP else (symbol.part,)
@@ -193,7 +193,7 @@ class SymbolPainter:
         self.flights = self._flights()
 
     def marks(self, parts: Iterable[str]) -> tuple[list[MarkGroup], list[Mark]]:
-        """Return the symbols of some tracks, and what else there is: bands below, and holds."""
+        """Return the symbols of tracks, and the bands and holds to draw below them."""
         parts = list(parts)
         symbols = [it for part in parts if part not in STANCES for it in self._track(part)]
         held = holds(self.score, self.clock, self.layout) if STANCES & {*parts} else []
@@ -215,7 +215,7 @@ class SymbolPainter:
         return [*groups, *(self._placed(*both) for both in zip(found, spans, strict=True))]
 
     def _within(self, part: str) -> tuple[Symbol | None, list[_Drawn]]:
-        """Return what is in force at the beginning, and the symbols behind it."""
+        """Return the symbol in force at the beginning, and those that follow."""
         rows = self.score.tracks[part].symbols
         rows = rows[~rows["passing"]]
         begins, ends = (np.array(it) for it in self.clock.symbols(rows))
@@ -247,7 +247,7 @@ class SymbolPainter:
         return start
 
     def _placed(self, one: _Drawn, span: tuple[int, int]) -> MarkGroup:
-        """Return a symbol in its column, on each staff that shows some of it."""
+        """Return a symbol in its column, on each staff that shows a piece of it."""
         symbol, (low, high) = one.symbol, span
         gap = min(GAP, (high - low) // 4)
         low, high = low + gap, high - gap
@@ -307,7 +307,7 @@ _SIDES = {"r_": "right ", "l_": "left "}
 
 
 def _group(symbol: Symbol, score: Score, marks: list[Mark]) -> MarkGroup:
-    """Return a symbol's marks with what they say."""
+    """Return a symbol's marks with title and data."""
     span = symbol.start, symbol.stop
     start, stop = (short(score.rate.denominator * it / score.rate.numerator) for it in span)
     said = {
@@ -346,13 +346,13 @@ _SAMPLES = {
     "bend": ("r_arm_bend", None, 3, "bends so far (6: all); posts: stretches"),
     "carrier": ("other_support", None, 1, "carries, beside the feet or alone"),
 }
-"""Of kinds that have a sign of their own: a track, what one of its symbols says, what it means."""
+"""By kind with a sign of its own: track, direction and amount of a sample, and its meaning."""
 
 
 def legend_rows(
     kinds: Collection[str], x: int, y: int, *, marked: bool = False
 ) -> tuple[list[MarkGroup], int]:
-    """Return what signs mean, a row each, and how high that is."""
+    """Return the rows of the legend, and their height."""
     rows = list[MarkGroup]()
     for number, (marks, said) in enumerate(_rows(kinds, x + C, y + _PITCH, marked)):
         words = Label(
@@ -363,7 +363,7 @@ def legend_rows(
 
 
 def _rows(kinds: Collection[str], x: int, y: int, marked: bool) -> Iterator[tuple[list[Mark], str]]:
-    """Yield the marks of each row, from its middle and its lower end, and what they mean."""
+    """Yield the marks and the meaning of each row."""
     step, size, left = _PITCH, C, x - C // 2
 
     def low() -> int:

@@ -74,7 +74,7 @@ def _body(picture: Picture) -> str:
 
 
 def text_of(text: str) -> str:
-    """Return a text as XML has it; what XML cannot hold becomes a question mark in a diamond."""
+    """Return a text escaped for XML, with U+FFFD for what XML cannot hold."""
     return escape(_NOT_XML.sub("\ufffd", text))
 
 
@@ -163,7 +163,7 @@ def pages(picture: Picture) -> list[Picture]:
 
 
 def _parted(mark: Mark, firsts: tuple[int, ...]) -> Iterable[tuple[int, Mark]]:
-    """Yield what of a mark stands on which page: a symbol may stand on two."""
+    """Yield the pages of a mark and its piece on each: a symbol may stand on two."""
     if not isinstance(mark, MarkGroup):
         x = mark.x + (mark.lines[0][0][0] if isinstance(mark, Polyline) else 0)
         yield max(bisect_right(firsts, x) - 1, 0), mark
@@ -180,7 +180,7 @@ FORMS = ("svg", "png", "pdf")
 """What a picture can be written as."""
 
 INK, PAPER = "#000", "#fff"
-"""Colours where no page gives them."""
+"""Colours of images."""
 
 _FONT = "Bitstream Vera Sans"
 MOST = 100_000_000
@@ -210,7 +210,7 @@ def image(text: str) -> bytes:
 
 @contextmanager
 def _installed(form: str) -> Iterator[None]:
-    """Say what is missing, and how to come by it."""
+    """Turn a missing library into an error with its remedy."""
     try:
         yield
     except ImportError as error:

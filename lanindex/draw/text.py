@@ -63,7 +63,7 @@ class Signs:
         )
 
     def of(self, kind: Kind, direction: int, level: int, amount: int) -> str:
-        """Return the sign of a symbol, from its codes; what is less than 0 stands for nothing."""
+        """Return the characters of a symbol from its codes; less than 0 is nothing."""
         where = self.turns if kind.name in ("turn", "twist") else self.directions
         said = where[direction] if direction >= 0 else ""
         said += self.levels[level] if level >= 0 else ""
@@ -98,11 +98,11 @@ ASCII = Signs(
     5,
     *(">", "|", "-", "=", ":", "()"),
 )
-"""What can be shown anywhere."""
+"""Characters for any terminal."""
 
 
 def names_of(parts: Iterable[str]) -> Iterator[list[str]]:
-    """Yield what stands above the columns of some tracks, word by word."""
+    """Yield the lines of names above columns, word by word."""
     words = []
     for part in parts:
         side = part[0].upper() if part[:2] in ("r_", "l_") else ""
@@ -116,7 +116,7 @@ StyledLine = tuple[tuple[str, str], ...]
 
 _SHORT = Fraction(4)
 _STEPS = (Fraction(1, 10), 5), (Fraction(1, 4), 4)
-"""Seconds of a row, and each how manieth tells the time: of what is short, and of all else."""
+"""Seconds of a row, and how many rows lie between times: for short stretches, for others."""
 
 _FOLDED = 3
 """Rows, at most, that say nothing new; more of them are one."""
@@ -125,13 +125,13 @@ _LINES = 3
 """Characters of the staff's lines."""
 
 _WITHIN = 1 << 20
-"""Rows that one may be divided into, where more than one symbol begins in it."""
+"""Sub-rows of a row, for several symbols that begin in it."""
 
 _FIRST = (
     *("arm", "support", "leg", "head", "torso", "jump", "body_turn", "body_travel"),
     *("torso_incline", "hand", "hands_touch", "hand_touch", "other_support", "head_turn"),
 )
-"""Which columns stay, where there is no room for all; what is not named goes first."""
+"""Columns by importance where there is no room for all; others go first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,11 +155,11 @@ class _Column:
         return [*self.keys, *(row * _WITHIN for row in rows)]
 
     def first(self) -> tuple[str, bool]:
-        """Return what is in force at the beginning, and whether it is marked."""
+        """Return the sign in force at the beginning, and whether it is marked."""
         return (self.before[0][0], self.before[0][2]) if self.before else ("", False)
 
     def cell(self, key: int, hold: str) -> tuple[str, bool]:
-        """Return what stands in a row, and whether it is marked."""
+        """Return the text of a row, and whether it is marked."""
         at, row = bisect_right(self.keys, key) - 1, key // _WITHIN
         if at >= 0 and (row <= self.ends[at] or self.keys[at] == key):
             sign, bar, marked = self.symbols[at]
@@ -317,7 +317,7 @@ def _row(frame: int, scale: Fraction) -> int:
 
 
 def _toggles(spans: Iterable[Span], scale: Fraction) -> list[int]:
-    """Return in which rows some spans begin, end, begin ...: in order."""
+    """Return the rows in which spans begin, end, begin ..., in order."""
     found: list[int] = []
     for span in spans:
         if span.stop > span.start:
@@ -361,7 +361,7 @@ def _fitting(
 
 
 def _across(shown: Sequence[_Column], line: str) -> list[str]:
-    """Return what stands before each column: a line of the staff, where one lies there."""
+    """Return the text before each column: a line of the staff or nothing."""
     layout = staff_columns([it.part for it in shown])
     at = [layout.places.get(it.part, layout.right * (-1) ** (it.part[0] == "l")) for it in shown]
     zones = [bisect_right([-layout.inner, 0, layout.inner], x) for x in at]
@@ -371,7 +371,7 @@ def _across(shown: Sequence[_Column], line: str) -> list[str]:
 def _line(
     label: str, cells: Sequence[tuple[str, bool]], lines: Sequence[str], wide: int, mark: str = " "
 ) -> StyledLine:
-    """Return a line: what stands in each column, marked or not, and the lines between them."""
+    """Return a line from its cells, marked or not, and the lines of the staff."""
     pieces: list[tuple[str, str]] = [(f"{label} ", "place")]
     for (text, marked), line in zip(cells, lines, strict=True):
         pieces.append((line, "dim"))

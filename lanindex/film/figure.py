@@ -37,7 +37,7 @@ BONES: tuple[tuple[str, tuple[str, ...], str], ...] = (
         for side in "RL"
     ),
 )
-"""By joint: where a bone comes from, the first that the capture has; and of which part it is."""
+"""By joint: the candidates for its bone's inner joint, best first, and the bone's part."""
 
 _ARM, _LEG = ("upper_arm", "forearm"), ("thigh", "shank")
 _GROUPS = {
@@ -50,7 +50,7 @@ _GROUPS = {
     "leg_bend": _LEG,
     "hand_touch": ("forearm", "hand"),
 }
-"""The bones of a track that has a side, where they are not called like it."""
+"""The bones of tracks with a side, where their names differ."""
 
 _LEGS = tuple(f"{side}_{part}" for side in "rl" for part in _GROUPS["support"])
 _WHOLE = {
@@ -91,7 +91,7 @@ class Figure:
         return len(self.places)
 
     def shown(self, tracks: Iterable[str]) -> NDArray[np.bool_]:
-        """Return which bones show what some tracks say.
+        """Return which bones show tracks, (B,) bool.
 
         returns (B,) bool.
         """
@@ -107,7 +107,7 @@ class Figure:
         return np.array([part in found for part in self.parts], bool)
 
     def joints(self, tracks: Iterable[str]) -> NDArray[np.int64]:
-        """Return the joints of the bones that show some tracks, (K,), in order."""
+        """Return the joints of the bones that show tracks, (K,), in order."""
         return np.unique(self.bones[self.shown(tracks)])
 
 
@@ -154,7 +154,7 @@ SAMPLES = 2048
 """Frames that are looked at, at most, spread evenly."""
 
 WORTH = 0.1
-"""By how much more must be seen from elsewhere than from the front, of what is seen from there."""
+"""Share by which another view must show more than the front does."""
 
 _ACROSS = (("LHip", "RHip"), ("LShoulder", "RShoulder"))
 _STAYS = ("gesture", "bend", "touch", "twist", "incline")
@@ -169,7 +169,7 @@ class View:
     tilt: float = TILT  # Degrees above the horizon
 
     def axes(self) -> NDArray[np.float64]:
-        """Return where right, up and towards the eye are in space, (3, 3), a row each."""
+        """Return the vectors right, up and towards the eye, (3, 3), a row each."""
         (sin, cos), (sine, cosine) = (
             (math.sin(it), math.cos(it)) for it in map(math.radians, (self.turn, self.tilt))
         )
@@ -197,7 +197,7 @@ def view(
     stop: int | None = None,
     tilt: float = TILT,
 ) -> View:
-    """Return from where a figure is seen best: where what moves is seen to move most.
+    """Return the view in which the moving parts spread widest.
 
     Of all turns about the vertical it is the one in which the places of the joints spread widest
     on the picture. What limbs do is counted from where they hang; steps, supports and ways, and
@@ -252,7 +252,7 @@ def _front(places: NDArray[np.float64]) -> float:
 
 
 def _moves(figure: Figure, places: NDArray[np.float64], track: str) -> NDArray[np.float64]:
-    """Return what moves, (S, K, 3): limbs as seen from where they hang."""
+    """Return the moving joints, (S, K, 3), of limbs relative to where they hang."""
     joints = figure.joints([track])
     if kind_of(track) not in _STAYS:
         return places[:, joints]
@@ -273,7 +273,7 @@ def _spread(moves: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _best(spread: NDArray[np.float64]) -> float | None:
-    """Return from where the widest way over the floor lies across, radians; None: all are equal."""
+    """Return the turn, radians, across the widest spread over the floor; None: all are equal."""
     xx, xz, zz = spread[0, 0], spread[0, 2], spread[2, 2]
     if math.hypot(xx - zz, 2 * xz) <= 1e-9 * (xx + zz):
         return None

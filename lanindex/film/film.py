@@ -45,7 +45,7 @@ FORMS = (*_AV, "gif")
 """What a film can be written as."""
 
 RATE, RATES = Fraction(25), {"webp": Fraction(20), "gif": Fraction(20)}
-"""Film frames a second where nobody asks for some: of most forms, and of some."""
+"""Default frames a second: of most forms, and of some."""
 
 FASTEST = {"gif": 50}
 """What viewers play no faster."""
@@ -55,7 +55,7 @@ _STEP = 10  # from one shade to the next: Pillow mixes up those that are closer
 
 
 def form_of(name: str) -> str:
-    """Return the form that a file's ending tells."""
+    """Return the form of a file's ending."""
     ending = name.rpartition(".")[2].lower() if "." in name else ""
     if ending not in FORMS:
         raise UsageError(f'"{shown(name)}"', wanted=f"an ending of {', '.join(FORMS)}")
@@ -211,7 +211,7 @@ class Film:
         parts: Sequence[str] | None,
         marked: Sequence[Symbol],
     ) -> View:
-        """Return from where it is seen."""
+        """Return the view."""
         first, last = int(self.frames[0]), int(self.frames[-1]) + 1
         if named != AUTO:
             return front(figure, first, last, turned_of(named))
@@ -272,7 +272,7 @@ class Film:
 
 
 def turned_of(named: str | float) -> float:
-    """Return how far from the front a view is that has a name or is told in degrees.
+    """Return the degrees from the front of a view given by name or in degrees.
 
     >>> from lanindex.film.film import turned_of
     >>> turned_of("side"), turned_of("45")

@@ -1,4 +1,4 @@
-"""Hits to look at: what moves in them, a page in HTML that plays them, a sheet of pictures."""
+"""Previews of hits, as a page in HTML that plays them, or as a sheet of pictures."""
 
 from __future__ import annotations
 
@@ -246,7 +246,7 @@ def _played(
 
 
 PAGE_HITS = 1000
-"""Hits of a page, where nobody says how many."""
+"""Default number of hits of a page."""
 
 
 def page(shots: Sequence[HitPreview], title: str) -> str:

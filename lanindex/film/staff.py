@@ -1,4 +1,4 @@
-"""The staff beside a figure: pages of it, each drawn once, and where on them a moment lies."""
+"""The staff beside a figure: pages, each drawn once, and the place of a moment on them."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class DrawnRows:
 
 
 USUAL, LARGEST = 1.0, 1.6
-"""How large symbols are drawn where all of a film has no room on one page, and at most."""
+"""Usual and largest scale of symbols; the usual one where one page cannot hold a film."""
 
 _BELOW = MARGIN + START + NAMES + MARGIN  # the staff's beginning, in units
 _AROUND = 2 * MARGIN + _BELOW
@@ -113,7 +113,7 @@ class FilmStaff:
         return floor((seconds - self.start) / self.lasts + 1e-9)
 
     def _drawn(self, number: int) -> tuple[Image, list[float], list[float]]:
-        """Return a page, some moments of it, and how far down they are."""
+        """Return a page, some of its moments, and their places from the top."""
         from PIL import Image
 
         start = self.start + number * self.lasts

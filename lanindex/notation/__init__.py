@@ -82,7 +82,7 @@ def read(path: str, content: bytes | None = None) -> Score:
 
 
 def content_of(path: str) -> bytes:
-    """Return what is in a file."""
+    """Return the content of a file."""
     try:
         return Path(path).read_bytes()
     except (OSError, ValueError) as error:

@@ -1,4 +1,4 @@
-"""ELAN's annotation files: a tier a part, what a symbol says as an annotation's value.
+"""ELAN's annotation files: a tier for each part, an annotation for each symbol.
 
 Source: ``NOTATIONS.md``, "ELAN"; the schema EAFv3.0 of the Max Planck Institute for
 Psycholinguistics.
@@ -32,7 +32,7 @@ TYPE = "labanotation"
 """The linguistic type of our tiers."""
 
 HITS = "lanindex-hits"
-"""That of tiers that hold what a search found."""
+"""The linguistic type of tiers that hold hits."""
 
 _ROOT = "ANNOTATION_DOCUMENT"
 _XSI = "{http://www.w3.org/2001/XMLSchema-instance}"
@@ -117,7 +117,7 @@ def _annotations(
 def _starts(
     text: str, entries: Iterable[TierEntry], part: str, place: str, warnings: list[str]
 ) -> Iterator[TierEntry]:
-    """Yield a tier's starting positions, but those inside of what was annotated since."""
+    """Yield a tier's starting positions, except those inside an annotation."""
     ordered = sorted(entries, key=lambda it: it.start)
     begins = [it.start for it in ordered]
     for one in filter(str.strip, text.split(";")):
@@ -142,7 +142,7 @@ def write(
     force: bool = False,
     media: Path | None = None,
 ) -> bytes:
-    """Write what a score shows as an ELAN file, or into one."""
+    """Write a score as an ELAN file, or into one."""
     root = _new() if into is None else _document(into, place)
     header = next(root.iter("HEADER"))
     tiers = entries_of(score)
@@ -164,7 +164,7 @@ def write(
 def mark(
     into: bytes, tier: str, entries: list[TierEntry], *, place: str, force: bool = False
 ) -> bytes:
-    """Return an ELAN file with a tier more, which says what its entries say."""
+    """Return an ELAN file with one more tier of entries."""
     root = _document(into, place)
     if is_part(tier) or not tier.strip() or not tier.isprintable():
         wanted = "a name that can be read, and no part's"
@@ -194,8 +194,8 @@ def _put(root: Element, tiers: Mapping[str, list[TierEntry]], kind: str) -> None
 
 def _new() -> Element:
     date = datetime.now(UTC).isoformat(timespec="seconds")
-    warnings = {"AUTHOR": "LanIndex", "DATE": date, "FORMAT": "3.0", "VERSION": "3.0"}
-    root = Element(_ROOT, {**warnings, f"{_XSI}noNamespaceSchemaLocation": _SCHEMA})
+    attributes = {"AUTHOR": "LanIndex", "DATE": date, "FORMAT": "3.0", "VERSION": "3.0"}
+    root = Element(_ROOT, {**attributes, f"{_XSI}noNamespaceSchemaLocation": _SCHEMA})
     SubElement(root, "HEADER", {"MEDIA_FILE": "", "TIME_UNITS": "milliseconds"})
     SubElement(root, "TIME_ORDER")
     return root
@@ -231,20 +231,20 @@ def _declare(root: Element, kind: str, place: str) -> None:
         found = f"has a type {kind} that is bound to a parent"
         raise ExportError(found, place=place, wanted="one that is aligned with time, or none")
     if not known:
-        warnings = {
+        attributes = {
             "GRAPHIC_REFERENCES": "false",
             "LINGUISTIC_TYPE_ID": kind,
             "TIME_ALIGNABLE": "true",
         }
         last = [at for at, it in enumerate(root) if it.tag not in _BEHIND_TIERS[1:]]
-        root.insert(last[-1] + 1, Element("LINGUISTIC_TYPE", warnings))
+        root.insert(last[-1] + 1, Element("LINGUISTIC_TYPE", attributes))
 
 
 def _show(header: Element, media: Path) -> None:
-    """Name a recording, before what else is warnings of the file."""
+    """Name a recording, before what else the header says."""
     kind = guess_type(media.name)[0] or "application/octet-stream"
-    warnings = {"MEDIA_URL": media.absolute().as_uri(), "MIME_TYPE": kind}
-    header.insert(0, Element("MEDIA_DESCRIPTOR", warnings))
+    attributes = {"MEDIA_URL": media.absolute().as_uri(), "MIME_TYPE": kind}
+    header.insert(0, Element("MEDIA_DESCRIPTOR", attributes))
 
 
 def _last_number(root: Element) -> int:
@@ -301,7 +301,7 @@ def _merge(order: Element, slots: list[tuple[int, str]]) -> None:
 
 
 def _tell(header: Element, name: str, value: str) -> None:
-    """Set a property; one that says nothing is none."""
+    """Set a property; an empty one is not added."""
     found = next((it for it in header.iterfind("PROPERTY") if it.get("NAME") == name), None)
     if found is not None:
         found.text = value

@@ -41,7 +41,7 @@ PARTS = tuple(f"{side}_{limb}" for limb in _LIMBS.values() for side in "rl")
 """What is written."""
 
 _FIRST_DEFINED = 8
-"""The column of what a file defines first; further ones lie outside of it."""
+"""The first column that a file may define."""
 
 _BEAT, _BEATS = 200, 5
 """Milliseconds of a beat and beats of a measure, as its own files have them."""
@@ -133,7 +133,7 @@ def _timing(staff: Element, place: str) -> tuple[Fraction, Fraction]:
 
 
 def _defined(column: Element) -> tuple[str, str]:
-    """Return a column and its part; an empty text where it is none that is known."""
+    """Return a column and its part, empty if unknown."""
     limb = next((it.text or "" for it in column.iter(f"{_SPACE}limb") if not len(it)), "").strip()
     side = next((it.text or "" for it in column.iter(f"{_SPACE}side")), "").strip()
     known = limb in _LIMBS and side in ("left", "right")
@@ -150,7 +150,7 @@ def _words(direction: Element, place: str) -> str:
 
 
 def write(score: Score) -> bytes:
-    """Write what limbs do as a score of MAE, in beats of 200 ms, five a measure."""
+    """Write the limbs of a score for MAE, in beats of 200 ms, five a measure."""
     register_namespace("laban", _NAMED)
     tiers = {part: entries for part, entries in entries_of(score).items() if part in PARTS}
     columns = {part: column for column, part in _ARMS.items()}

@@ -95,7 +95,7 @@ _RESERVED = ("support", "jump", "travel", "rotation")
 
 
 def rank(part: str) -> tuple[int, str]:
-    """Return what to sort parts by: the alphabet's order, unknown ones behind."""
+    """Return the sort key of a part: the alphabet's order, unknown ones last."""
     return _RANKS.get(part, len(_RANKS)), part
 
 

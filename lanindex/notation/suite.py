@@ -34,7 +34,7 @@ PARTS = (*dict.fromkeys(part for parts in ARMS.values() for part in parts), "bod
 _TIMES = _TIME, _LASTS = "start time", "duration"
 _HEAD, _TURN, _MARKS = "head", "rotation", "lanindex"
 _UNKNOWN, _AWAY, _AGAIN, _ANEW = "unknown", "on its way", "again", "anew"
-"""What is said beside a column where a position alone would be misunderstood."""
+"""Marks beside a column whose position alone would be ambiguous."""
 
 _SIDES = {"r": "Right ", "l": "Left "}
 _LEVELS = dict(zip(LEVELS, ("Low", "Normal", "High"), strict=True))
@@ -64,7 +64,7 @@ _OURS = {_theirs(f"{way} {level}"): f"{way} {level}" for way in DIRECTIONS for l
 
 
 class _Position(NamedTuple):
-    """What a column says at a position: a direction and a level, or degrees; and our mark."""
+    """The words of a column at a time (a direction and a level, or degrees), and our mark."""
 
     time: int
     says: str
@@ -121,7 +121,7 @@ def _gesture(content: bytes, place: str) -> dict[str, Any]:
 
 
 def _positions(gesture: dict[str, Any], place: str) -> Iterator[tuple[str, int, dict[str, Any]]]:
-    """Yield name, time in milliseconds and what else it says of each position, by number."""
+    """Yield name, time in milliseconds and other columns of each position, by number."""
     numbers: dict[str, int] = {}
     for name, position in gesture.items():
         match = _POSITION.fullmatch(name)
@@ -145,7 +145,7 @@ def _positions(gesture: dict[str, Any], place: str) -> Iterator[tuple[str, int, 
 
 
 def _words(value: Any, count: int) -> list[str]:
-    """Return what a list says, as so many texts; empty ones where it says something else."""
+    """Return a list as `count` texts, empty ones if it is something else."""
     if isinstance(value, list) and len(value) == count:
         return [str(it).strip() for it in value]
     return [""] * count
@@ -208,7 +208,7 @@ def _turns(column: Iterable[_Position]) -> list[TierEntry]:
 def _head(
     column: list[_Position], opens: int, warnings: dict[str, None]
 ) -> tuple[list[TierEntry], list[TierEntry]]:
-    """Return how a head nods and how it turns, whose face looks as a column says."""
+    """Return the nods and turns of a head from the column of its face."""
     known = [stand for stand in column if stand.says.split()[0] in _PANS]
     if len(known) < len(column):
         warnings["a face that looks back or to its place: left out"] = None
@@ -219,7 +219,7 @@ def _head(
 
 
 def write(score: Score) -> str:
-    """Write what the arms do, and where the body faces, as a gesture of LabanotationSuite."""
+    """Write arms and facing of a score as a gesture of LabanotationSuite."""
     shows = entries_of(score)
     arms = {
         column: next((shows[part] for part in parts if part in shows), [])
@@ -282,7 +282,7 @@ def _between(before: str, move: TierEntry, time: int) -> str:
 
 
 def _nearest(x: float, y: float, z: float) -> str:
-    """Return what points nearest to right, forward and up, by angles; nothing for no way."""
+    """Return the direction and level nearest to a vector (right, forward, up), "" for none."""
     size = hypot(x, y, z)
     if size < _NOWHERE:
         return ""
@@ -292,7 +292,7 @@ def _nearest(x: float, y: float, z: float) -> str:
 
 
 def _vector(words: str) -> tuple[float, float, float]:
-    """Return where a direction and a level point: right, forward, up; nowhere at the place."""
+    """Return the vector (right, forward, up) of a direction and a level; 0 at place mid."""
     way, level = words.split()[:2]
     rise = LEVEL_CODES[level] - 1
     if way == "place":

@@ -41,7 +41,7 @@ _MOST = (1 << 31) - 1
 
 
 def rows_of(score: Score) -> Iterator[dict[str, Any]]:
-    """Yield the rows of a score; none tells whose it is."""
+    """Yield the rows of a score, without a capture."""
     nobody = Capture(0, "", "", "", "", score.rate, score.frames)
     for row in rows_in(nobody, score.tracks):
         yield {**row, "capture": None, "capture_id": None}
@@ -130,7 +130,7 @@ class _Row:
 
 
 def _track(part: str, own: list[_Row], frames: int, rate: Fraction) -> Track:
-    """Return a track; what is only passed stands before what it leads to, by its end."""
+    """Return a track; passing symbols stand before the one that they lead to."""
     own.sort(key=lambda one: (one.stop, not one.passing, one.start))
     for one, two in pairwise(one for one in own if not one.passing):
         if two.start < one.stop or two.stop == one.start:
@@ -151,7 +151,7 @@ def _track(part: str, own: list[_Row], frames: int, rate: Fraction) -> Track:
 
 
 def typed(values: Mapping[str, Any], place: str) -> dict[str, Any]:
-    """Return a row whose values are of the types of their columns; others are left aside."""
+    """Return a row with values of its columns' types; other columns are left out."""
     found: dict[str, Any] = {}
     for name, value in values.items():
         if name not in COLUMNS or value is None or value == "" or value != value:

@@ -104,7 +104,7 @@ def read(content: bytes, place: str) -> Score:
 
 
 def _entries(tokens: _Tokens, kind: str) -> Iterator[TierEntry]:
-    """Yield what a tier says; intervals without a text say nothing."""
+    """Yield the entries of a tier, without empty intervals."""
     tokens.time(), tokens.time()
     for _ in range(tokens.count("how many entries there are")):
         start = tokens.time()
@@ -118,7 +118,7 @@ def _entries(tokens: _Tokens, kind: str) -> Iterator[TierEntry]:
 
 
 def write(score: Score) -> str:
-    """Write what a score shows as a TextGrid, in the long form."""
+    """Write a score as a TextGrid, in the long form."""
     tiers = []
     shown_of = entries_of(score)
     last = max([1, duration(score), *(it.stop for entries in shown_of.values() for it in entries)])
@@ -144,7 +144,7 @@ def _seconds(time: int) -> str:
 
 
 def _intervals(name: str, moves: list[TierEntry], last: int) -> list[str]:
-    """Return a tier that says something everywhere, if only nothing."""
+    """Return a tier without gaps: empty intervals fill them."""
     whole, at = [], 0
     for it in moves:
         whole += [TierEntry("", at, it.start)] if at < it.start else []

@@ -182,7 +182,7 @@ def parse_xml(content: bytes, place: str, root: str) -> Element:
 
 
 def _look(content: bytes, place: str) -> None:
-    """Refuse declarations of what stands for other text, and elements too deep to be meant."""
+    """Refuse DTDs and elements nested too deep."""
     depth = 0
     parser = expat.ParserCreate()
 
