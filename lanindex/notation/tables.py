@@ -74,7 +74,10 @@ def score_of(rows: Iterable[tuple[str, Mapping[str, Any]]], place: str) -> Score
     last = max((one.stop for own in parts.values() for one in own), default=0)
     frames = max(told or 0, last)
     exact = Fraction(str(rate)) if rate is not None else Meter().tick_rate
-    tracks = {part: _track(part, own, frames, exact) for part, own in parts.items()}
+    try:
+        tracks = {part: _track(part, own, frames, exact) for part, own in parts.items()}
+    except OverflowError:  # a rate so small or so exact that its ticks have no room in 64 bits
+        _refuse(place, f"{rate:g} frames a second", "a rate whose ticks have room")
     return Score(exact, frames, Meter(), tracks)
 
 

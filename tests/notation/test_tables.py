@@ -105,6 +105,7 @@ GOOD = {"part": "r_arm", "direction": "right", "level": "mid", "fps": 60, "start
         ({"part": None}, "row 1: no part, wanted the columns part, fps, start_frame"),
         ({"fps": None}, "no fps"),
         ({"fps": 0}, "0 frames a second, wanted more than 0"),
+        ({"fps": 1e-30}, "1e-30 frames a second, wanted a rate whose ticks have room"),
         ({"part": "R Arm"}, 'the part "R Arm", wanted one like r_arm'),
         ({"part": 7}, 'part "7", wanted a text'),
         ({"direction": "up"}, 'the direction "up" of r_arm, wanted right r_forward'),
