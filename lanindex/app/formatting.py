@@ -13,7 +13,7 @@ from lanindex.app.output import Output
 from lanindex.model.capture import in_words
 
 if TYPE_CHECKING:
-    from lanindex.draw.text import Line, Staff
+    from lanindex.draw.text import StyledLine, TextStaff
     from lanindex.model import Capture, Hit, Track
     from lanindex.pipeline import Library
     from lanindex.search.explain import Trace
@@ -104,19 +104,19 @@ def hits_with_staves(out: Output, library: Library, hits_: Iterable[Hit], pad: s
         out.note(staff.signs.legend)
 
 
-def _staff_of(out: Output, capture: Capture, tracks: dict[str, Track]) -> Staff:
+def _staff_of(out: Output, capture: Capture, tracks: dict[str, Track]) -> TextStaff:
     """Return a capture's staff, in characters that standard output can print."""
-    from lanindex.draw.text import ASCII, UNICODE, Staff
+    from lanindex.draw.text import ASCII, UNICODE, TextStaff
     from lanindex.model import Score
 
     score = Score(capture.rate, capture.frames, capture.meter, tracks)
-    return Staff(score, UNICODE if out.unicode else ASCII)
+    return TextStaff(score, UNICODE if out.unicode else ASCII)
 
 
 def _width(out: Output) -> int | None:
     return room() if out.terminal else None
 
 
-def _print_staff(out: Output, lines: Iterable[Line]) -> None:
+def _print_staff(out: Output, lines: Iterable[StyledLine]) -> None:
     for line in lines:
         out.line(*(out.paint(text, style) if style else text for text, style in line))

@@ -138,15 +138,16 @@ def show(
 
 def _save(output: Path, form: str, captures: Captures, force: bool) -> int:
     """Write symbols into a table as they come, and return their number; none: no file."""
-    from lanindex.notation import TABLES, table
+    from lanindex.notation import TABLES
+    from lanindex.notation.tables import rows_in
     from lanindex.pipeline.files import write_all
 
-    rows = (row for capture, tracks in captures for row in table.rows_in(capture, tracks))
+    rows = (row for capture, tracks in captures for row in rows_in(capture, tracks))
     count = 0
 
     def write(file: IO[bytes]) -> None:
         nonlocal count
-        count = TABLES[form].does.save(rows, file)
+        count = TABLES[form].own("save")(rows, file)
         if not count:
             raise typer.Exit(1)
 

@@ -338,7 +338,7 @@ def _both(
     scale: float | None,
 ) -> bytes:
     """Return both staves as a file's content, with bands over what differs."""
-    from lanindex.draw.score import BARS, both
+    from lanindex.draw.score import BARS, draw_pair
     from lanindex.draw.svg import FORMS, rendered
 
     form = options.ending(target, FORMS)
@@ -348,7 +348,7 @@ def _both(
         [it.other.symbol for it in differences if it.other],
     ]
     beats = named[0].counted and named[1].counted and scores[0].meter == scores[1].meter
-    picture = both(
+    picture = draw_pair(
         scores,
         marked,
         titles=[it.title for it in named],

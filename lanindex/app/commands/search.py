@@ -299,14 +299,14 @@ def _write_tier(
 ) -> None:
     """Write the hits of one capture into an ELAN file: the pattern and the fit of each."""
     from lanindex.notation import content_of, eaf
-    from lanindex.notation.timed import Said, milliseconds
+    from lanindex.notation.tiers import TierEntry, milliseconds
     from lanindex.pipeline.files import write_all
 
     text, entries = " ".join(pattern.split()), []
     for hit in hits:
         start = milliseconds(hit.span.start, hit.capture.rate)
         stop = milliseconds(hit.span.stop, hit.capture.rate)
-        entries.append(Said(f"{text} {hit.fit:.2f}", start, max(stop, start + 1)))
+        entries.append(TierEntry(f"{text} {hit.fit:.2f}", start, max(stop, start + 1)))
     place = str(into)
     content = eaf.mark(content_of(place), tier, entries, place=place, force=force)
     write_all([(into, content)], force=True)
