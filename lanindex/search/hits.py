@@ -218,7 +218,16 @@ class Hits(Sequence[Hit]):
         return str(import_module("lanindex.app.notebook").of_hits(self))
 
     def html_table(self) -> str:
-        """Return the first hits as an HTML table, without pictures."""
+        """Return the first hits as an HTML table, without pictures.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     table = library.search("torso forward high -> hold 1s+").html_table()
+        >>> table.startswith("<table><caption>1 hit in 1 capture: ")
+        True
+        """
         from html import escape
 
         def cells(kind: str, *texts: str) -> str:

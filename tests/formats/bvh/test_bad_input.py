@@ -1,6 +1,7 @@
 """Damaged files: each with its line, what was found, what was wanted; and nothing else, ever."""
 
 import random
+import re
 import time
 
 import pytest
@@ -193,6 +194,13 @@ def mutated(data: bytes, numbers: random.Random) -> bytes:
     return bytes(mutable)
 
 
+def shortened(data: bytes) -> bytes:
+    """Return a BVH file with its first frames alone, which its header counts."""
+    head, behind, rows = re.split(rb"Frames:\s*\d+(\s*Frame Time:\s*\S+\s*)", data, maxsplit=1)
+    lines = rows.splitlines(keepends=True)[:20]
+    return head + b"Frames: %d" % len(lines) + behind + b"".join(lines)
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 def test_long_fuzzing(captures):
@@ -201,9 +209,9 @@ def test_long_fuzzing(captures):
     sources = [
         GOOD,
         (hierarchy() + motion([[0.0] * WIDTH] * 200)).encode(),
-        *(path.read_bytes()[:60_000] for path in sorted((captures / "bvh").glob("[b-x]*/*.bvh"))),
+        *(shortened(path.read_bytes()) for path in sorted((captures / "bvh").glob("[b-x]*/*.bvh"))),
     ]
     seen = {"motion": 0, "error": 0}
     for _ in range(5_000):
         seen[outcome(mutated(numbers.choice(sources), numbers))] += 1
-    assert min(seen.values()) > 100, seen
+    assert min(seen.values()) > 300, seen

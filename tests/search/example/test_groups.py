@@ -131,7 +131,7 @@ def test_a_pair_is_aligned_once(monkeypatch: pytest.MonkeyPatch) -> None:
         return plain(one, ours, two, theirs)
 
     monkeypatch.setattr(groups, "paired", paired)
-    known = groups._Known(families(2, 4), lambda noun, done, total: None)
+    known = groups._Likenesses(families(2, 4), lambda noun, done, total: None)
     pairs = np.array([[0, 1], [2, 0], [3, 3]])
     first = known.alike(pairs)
     assert (first[2], len(known), sum(asked)) == (1, 2, 2)
