@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from lanindex.encoding.profile import load as load_profile
     from lanindex.errors import LanindexError as LanindexError
     from lanindex.formats import read as read
+    from lanindex.library.selection import Selection as Selection
     from lanindex.model import Hit as Hit
     from lanindex.model import Motion as Motion
     from lanindex.model import Score as Score
@@ -51,6 +52,7 @@ _PUBLIC = {
     "open_library": ("lanindex.pipeline", "open_library"),
     "Library": ("lanindex.pipeline", "Library"),
     "part": ("lanindex.search.language.builder", "part"),
+    "Selection": ("lanindex.library.selection", "Selection"),
     "Motion": ("lanindex.model", "Motion"),
     "Score": ("lanindex.model", "Score"),
     "Symbol": ("lanindex.model", "Symbol"),
@@ -65,6 +67,7 @@ __all__ = [
     "Library",
     "Motion",
     "Score",
+    "Selection",
     "Symbol",
     "__version__",
     "animate",

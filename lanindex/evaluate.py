@@ -18,13 +18,12 @@ from lanindex import records
 from lanindex.errors import LanindexError, PatternError, UsageError, quoted, shown
 from lanindex.model import Capture, Meter
 from lanindex.notation.text import read_toml
-from lanindex.pipeline.apart import searcher
+from lanindex.pipeline.deadline import Deadline, Tell, silent
 from lanindex.pipeline.discover import discover
-from lanindex.pipeline.how import How
 from lanindex.pipeline.labels import Labels, key_of
-from lanindex.pipeline.patience import Patience, Tell, silent
 from lanindex.pipeline.pool import prepared
 from lanindex.pipeline.prepare import Outcome, Task
+from lanindex.pipeline.search import SearchOptions, searcher
 from lanindex.search.language import Query, parse
 from lanindex.search.language.score import pattern_in
 
@@ -218,12 +217,12 @@ def evaluate(
     >>> summary([bow])["mean_f1"]
     1.0
     """
-    how = How.read(near=near, fuzzy=fuzzy)
-    patience = Patience(tell, timeout, "evaluation", BOUND_REMEDY)
+    how = SearchOptions.read(near=near, fuzzy=fuzzy)
+    deadline = Deadline(tell, timeout, "evaluation", BOUND_REMEDY)
     search = searcher([clip.capture for clip in clips], [clip.tracks for clip in clips], how)
     results = []
     for done, expectation in enumerate(expectations):
-        watch = partial(_searching, patience, done, len(expectations))
+        watch = partial(_searching, deadline, done, len(expectations))
         watch()
         refused: list[LanindexError] = []
         hits = search(expectation.query, watch, refused)
@@ -241,9 +240,9 @@ def evaluate(
     return results
 
 
-def _searching(patience: Patience, done: int, total: int, *_: int) -> None:
+def _searching(deadline: Deadline, done: int, total: int, *_: int) -> None:
     """Say how many patterns are done, however far a search is."""
-    patience("patterns", done, total)
+    deadline("patterns", done, total)
 
 
 def summary(results: Sequence[Result]) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from dances import RAISE, dance
 import lanindex
 from lanindex.app import notebook
 from lanindex.errors import LanindexError
+from lanindex.library.selection import Selection
 from lanindex.model import Meter, Reading, Score, Span, Track
 from lanindex.model.symbol import blank
 
@@ -38,7 +39,7 @@ def test_all_are_shown(library) -> None:
     from IPython.core.interactiveshell import InteractiveShell
 
     shell = InteractiveShell()
-    hits = library.search("r_arm right mid", within="*.bvh")
+    hits = library.search("r_arm right mid", Selection("*.bvh"))
     motion = lanindex.read(hits[0].capture.location)
     for thing, least in (
         (lanindex.encode(motion), 1),
@@ -101,7 +102,7 @@ def test_gaps_are_left_open(library) -> None:
 
 def test_a_file_is_read_as_it_was_ingested(library, tmp_path: Path) -> None:
     library.ingest(tmp_path / "raise.bvh", reading=Reading(unit="cm", rate=15))
-    hit = library.search("r_arm high", within="*.bvh")[0]
+    hit = library.search("r_arm high", Selection("*.bvh"))[0]
     assert hit.capture.told == {"unit": "cm", "rate": "15"}
     body = notebook._figure(hit)
     wanted = lanindex.read(tmp_path / "raise.bvh", rate=15, unit="cm")
@@ -110,8 +111,8 @@ def test_a_file_is_read_as_it_was_ingested(library, tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_shown_is_said(library) -> None:
-    hit = library.search("r_arm right mid", within="*.bvh")[0]
-    notated = library.search("r_arm right mid", within="*.lnd")[0]
+    hit = library.search("r_arm right mid", Selection("*.bvh"))[0]
+    notated = library.search("r_arm right mid", Selection("*.lnd"))[0]
     assert "a score, without motion" in notebook.of_hit(notated)
     place = Path(hit.capture.location)
     place.write_bytes(place.read_bytes() + b"\n")

@@ -71,7 +71,7 @@ def patterns(ctx: Context, incomplete: str) -> list[str]:
 
 def captures(ctx: Context, incomplete: str) -> list[str]:
     """Return captures whose path, or whose file's name, begins with what was typed."""
-    return _from_library(ctx, lambda library: library.begun(incomplete, _MOST))
+    return _from_library(ctx, lambda library: library.store.paths_starting(incomplete, _MOST))
 
 
 def _pattern_files(begun: str) -> list[str]:
@@ -89,7 +89,7 @@ def _pattern_files(begun: str) -> list[str]:
 def _pattern_words(ctx: Context, *, only_parts: bool) -> list[str]:
     from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 
-    parts = _from_library(ctx, lambda library: library.parts(checked=False))
+    parts = _from_library(ctx, lambda library: library.store.parts(checked=False))
     movers = {
         mover.name
         for mover in Vocabulary(parts).movers.values()

@@ -14,6 +14,7 @@ import typer
 from lanindex.app import completion
 from lanindex.app.output import Output
 from lanindex.errors import UsageError
+from lanindex.library.selection import Selection
 
 DB = "lanindex.db"
 """The default library."""
@@ -253,6 +254,11 @@ def where(given: list[str] | None) -> list[tuple[str, str]]:
             raise UsageError(f'"{text}"', place="--where", wanted="KEY=GLOB, such as label=walk*")
         pairs.append((key, glob))
     return pairs
+
+
+def selection(within: str | None, globs: list[str] | None) -> Selection:
+    """Return the captures that --in and --where select."""
+    return Selection(within, where(globs))
 
 
 def rate(text: str) -> Fraction:

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.library import columns, read, segments, state
-from lanindex.library.find import Texts
 from lanindex.library.link import Link
 from lanindex.library.segments import Distrust, Segment, Spine
+from lanindex.library.selection import Texts
 from lanindex.model import Capture
 
 NAMES = segments.TEXTS
@@ -45,36 +45,10 @@ def spelled(texts: Texts) -> list[tuple[str, NDArray[np.uint8]]]:
     ]
 
 
-class Called:
-    """What has been read of what a library's captures are called, as long as it stays as it was."""
-
-    def __init__(self) -> None:
-        self._stamp: int | None = None
-        self._numbers: list[int] = []
-        self._texts: dict[str, Sequence[Any]] = {}
-
-    def find(
-        self, connection: Link, names: Sequence[str], *, trusted: bool = True
-    ) -> tuple[list[int], dict[str, Sequence[Any]]]:
-        """Return the numbers of all captures, in order, and what they are called."""
-        stamp = state.read_state(connection).stamp
-        if stamp != self._stamp:
-            self._stamp, self._texts = None, {}
-        missing = [name for name in names if name not in self._texts]
-        if missing or self._stamp is None:
-            if trusted:
-                spine = segments.read_spine(connection)
-            else:
-                spine = Spine([], {}, state.capture_numbers(connection))
-            self._numbers, found = _read(connection, spine, missing)
-            self._texts |= found
-            self._stamp = stamp
-        return self._numbers, {name: self._texts[name] for name in names}
-
-
-def _read(
+def read_all_texts(
     connection: Link, spine: Spine, names: Sequence[str]
 ) -> tuple[list[int], dict[str, Sequence[Any]]]:
+    """Return the numbers of all captures, in order, and their texts by name of the column."""
     rosters, order = columns.read_rosters(connection, spine)
     pieces = [read_texts(connection, one, names) for one in spine.segments]
     pieces.append(of_rows(connection, spine.pending, names))

@@ -22,9 +22,9 @@ from lanindex.library import (
 )
 from lanindex.library.codes import VIEW, view_sql
 from lanindex.library.connect import is_sqlite
-from lanindex.library.find import Texts
 from lanindex.library.link import Link, ask, faults, first_values
 from lanindex.library.segments import Distrust
+from lanindex.library.selection import Texts
 from lanindex.library.texts import printable
 from lanindex.model.columns import Columns, Roster, same_columns
 

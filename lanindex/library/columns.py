@@ -188,54 +188,6 @@ def _joined(pieces: list[NDArray[Any]], type: Any) -> NDArray[Any]:
     return whole
 
 
-class Held:
-    """What has been loaded of a library's columns, as long as it stays as it was."""
-
-    def __init__(self) -> None:
-        self._stamp: int | None = None
-        self._roster = enrolled([])
-        self._columns: dict[str, Columns] = {}
-
-    def has(self, connection: Link, parts: Sequence[str], more: Collection[str] = ()) -> bool:
-        """Return whether the library is as it was, and these parts are loaded."""
-        same = state.read_state(connection).stamp == self._stamp
-        return same and not self._missing(parts, more)
-
-    def _missing(self, parts: Sequence[str], more: Collection[str]) -> list[str]:
-        return [
-            part
-            for part in parts
-            if part not in self._columns
-            or not {*more}.intersection(extras_of(part)) <= {*self._columns[part].rows}
-        ]
-
-    def find(
-        self,
-        connection: Link,
-        parts: Sequence[str],
-        more: Collection[str] = (),
-        *,
-        trusted: bool = True,
-    ) -> tuple[Roster, dict[str, Columns]]:
-        """Return all captures and the columns of some parts."""
-        stamp = state.read_state(connection).stamp
-        if stamp != self._stamp:
-            self._columns = {}
-            self._stamp = None
-        missing = self._missing(parts, more)
-        if missing or self._stamp is None:
-            if trusted:
-                spine = segments.read_spine(connection)
-            else:
-                spine = Spine([], {}, state.capture_numbers(connection))
-            whole = read_whole(connection, spine, missing)
-            for part in missing:
-                held = self._columns[part].rows if part in self._columns else ()
-                self._columns[part] = whole.columns(connection, part, {*more, *held})
-            self._roster, self._stamp = whole.roster, stamp
-        return self._roster, {part: self._columns[part] for part in parts}
-
-
 def chosen(
     roster: Roster, columns: dict[str, Columns], numbers: Sequence[int]
 ) -> tuple[Roster, dict[str, Columns]]:

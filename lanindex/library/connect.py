@@ -22,8 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import AbsentError, LibraryError, LibraryVersionError
-from lanindex.library.faults import translated
-from lanindex.library.link import Link, Reader, ask, driver_of, first_values, looking
+from lanindex.library.link import Link, Reader, ask, driver_of, first_values, looking, translated
 from lanindex.library.texts import printable
 
 if TYPE_CHECKING:

@@ -57,18 +57,18 @@ def purge(connection: Link) -> bool:
     return False
 
 
-def cover(connection: Link, told: Callable[[int], None] = lambda waiting: None) -> bool:
+def cover(connection: Link, waiting: Callable[[int], None] = lambda count: None) -> bool:
     """Write a segment of captures that are in none, and return whether more are left."""
     spine = segments.read_spine(connection)
     pending = spine.pending
     pieces: list[derive.Derived] = []
     symbols = covered = 0
-    told(len(pending))
+    waiting(len(pending))
     for piece in derive.batches(connection, pending):
         pieces.append(piece)
         covered += len(piece[0])
         symbols += sum(map(len, piece[1].values()))
-        told(len(pending) - covered)
+        waiting(len(pending) - covered)
         if symbols >= CHUNK:
             break
     if not covered:

@@ -27,10 +27,9 @@ from lanindex.library.connect import (
     target,
     writing,
 )
-from lanindex.library.faults import translated
-from lanindex.library.keeper import Keeper
-from lanindex.library.link import Link
+from lanindex.library.link import Link, translated
 from lanindex.library.segments import Distrust, read_spine
+from lanindex.library.store import Store
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -120,8 +119,8 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
             connection.exec_driver_sql(f"DROP VIEW IF EXISTS {VIEW}")
             connection.exec_driver_sql(view_sql())
     if status(named).fault:
-        with Keeper.open(named) as library:
-            library.gather()
+        with Store.open(named) as store:
+            store.cache.gather()
     return status(named)
 
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import checksums, codes, packed, rows, state
 from lanindex.library.encoding import ENCODED, Encoding
-from lanindex.library.find import is_number
 from lanindex.library.link import Link, among, ask, first_values
+from lanindex.library.selection import is_number
 from lanindex.library.texts import absolute
 from lanindex.model import Capture, Meter, Score, Span, Track
 

@@ -1,152 +1,109 @@
-"""A library that is open: its connection, to whom it belongs, how it is closed."""
+"""The connection of an open library: to which thread it belongs, its transactions, its end."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import get_ident
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import LibraryError
 from lanindex.library.connect import (
-    DEFAULT,
     Target,
     drop_journal,
     keep_journal,
     opened,
     reading,
-    target,
     writing,
 )
-from lanindex.library.faults import translated
-from lanindex.library.link import Link, Reader
+from lanindex.library.link import Link, Reader, translated
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
+Progress = Callable[[str, int, int], None]
+"""Is called with what a job goes through (``captures``), how many are done, and of how many; it may
+raise, which breaks the job off."""
+
+
+def no_progress(noun: str, done: int, total: int) -> None:
+    """Report nothing."""
+
 
 class Session:
-    """An open library. Made by `open`; belongs to one thread."""
+    """The connection of an open library; it belongs to one thread."""
 
-    def __init__(self, where: Target, connection: Any, *, readonly: bool = False) -> None:
-        self._where, self._connection, self._wrote = where, connection, False
-        self._thread, self._readonly = get_ident(), readonly
-
-    @classmethod
-    def open(
-        cls,
-        named: str | os.PathLike[str] = DEFAULT,
-        *,
-        create: bool = False,
-        readonly: bool = False,
-        timeout: float = 30.0,
-    ) -> Self:
-        """Open a library; use it as a context manager, or close it.
-
-        Parameters
-        ----------
-        named : str or path-like
-            A file, or an SQLAlchemy URL.
-        create : bool
-            Make it if there is none.
-        readonly : bool
-            Refuse to change it.
-        timeout : float
-            Seconds to wait for another process.
-
-        Returns
-        -------
-        Session
-
-        Raises
-        ------
-        LibraryError
-            If there is none, it is no library, or it cannot be opened.
-        LibraryVersionError
-            If it is older or newer than this program.
-        LibraryBusyError
-            If another process holds it for longer than `timeout`.
-        """
-        where = target(named)
-        connection = opened(where, create=create, readonly=readonly, timeout=timeout)
-        return cls(where, connection, readonly=readonly)
-
-    def __repr__(self) -> str:
-        """Return the class and the place."""
-        return f"<{type(self).__name__} {self.place}>"
-
-    def __enter__(self) -> Self:
-        """Return itself."""
-        return self
-
-    def __exit__(
+    def __init__(
         self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
+        target: Target,
+        *,
+        create: bool,
+        readonly: bool,
+        timeout: float,
+        note: Callable[[str], None] | None,
+        progress: Progress | None,
     ) -> None:
-        """Close it."""
-        self.close()
-
-    @property
-    def place(self) -> str:
-        """The library as it was named."""
-        return self._where.place
+        self.target, self.readonly = target, readonly
+        self.notes: list[str] = []
+        self.note = note or self.notes.append
+        self.progress = progress or no_progress
+        self.connection: Any = opened(target, create=create, readonly=readonly, timeout=timeout)
+        self._wrote, self._thread = False, get_ident()
 
     @property
     def is_open(self) -> bool:
         """Whether it has not been closed."""
-        return not self._connection.closed
+        return not self.connection.closed
 
     def close(self) -> None:
         """Let go of the database; what is left is one file."""
-        if self._connection.closed:
+        if not self.is_open:
             return
         self._check_usable()
         try:
             if self._wrote:
-                with translated(self.place):
-                    drop_journal(self._connection)
+                with translated(self.target.place):
+                    drop_journal(self.connection)
         finally:
-            self._connection.close()
-
-    def _check_usable(self) -> None:
-        if self._connection.closed:
-            raise LibraryError(
-                "this library has been closed", place=self.place, remedy="Open it again."
-            )
-        if get_ident() != self._thread:
-            raise LibraryError(
-                "this library was opened in another thread",
-                place=self.place,
-                remedy="Open it in each thread that uses it.",
-            )
+            self.connection.close()
 
     @contextmanager
-    def _reading(self) -> Iterator[Link]:
+    def reading(self) -> Iterator[Link]:
+        """Begin a transaction that sees one state of the library."""
         self._check_usable()
-        with translated(self.place), reading(self._connection):
-            yield self._connection
+        with translated(self.target.place), reading(self.connection):
+            yield self.connection
 
     @contextmanager
-    def _changing(self) -> Iterator[Connection]:
+    def changing(self) -> Iterator[Connection]:
+        """Begin a transaction that changes what the library holds, and raise its change stamp."""
         from lanindex.library import write
 
-        with self._writing() as connection:
+        with self.writing() as connection:
             write.touch(connection)
             yield connection
 
     @contextmanager
-    def _writing(self) -> Iterator[Connection]:
-        """Begin a transaction for what changes nothing that a reader could tell."""
+    def writing(self) -> Iterator[Connection]:
+        """Begin a transaction that changes nothing that a reader can tell."""
         self._check_usable()
-        with translated(self.place):
-            if isinstance(self._connection, Reader):
-                self._connection.execute("UPDATE state SET id = id")  # SQLite refuses it
+        with translated(self.target.place):
+            if isinstance(self.connection, Reader):
+                self.connection.execute("UPDATE state SET id = id")  # SQLite refuses it
             if not self._wrote:
-                keep_journal(self._connection)
+                keep_journal(self.connection)
                 self._wrote = True
-            with writing(self._connection):
-                yield self._connection
+            with writing(self.connection):
+                yield self.connection
+
+    def _check_usable(self) -> None:
+        if not self.is_open:
+            raise LibraryError(
+                "this library has been closed", place=self.target.place, remedy="Open it again."
+            )
+        if get_ident() != self._thread:
+            raise LibraryError(
+                "this library was opened in another thread",
+                place=self.target.place,
+                remedy="Open it in each thread that uses it.",
+            )

@@ -10,8 +10,7 @@ import numpy as np
 from lanindex.errors import LanindexError, PatternError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Track
-from lanindex.pipeline.how import How
-from lanindex.pipeline.search import named
+from lanindex.pipeline.search import SearchOptions, named
 from lanindex.search.explain.advice import SECONDS, Advice, Budget, Found, LeftOut, advise
 from lanindex.search.fields import extras_in
 from lanindex.search.hits import Hits
@@ -19,10 +18,10 @@ from lanindex.search.language import Query, parse
 
 
 def suggest(
-    library: Store,
+    store: Store,
     query: Query,
     numbers: Sequence[int] | None,
-    how: How,
+    options: SearchOptions,
     budget: Budget | None = None,
 ) -> tuple[Advice, list[LanindexError]]:
     """Return what to do about a query that finds nothing."""
@@ -35,37 +34,37 @@ def suggest(
             return None
         rich: list[LanindexError] = []
         try:
-            found = _counted(library, query, among, how, budget, rich)
+            found = _counted(store, query, among, options, budget, rich)
         except (TimeoutError, LanindexError):  # or no edits are allowed in it
             return None
         refused.update({error.place: error for error in rich})
         return found
 
     elsewhere = None if numbers is None else count(query, None)
-    roster, _ = library.columns(query.parts, numbers)
+    roster, _ = store.columns(query.parts, numbers)
     if not len(roster):
         fitting = "" if numbers is None else " that fits --in and --where"
         advice = Advice(str(query), remark=f"There is no capture{fitting}.")
     else:
-        advice = advise(query, count, reader(library), budget=budget)
+        advice = advise(query, count, reader(store), budget=budget)
     if elsewhere and elsewhere[0]:
         advice = replace(advice, left_out=(LeftOut("", *elsewhere), *advice.left_out))
     errors = list(refused.values())
     for line in named(errors):
-        library.tell(line)
+        store.session.note(line)
     return advice, errors
 
 
 def _counted(
-    library: Store,
+    store: Store,
     query: Query,
     numbers: Sequence[int] | None,
-    how: How,
+    options: SearchOptions,
     budget: Budget,
     refused: list[LanindexError],
 ) -> Found:
     """Return how many hits there are, and in how many captures; give up what takes too long."""
-    roster, columns = library.columns(query.parts, numbers, more=extras_in(query))
+    roster, columns = store.columns(query.parts, numbers, more=extras_in(query))
 
     def watch(done: int, captures: int) -> None:
         if budget.late():
@@ -75,17 +74,17 @@ def _counted(
         captures: Sequence[int], parts: Collection[str]
     ) -> Iterator[tuple[Capture, Mapping[str, Track]]]:
         """Yield captures with tracks as long as there is time."""
-        for recording in library.tracks(roster.number[np.array(captures, int)].tolist(), parts):
+        for recording in store.tracks(roster.number[np.array(captures, int)].tolist(), parts):
             watch(0, 0)
             yield recording
 
-    found = Hits(how.find(query, roster, columns, recordings, watch, refused=refused), "")
+    found = Hits(options.find(query, roster, columns, recordings, watch, refused=refused), "")
     return len(found), found.captures
 
 
-def reader(library: Store) -> Callable[[str], Query | None]:
+def reader(store: Store) -> Callable[[str], Query | None]:
     """Return what reads a pattern for a library: None where it is not understood."""
-    parts = library.parts(checked=False)
+    parts = store.parts(checked=False)
 
     def read(text: str) -> Query | None:
         try:

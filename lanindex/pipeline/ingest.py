@@ -6,27 +6,29 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lanindex.errors import UsageError
+from lanindex import formats
+from lanindex.errors import LanindexError, UsageError
 from lanindex.formats import parted
-from lanindex.formats.file import on_disk
-from lanindex.library.find import gone
+from lanindex.formats.file import SUBJECT, on_disk
+from lanindex.library.encoding import Encoding
+from lanindex.library.selection import is_gone
 from lanindex.library.store import Store
 from lanindex.library.texts import absolute
 from lanindex.model import Reading
 from lanindex.pipeline.labels import key_of
-from lanindex.pipeline.moved import Moved
 from lanindex.pipeline.pool import prepared
-from lanindex.pipeline.prepare import Outcome, Task
+from lanindex.pipeline.prepare import Held, Outcome, Task, companions, encoding_of
 
 if TYPE_CHECKING:
     from lanindex.encoding.profile import Profile
+
 
 GATHER = 4096
 """Files after which an ingest puts what it has stored into columns; and after the last one."""
 
 
 def ingest(
-    library: Store | None,
+    store: Store | None,
     paths: Iterable[str],
     profile: Profile,
     *,
@@ -37,7 +39,7 @@ def ingest(
     dry_run: bool = False,
 ) -> Iterator[Outcome]:
     """Read files into a library."""
-    held = library.known() if library else {}
+    held = store.known() if store else {}
     moved, told = Moved(held), reading or Reading()
     first = {(sha, how.beside, parted(place)[1]): place for place, (sha, how) in held.items()}
     tasks = (moved.told(Task(path, profile, told), force=force) for path in paths)
@@ -46,41 +48,41 @@ def ingest(
         before = moved.found.get(place, "")
         outcome = replace(outcome, held=place in held or bool(before), moved=before)
         outcome = _noticed(outcome, place, first)
-        done = outcome if dry_run else _store(library, outcome, labels or {})
+        done = outcome if dry_run else _store(store, outcome, labels or {})
         yield replace(done, score=None)
-        if library and not dry_run and (number + 1) % GATHER == 0:
-            library.gather()
-    if library and not dry_run:
-        library.gather()
+        if store and not dry_run and (number + 1) % GATHER == 0:
+            store.cache.gather()
+    if store and not dry_run:
+        store.cache.gather()
 
 
 def _noticed(outcome: Outcome, place: str, first: dict[tuple[str, str, str], str]) -> Outcome:
     """Warn of a file with the content of another that is there, by the first of each content."""
     content = outcome.sha256, outcome.encoding.beside, parted(place)[1]
     other = first.setdefault(content, place) if outcome.sha256 else place
-    if outcome.status != "added" or on_disk(other) == on_disk(place) or gone(other):
+    if outcome.status != "added" or on_disk(other) == on_disk(place) or is_gone(other):
         return outcome
     return replace(outcome, warnings=(*outcome.warnings, f"the same content as {other}"))
 
 
 def _store(
-    library: Store | None,
+    store: Store | None,
     outcome: Outcome,
     labels: Mapping[str, tuple[str | None, Mapping[str, str]]],
 ) -> Outcome:
-    if library is None or outcome.status == "failed":
+    if store is None or outcome.status == "failed":
         return outcome
     place = absolute(outcome.path)
     if outcome.moved:
-        library.move(outcome.moved, outcome.path)
+        store.move(outcome.moved, outcome.path)
     label, metadata = labels.get(key_of(place), (None, {}))
     if metadata and outcome.held:
-        metadata = {**library.capture(place).metadata, **metadata}
+        metadata = {**store.capture(place).metadata, **metadata}
     if outcome.score is None:
         told = label is not None or bool(metadata)
-        return replace(outcome, labelled=told and library.label(place, label, metadata or None))
+        return replace(outcome, labelled=told and store.label(place, label, metadata or None))
     try:
-        library.add(
+        store.add(
             outcome.path,
             outcome.score,
             format=outcome.format,
@@ -93,3 +95,64 @@ def _store(
     except UsageError as error:
         return Outcome(outcome.path, "failed", error=str(error), held=outcome.held)
     return outcome
+
+
+class Moved:
+    """Tells files that have moved from new ones."""
+
+    def __init__(self, held: Mapping[str, tuple[str, Encoding]]) -> None:
+        self.found: dict[str, str] = {}
+        self._held = held
+        self._people = dict[str, dict[str, tuple[str, Encoding]]]()
+        for place, one in held.items():
+            file, name = formats.parted(place)
+            self._people.setdefault(file, {})[name] = one
+        self._gone: dict[str, dict[str, list[str]]] | None = None
+
+    def told(self, task: Task, *, force: bool) -> Task:
+        """Return a task that knows what the library holds; with `force` it is read in any case."""
+        held = self.held(task)
+        return task if force else replace(task, held=held)
+
+    def held(self, task: Task) -> Held:
+        """Return what the library holds of a file, be it from here or from where it was before."""
+        file, meant = formats.parted(absolute(task.path))
+        people: Held = self._people.get(file, {})
+        if meant:
+            people = {"": people[meant]} if meant in people else {}
+        return people or self._before(task, file, meant)
+
+    def _before(self, task: Task, file: str, meant: str) -> Held:
+        if self._gone is None:  # asked once, and only where there is a file that is not held
+            self._gone = _gone(self._held)
+        if not self._gone:
+            return {}
+        try:
+            found = formats.opened(task.path)
+            sha256, encoding = found.sha256(), encoding_of(task, companions(task, found))
+        except LanindexError:  # said when it is read
+            return {}
+        alike = self._gone.get(sha256, {})
+        same = encoding, replace(encoding, beside="")  # what was beside it was not noted always
+        for before, names in alike.items():
+            people = {name: self._people[before][name] for name in names if meant in ("", name)}
+            people = {name: one for name, one in people.items() if one[1] in same}
+            if people:
+                alike[before] = [name for name in names if name not in people]
+                self.found |= {_called(file, name): _called(before, name) for name in people}
+                return {"" if meant else name: one for name, one in people.items()}
+        return {}
+
+
+def _gone(held: Mapping[str, tuple[str, Encoding]]) -> dict[str, dict[str, list[str]]]:
+    """Return by sha256 the files that are gone, and who of them was held."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for place, (sha256, _) in held.items():
+        if is_gone(place):
+            file, name = formats.parted(place)
+            found.setdefault(sha256, {}).setdefault(file, []).append(name)
+    return found
+
+
+def _called(file: str, name: str) -> str:
+    return file + SUBJECT + name if name else file

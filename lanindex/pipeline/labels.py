@@ -11,7 +11,7 @@ from pathlib import Path
 
 from lanindex.errors import UsageError, shown
 from lanindex.formats.file import on_disk
-from lanindex.library.find import gone
+from lanindex.library.selection import is_gone
 from lanindex.library.texts import absolute
 from lanindex.notation.text import read_text
 
@@ -58,7 +58,7 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
 def _meant(folder: Path, named: str) -> str:
     """Return the path that a row names: from the table's folder, else from where we are."""
     beside = os.path.join(folder, named)
-    return named if gone(beside) and not gone(named) else beside
+    return named if is_gone(beside) and not is_gone(named) else beside
 
 
 def check_fit(

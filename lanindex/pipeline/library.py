@@ -1,58 +1,158 @@
-"""The main job in one place: a library that reads, finds and exports."""
+"""`Library`, the Python API: a library of captures that ingests, searches and exports."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from fractions import Fraction
 from itertools import chain
-from typing import TYPE_CHECKING
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
 
-from lanindex.errors import PatternError
-from lanindex.pipeline.asking import Asking
-from lanindex.pipeline.exploring import Exploring
-from lanindex.pipeline.exporting import Exporting
-from lanindex.pipeline.patience import Patience
+from lanindex.errors import LanindexError, PatternError, UsageError
+from lanindex.library.connect import DEFAULT
+from lanindex.library.selection import ALL, Selection
+from lanindex.library.session import Progress
+from lanindex.library.store import Store
+from lanindex.pipeline.deadline import Deadline
 from lanindex.search.hits import Hits, piped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from lanindex.library.find import Where
-    from lanindex.model import Reading
+    from lanindex.library.stats import Stats
+    from lanindex.model import Capture, Hit, Reading, Score, Track
+    from lanindex.pipeline.example import Alike
+    from lanindex.pipeline.motifs import Motifs
+    from lanindex.pipeline.movement import Movement
     from lanindex.pipeline.prepare import Outcome
+    from lanindex.pipeline.similar import Groups
+    from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Counts
     from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
 
+_FEWER = "Choose fewer captures: --in, --where."
+_RARER = "Choose fewer captures (--in, --where) or parts, or ask for what occurs more often."
 
-class Library(Asking, Exploring, Exporting):
+
+class Library:
     """Captures written down, to search and to cut clips from. Made by `open_library`.
+
+    A capture is named by its number, or by its path: as ingested, absolute, or the end of it. What
+    captures and symbols there are is the matter of its `store`.
+
+    Attributes
+    ----------
+    store : lanindex.library.store.Store
+        The captures and their symbols; it also adds scores and gives symbols as columns.
+    words : path-like, optional
+        A file of the user's own words, beside those of ``lanindex.search.dictionary``.
+    refused : list of LanindexError
+        Of the searches so far: an error for each capture that was too rich to be answered.
 
     Examples
     --------
     >>> import lanindex
     >>> with lanindex.open_library("dance.db") as library:
     ...     score = library.score("compass.bvh")
-    ...     for capture, tracks in library.tracks(parts=["r_arm"]):
-    ...         if capture in library.captures("marching*"):
+    ...     for capture in library.captures(lanindex.Selection("marching*")):
+    ...         for _, tracks in library.tracks([capture.id], parts=["r_arm"]):
     ...             print(capture.id, capture.label, len(tracks["r_arm"]))
-    ...     library.stats().captures, library.parts()[:2], library.missing()
+    ...     library.stats().captures, library.parts()[:2]
     6 marching 49
-    (10, ['r_arm', 'l_arm'], [])
+    (10, ['r_arm', 'l_arm'])
     >>> library = lanindex.open_library("dance.db")
     >>> library.label("compass.bvh", "directions")
     True
     >>> library.capture("compass.bvh").label
     'directions'
-    >>> library.move("compass.bvh", "elsewhere/compass.bvh")
     >>> library.remove("marching.bvh")
-    >>> number = library.add("own.lnd", score, format="lnd", sha256="0" * 64)
-    >>> number, len(library.known()), len(library.located([], ["0" * 64]))
-    (11, 10, 1)
     >>> library.close()
     """
 
-    words: str | os.PathLike[str] | None = None
-    """A file of the user's own words, beside those of ``lanindex.search.dictionary``."""
+    def __init__(self, store: Store, words: str | os.PathLike[str] | None = None) -> None:
+        self.store, self.words = store, words
+        self.refused: list[LanindexError] = []
+
+    @classmethod
+    def open(
+        cls,
+        named: str | os.PathLike[str] = DEFAULT,
+        *,
+        create: bool = False,
+        readonly: bool = False,
+        timeout: float = 30.0,
+        words: str | os.PathLike[str] | None = None,
+        note: Callable[[str], None] | None = None,
+        progress: Progress | None = None,
+    ) -> Self:
+        """Open a library; use it as a context manager, or close it.
+
+        Parameters
+        ----------
+        named : str or path-like
+            A file, or an SQLAlchemy URL.
+        create : bool
+            Make it if there is none.
+        readonly : bool
+            Refuse to change it.
+        timeout : float
+            Seconds to wait for another process.
+        words : path-like, optional
+            A file of the user's own words, beside those of ``lanindex.search.dictionary``.
+        note : callable, optional
+            Is given each sentence that a user should know, such as what had to be mended; else they
+            are kept in `notes`.
+        progress : callable, optional
+            Is called with what a long job goes through (``captures``), how many are done, and of
+            how many; it may raise, which breaks the job off.
+
+        Returns
+        -------
+        Library
+
+        Raises
+        ------
+        LibraryError
+            If there is none, it is no library, or it cannot be opened.
+        LibraryVersionError
+            If it is older or newer than this program.
+        LibraryBusyError
+            If another process holds it for longer than `timeout`.
+        """
+        store = Store.open(
+            named,
+            create=create,
+            readonly=readonly,
+            timeout=timeout,
+            note=note,
+            progress=progress,
+        )
+        return cls(store, words)
+
+    def __repr__(self) -> str:
+        return f"<Library {self.store.place}>"
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the database; what is left is one file."""
+        self.store.close()
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences that a user should know, where no `note` was given to `open_library`."""
+        return self.store.session.notes
 
     def ingest(
         self,
@@ -117,17 +217,16 @@ class Library(Asking, Exploring, Exporting):
             check_fit(named, found, labels)
         chosen = load(os.fspath(profile))
         return list(
-            ingest(self, found, chosen, reading=reading, labels=named, jobs=jobs, force=force)
+            ingest(self.store, found, chosen, reading=reading, labels=named, jobs=jobs, force=force)
         )
 
     def search(
         self,
         pattern: str | Pattern,
+        selection: Selection = ALL,
         *,
         tolerance: float = 0.1,
         overlaps: str = "none",
-        within: str | None = None,
-        where: Where | None = None,
         strict: bool = False,
         near: bool = False,
         fuzzy: str | float | None = None,
@@ -142,14 +241,12 @@ class Library(Asking, Exploring, Exporting):
         pattern : str or Pattern
             ``r_arm right mid -> high``; ``search/LANGUAGE.md`` has the whole language. Or a word
             of ``lanindex.search.dictionary``: ``walk``; or what `lanindex.part` begins.
+        selection : Selection
+            Only these captures.
         tolerance : float
             Seconds within which edges agree.
         overlaps : str
             ``none``, or ``all``.
-        within : str, optional
-            Only captures whose path matches this glob.
-        where : Mapping of str to str, optional
-            Only captures that fit these globs by label, format, path or a column of their own.
         strict : bool
             Whether the timing of pasted LND counts.
         near : bool
@@ -184,22 +281,25 @@ class Library(Asking, Exploring, Exporting):
         --------
         >>> import lanindex
         >>> with lanindex.open_library("dance.db") as library:
-        ...     hits = library.search("arms side high with legs side low", within="*jacks*")
+        ...     hits = library.search(
+        ...         "arms side high with legs side low", lanindex.Selection("*jacks*")
+        ...     )
         >>> for hit in hits[:2]:
         ...     print(hit.capture.path, hit.span)
         corpus/jumping_jacks.bvh Span(start=60, stop=76)
         corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
-        from lanindex.pipeline.how import How
-        from lanindex.pipeline.search import search
+        from lanindex.pipeline.search import SearchOptions, search
         from lanindex.search.match.finder import NARROWER
 
-        how = How.read(tolerance, overlaps, near, fuzzy)
-        query, numbers = self._asked(pattern, within, where, strict)
-        patience = Patience(self.watch, timeout, remedy=NARROWER)
+        options = SearchOptions.read(tolerance, overlaps, near, fuzzy)
+        query, numbers = self._query(pattern, selection, strict)
+        deadline = Deadline(self.store.session.progress, timeout, remedy=NARROWER)
         sooner = None if query.stages else best
         limit = None if memory is None else int(memory * 1e6)
-        hits, refused = search(self, query, numbers, how, patience.of("captures"), sooner, limit)
+        hits, refused = search(
+            self.store, query, numbers, options, deadline.of("captures"), sooner, limit
+        )
         self.refused = [*self.refused, *refused]
         found = Hits(hits, str(pattern))
         told = piped(query.stages, found)
@@ -208,9 +308,8 @@ class Library(Asking, Exploring, Exporting):
     def explain(
         self,
         pattern: str | Pattern,
+        selection: Selection = ALL,
         *,
-        within: str | None = None,
-        where: Where | None = None,
         strict: bool = False,
         plan: bool = False,
     ) -> str:
@@ -220,10 +319,8 @@ class Library(Asking, Exploring, Exporting):
         ----------
         pattern : str or Pattern
             As for `search`.
-        within : str, optional
-            Only captures whose path matches this glob.
-        where : Mapping of str to str, optional
-            Only captures that fit these globs by label, format, path or a column of their own.
+        selection : Selection
+            Only these captures.
         strict : bool
             Whether the timing of pasted LND counts.
         plan : bool
@@ -249,16 +346,521 @@ class Library(Asking, Exploring, Exporting):
         """
         from lanindex.search.explain import explanation, planned
 
-        query, numbers = self._asked(pattern, within, where, strict)
+        query, numbers = self._query(pattern, selection, strict)
         if plan:
             return planned(query)
-        return explanation(query, self.tracks(numbers, query.parts))
+        return explanation(query, self.store.tracks(numbers, query.parts))
 
-    def _asked(
-        self, pattern: str | Pattern, within: str | None, where: Where | None, strict: bool
+    def suggest(
+        self,
+        pattern: str | Pattern,
+        selection: Selection = ALL,
+        *,
+        tolerance: float = 0.1,
+        overlaps: str = "none",
+        strict: bool = False,
+        near: bool = False,
+        fuzzy: str | float | None = None,
+    ) -> Advice:
+        """Say why a pattern finds nothing, and what would be found.
+
+        Parameters
+        ----------
+        pattern, selection, tolerance, overlaps, strict, near, fuzzy
+            As for `search`; what is offered is counted in the same way.
+
+        Returns
+        -------
+        Advice
+            What is found without each condition, and the nearest patterns that find something;
+            what has been looked at after some two seconds. Captures that are too rich for one of
+            them are left out: `refused` has an error for each.
+
+        Raises
+        ------
+        PatternError
+            Where the pattern is not understood.
+        LibraryError
+            Where the library cannot be read.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     advice = library.suggest("torso forward high <0.5s")
+        >>> print(advice)
+        without "<0.5s": 1 hit, the nearest takes 1.4 s
+        The nearest patterns that find something:
+          torso forward high <=1.4s  1 hit in 1 capture
+          torso forward high         1 hit in 1 capture
+        """
+        from lanindex.pipeline.advise import suggest
+        from lanindex.pipeline.search import SearchOptions
+
+        options = SearchOptions.read(tolerance, overlaps, near, fuzzy)
+        query, numbers = self._query(pattern, selection, strict)
+        advice, refused = suggest(self.store, query, numbers, options)
+        self.refused = [*self.refused, *refused]
+        return advice
+
+    def why(
+        self,
+        pattern: str | Pattern,
+        capture: int | str,
+        *,
+        tolerance: float = 0.1,
+        overlaps: str = "none",
+        strict: bool = False,
+        near: bool = False,
+    ) -> Trace:
+        """Say step by step what a pattern met with in one capture.
+
+        Parameters
+        ----------
+        pattern, tolerance, overlaps, strict, near
+            As for `search`.
+        capture : int or str
+            Its number or path.
+
+        Returns
+        -------
+        Trace
+            The hits with the symbols that matched each step; where there are none, the furthest
+            beginning that is found, and what came there instead; or why it cannot be told.
+
+        Raises
+        ------
+        PatternError
+            Where the pattern is not understood.
+        LibraryError
+            Where there is no such capture, or it cannot be read.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     (stop,) = library.why("torso forward high <0.5s", "greetings.bvh").stops
+        >>> stop.reason
+        'torso forward high [482, 524) takes 1.40 s, wanted <0.5s'
+        """
+        from lanindex.pipeline.search import SearchOptions
+        from lanindex.search.explain import trace
+
+        options = SearchOptions.read(tolerance, overlaps, near)
+        query = replace(self._query(pattern, ALL, strict)[0], near=options.near)
+        held, tracks = next(self.store.tracks([self.store.capture(capture).id]))
+        return trace(query, held, tracks, tolerance=options.tolerance, overlaps=options.overlaps)
+
+    def like(
+        self,
+        clip: int | str | os.PathLike[str],
+        selection: Selection = ALL,
+        *,
+        limit: int = 100,
+        rerank: bool = False,
+        timeout: float | None = None,
+    ) -> Alike:
+        """Find captures that are like one; that one itself is left out.
+
+        Parameters
+        ----------
+        clip : int, str or path-like
+            A capture of the library (number or path) or a file elsewhere, each also with
+            ``:from-to`` behind it (frames, half-open), or a line of ``search --json``.
+        selection : Selection
+            Only these captures.
+        limit : int
+            How many captures are wanted.
+        rerank : bool
+            Put the best hundred in the order in which their joints move alike, from their files.
+        timeout : float, optional
+            Seconds after which to give up.
+
+        Returns
+        -------
+        Alike
+            Its `hits`, the likest first: each a whole capture, or, where that is at least twice
+            as long as the example, perhaps a stretch of it. The fit is the likeness, 0 to 1.
+
+        Raises
+        ------
+        UsageError
+            Where there is no such clip, nothing moves in it, or `rerank` finds no joints of it.
+        CaptureError, NotationError
+            Where its file cannot be read.
+        LanindexError
+            Where it takes longer than `timeout`.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     for hit in library.like("conductor_three.bvh", limit=1).hits:
+        ...         print(hit.path, hit.span, round(hit.fit, 2))
+        corpus/conductor_four.bvh Span(start=0, stop=1000) 0.79
+        """
+        from lanindex.pipeline.example import alike, example
+
+        if limit < 1:
+            raise UsageError(f"a limit of {limit}", wanted="1 or more")
+        deadline = Deadline(self.store.session.progress, timeout, remedy=_FEWER)
+        numbers = self.store.numbers(selection)
+        found = alike(self.store, example(self.store, clip), numbers, limit, deadline)
+        if rerank:
+            from lanindex.pipeline.example import reranked
+
+            found = reranked(self.store, found, deadline)
+        return found
+
+    def similar(
+        self,
+        selection: Selection = ALL,
+        *,
+        groups: int | None = None,
+        alike: float = 0.4,
+        sample: int | None = None,
+        timeout: float | None = None,
+    ) -> Groups:
+        """Group the captures that are like each other.
+
+        Parameters
+        ----------
+        selection : Selection
+            Only these captures.
+        groups : int, optional
+            How many groups there shall be; fewer where there are fewer captures.
+        alike : float
+            Else the mean likeness, 0 to 1, of a group's captures at least.
+        sample : int or None
+            How many captures are compared: of more, so many taken at random; None: all.
+        timeout : float, optional
+            Seconds after which to give up.
+
+        Returns
+        -------
+        Groups
+            The largest first, each with the capture first that is most like all others.
+
+        Raises
+        ------
+        UsageError
+            Where a number makes no sense.
+        LanindexError
+            Where it takes longer than `timeout`.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     first = library.similar(alike=0.7).groups[0]
+        >>> [capture.label for capture in first.captures], round(first.likeness, 2)
+        (['conducting', 'conducting'], 0.79)
+        """
+        from lanindex.pipeline.similar import similar
+
+        deadline = Deadline(self.store.session.progress, timeout, "grouping", _FEWER)
+        numbers = self.store.numbers(selection)
+        return similar(
+            self.store, numbers, least=alike, wanted=groups, sample=sample, deadline=deadline
+        )
+
+    def motifs(
+        self,
+        selection: Selection = ALL,
+        *,
+        min_count: int = 5,
+        length: int = 3,
+        parts: Iterable[str] | None = None,
+        sample: int | None = None,
+        timeout: float | None = None,
+    ) -> Motifs:
+        """List the sequences of symbols that recur.
+
+        Parameters
+        ----------
+        selection : Selection
+            Only these captures.
+        min_count : int
+            How often one occurs at least.
+        length : int
+            How many symbols it has at least.
+        parts : iterable of str, optional
+            Only of these parts.
+        sample : int or None
+            How many captures are looked through: of more, so many taken at random; None: all.
+        timeout : float, optional
+            Seconds after which to give up.
+
+        Returns
+        -------
+        Motifs
+            First what accounts for most symbols, then what accounts for most of the others.
+
+        Raises
+        ------
+        UsageError
+            Where a number makes no sense, or the library has no such part.
+        LanindexError
+            Where it takes longer than `timeout`.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     motif = library.motifs(parts=["l_arm"]).found[0]
+        ...     motif.pattern, motif.hits, len(library.search(motif.pattern))
+        ('l_arm left mid -> left low -> place low', 17, 17)
+        """
+        from lanindex.pipeline.motifs import recurring
+
+        deadline = Deadline(self.store.session.progress, timeout, remedy=_RARER)
+        numbers = self.store.numbers(selection)
+        return recurring(
+            self.store,
+            numbers,
+            parts,
+            least=min_count,
+            shortest=length,
+            sample=sample,
+            deadline=deadline,
+        )
+
+    def movement(
+        self,
+        selection: Selection = ALL,
+        *,
+        by: str = "",
+        compared: tuple[str, str] | None = None,
+        parts: Iterable[str] = (),
+    ) -> Movement:
+        """Count how movement is spread: where parts go, from where, how often.
+
+        Parameters
+        ----------
+        selection : Selection
+            Only these captures.
+        by : str
+            What groups captures: ``label``, ``format`` or a column of the user's; empty: nothing.
+        compared : tuple of str, optional
+            Two of the groups: only these are counted.
+        parts : iterable of str
+            Which; else arms, legs, torso and head.
+
+        Returns
+        -------
+        Movement
+            By group and part; where there are two groups, also in what they differ.
+
+        Raises
+        ------
+        UsageError
+            Where there is no such column, group or part.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     conductors = lanindex.Selection("*conductor*")
+        ...     found = library.movement(conductors, by="label", parts=["r_arm"])
+        >>> conducting = found.of("conducting", "r_arm")
+        >>> conducting.captures, int(conducting.cells.sum()), round(conducting.rate, 2)
+        (2, 88, 1.61)
+        """
+        from lanindex.pipeline.movement import movement
+
+        return movement(
+            self.store, self.store.numbers(selection), by=by, compared=compared, parts=parts
+        )
+
+    def export(
+        self,
+        hits: Iterable[Hit],
+        folder: str | os.PathLike[str],
+        *,
+        pad: str = "0",
+        format: str = "native",
+        origin: bool = False,
+        preview: str | None = None,
+        force: bool = False,
+    ) -> list[dict[str, Any]]:
+        """Write hits as clips, in the format they came in or another.
+
+        Parameters
+        ----------
+        hits : Hits, or any Hit in an iterable
+            What to cut.
+        folder : path-like
+            Where to.
+        pad : str
+            Time before and after each: ``0.5s``, ``10f``.
+        format : str
+            ``native``, or what they shall be written in anew: `lanindex.pipeline.export.FORMATS`.
+        origin : bool
+            Let clips begin above the floor's origin, facing forward; they are written anew then.
+        preview : str, optional
+            ``webp``, ``gif`` or ``mp4``: write a film of each clip beside it, too.
+        force : bool
+            Replace files that are there.
+
+        Returns
+        -------
+        list of dict
+            The manifest, a clip each.
+
+        Raises
+        ------
+        ExportError
+            Where a hit comes from another library, a source has changed or is gone, or a file
+            is there already; then nothing is written.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     hits = library.search("torso forward high -> hold 1s+")
+        ...     for clip in library.export(hits, "clips", pad="0.5s"):
+        ...         print(clip["clip"], clip["clip_start_frame"], clip["clip_end_frame"])
+        greetings_467-617.bvh 467 617
+        """
+        from lanindex.pipeline.export import export, from_hits
+
+        wanted = from_hits(hits, getattr(hits, "pattern", ""))
+        return export(
+            self.store,
+            wanted,
+            Path(folder),
+            pad=pad,
+            format=format,
+            origin=origin,
+            preview=preview,
+            force=force,
+        )
+
+    def dataset(
+        self,
+        found: Hits | Mapping[str, Hits] | None,
+        folder: str | os.PathLike[str],
+        *,
+        layout: str = "npz",
+        fps: float | str | None = None,
+        pad: str = "0",
+        split: str = "80/10/10",
+        split_by: str | None = None,
+        seed: int = 0,
+        force: bool = False,
+    ) -> dict[str, Any]:
+        """Write hits as a data set to train on: joints, symbols and words, in splits, with a card.
+
+        Parameters
+        ----------
+        found : Hits, or Mapping of str to Hits, or None
+            What is in it; by label, where clips shall not have their captures'; None: all captures,
+            each as a whole.
+        folder : path-like
+            Where to.
+        layout : str
+            ``npz``, or ``humanml3d``.
+        fps : number, optional
+            Frames a second; else those of the captures.
+        pad : str
+            Time before and after each hit: ``0.5s``, ``10f``.
+        split : str
+            Per cent for training, validation and testing.
+        split_by : str, optional
+            The column that tells what must stay in one split; else performers, where a column of
+            that name or a like one tells them, and captures.
+        seed : int
+            Another one gives other splits.
+        force : bool
+            Replace a data set that is there.
+
+        Returns
+        -------
+        dict
+            The card: counts by split, label and licence, how it was found, what was left out.
+
+        Raises
+        ------
+        ExportError
+            Where the folder holds things, or a source has changed or is gone; then nothing is
+            written.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> import numpy as np
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     bows = library.search("torso forward high -> hold 1s+")
+        ...     card = library.dataset({"bow": bows}, "bows", fps=20)
+        >>> card["clips"], card["by_label"]["bow"]["captures"], card["split_by"]
+        (1, 1, 'capture')
+        >>> clip = np.load("bows/train/greetings_482-602.npz")
+        >>> clip["joints"].shape, float(clip["fps"]), str(clip["texts"][0])
+        ((80, 20, 3), 20.0, 'bow')
+        """
+        from lanindex.pipeline import dataset
+        from lanindex.pipeline.dataset.texts import of_pattern
+        from lanindex.pipeline.words import named
+
+        if found is None:
+            wanted = [dataset.of_captures(self.store.captures())]
+        else:
+            wanted = [
+                dataset.of_hits(
+                    hits, label, of_pattern(hits.pattern, named(hits.pattern, self.words))
+                )
+                for label, hits in (found.items() if isinstance(found, Mapping) else [("", found)])
+            ]
+        rate = None if fps is None else Fraction(fps).limit_denominator(10**6)
+        options = dataset.DatasetOptions(layout, rate, pad, split, split_by, seed, force)
+        return dict(dataset.write(self.store, wanted, Path(folder), options).card)
+
+    def captures(self, selection: Selection = ALL) -> list[Capture]:
+        """Return the selected captures in the order in which they came; all by default."""
+        return self.store.captures(selection)
+
+    def capture(self, which: int | str) -> Capture:
+        """Return one capture, by its number or path; a `LibraryError` if none or several fit."""
+        return self.store.capture(which)
+
+    def score(self, which: int | str) -> Score:
+        """Return the score of a capture, by its number or path, as it was stored."""
+        return self.store.score(which)
+
+    def tracks(
+        self,
+        captures: Iterable[int] | None = None,
+        parts: Iterable[str] | None = None,
+    ) -> Iterator[tuple[Capture, dict[str, Track]]]:
+        """Yield some captures, by number, or all, with their tracks, or those of some parts."""
+        return self.store.tracks(captures, parts)
+
+    def parts(self) -> list[str]:
+        """Return the parts that any capture has, in the order of the alphabet."""
+        return self.store.parts()
+
+    def stats(self) -> Stats:
+        """Count what the library holds."""
+        return self.store.stats()
+
+    def label(
+        self,
+        which: int | str,
+        label: str | None = None,
+        metadata: Mapping[str, str] | None = None,
+    ) -> bool:
+        """Change the label and the other columns of a capture, and return whether any changed."""
+        return self.store.label(which, label, metadata)
+
+    def remove(self, *which: int | str) -> None:
+        """Take captures out, by number or path; none where one of them is not there."""
+        self.store.remove(*which)
+
+    def _query(
+        self, pattern: str | Pattern, selection: Selection, strict: bool
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
-        from lanindex.pipeline.columns import check_columns
+        from lanindex.pipeline.search import check_columns
         from lanindex.pipeline.words import named, said
         from lanindex.search.language import parse
 
@@ -266,13 +868,13 @@ class Library(Asking, Exploring, Exporting):
         text = said(pattern if isinstance(pattern, str) else str(pattern), self.words)
         names = named(text, self.words)
         try:
-            held = self.parts(checked=False)
+            held = self.store.parts(checked=False)
             query = parse(text, held, names=names, strict=strict)
         except PatternError:
-            self.parts()  # is a part unknown because the library is damaged? That would be said
+            self.store.parts()  # raises if the part is unknown because the library is damaged
             raise
-        check_columns(self, query)
-        return query, self._chosen(within, where)
+        check_columns(self.store, query)
+        return query, self.store.numbers(selection)
 
 
 open_library = Library.open

@@ -11,8 +11,8 @@ import numpy as np
 from lanindex.errors import UsageError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Span
-from lanindex.pipeline.patience import Patience, silent
-from lanindex.pipeline.sampling import sampled
+from lanindex.pipeline.deadline import Deadline, silent
+from lanindex.pipeline.example import sampled
 from lanindex.search.example.motifs import LONGEST, Motif, line_of, motifs, ranked
 
 SAMPLE = 5000
@@ -77,23 +77,23 @@ class Motifs:
 
 
 def recurring(
-    library: Store,
+    store: Store,
     chosen: Iterable[int] | None,
     parts: Iterable[str] | None,
     *,
     least: int,
     shortest: int,
     sample: int | None = None,
-    patience: Patience | None = None,
+    deadline: Deadline | None = None,
 ) -> Motifs:
     """Return the sequences that recur in the captures of a library."""
-    watch, names = patience or Patience(silent, None), list(parts or library.parts(checked=False))
-    library.check_parts(names)
+    watch, names = deadline or Deadline(silent, None), list(parts or store.parts(checked=False))
+    store.check_parts(names)
     if least < 2:
         raise UsageError(f"{least}", place="--min-count", wanted="2 or more")
     if not 2 <= shortest <= LONGEST:
         raise UsageError(f"{shortest}", place="--length", wanted=f"2 to {LONGEST}")
-    roster, columns = library.columns(names, chosen)
+    roster, columns = store.columns(names, chosen)
     of, places = len(roster), sampled(len(roster), sample)
     roster = roster.taken(places)
     found: list[Motif] = []
@@ -111,7 +111,7 @@ def recurring(
     numbers: set[int] = set()
     for motif in found:
         numbers.update(np.unique(motif.line.captures[motif.rows[:, 0]]).tolist())
-    captures = {capture.id: capture for capture in library.some(sorted(numbers))}
+    captures = {capture.id: capture for capture in store.captures_numbered(sorted(numbers))}
     listed = [
         Recurring(
             motif.pattern,

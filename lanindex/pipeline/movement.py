@@ -17,7 +17,6 @@ from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, TRACKS, kind_of
 from lanindex.errors import UsageError, shown
 from lanindex.library.store import Store
 from lanindex.model.columns import PASSING, STARTING, Columns, Roster, codes_of
-from lanindex.pipeline.chance import SURE, by_chance, gathered
 
 Floats = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -141,7 +140,7 @@ class Movement:
 
 
 def movement(
-    library: Store,
+    store: Store,
     numbers: Sequence[int] | None,
     *,
     by: str = "",
@@ -152,7 +151,7 @@ def movement(
     wanted = list(dict.fromkeys(parts)) or list(USUAL)
     if unknown := [part for part in wanted if part not in PARTED]:
         raise UsageError(f'no part "{shown(unknown[0])}"', wanted=f"one of {' '.join(PARTED)}")
-    called = _values(library, numbers, by)
+    called = _values(store, numbers, by)
     names = sorted(set(called.values()))
     if compared:
         if compared[0] == compared[1]:
@@ -166,20 +165,20 @@ def movement(
     group = np.array([places[called[number]] for number in chosen], np.int64)
     table = _Table(names, group)
     for part in wanted:
-        roster, columns = library.columns([part], chosen)
+        roster, columns = store.columns([part], chosen)
         table.count(part, roster, columns[part])
     ordered = [one for name in names for one in table.moves if one.group == name]
     sizes = dict(zip(names, np.bincount(group, minlength=len(names)).tolist(), strict=True))
     return Movement(by, sizes, tuple(ordered), table.differences())
 
 
-def _values(library: Store, numbers: Sequence[int] | None, by: str) -> dict[int, str]:
+def _values(store: Store, numbers: Sequence[int] | None, by: str) -> dict[int, str]:
     """Return by number what groups captures."""
     if not by:
-        return dict.fromkeys(library.called("path", numbers), "all")
+        return dict.fromkeys(store.texts("path", numbers), "all")
     if by in ("label", "format", "path"):
-        return {number: str(value or "") for number, value in library.called(by, numbers).items()}
-    told = library.called("metadata", numbers)
+        return {number: str(value or "") for number, value in store.texts(by, numbers).items()}
+    told = store.texts("metadata", numbers)
     columns = sorted({name for one in told.values() for name in one})
     if by not in columns:
         wanted = ", ".join(("label", "format", *columns))
@@ -296,3 +295,49 @@ def _seconds(roster: Roster, there: Any, gaps: NDArray[np.int32]) -> tuple[Float
     frames = np.where(np.isin(np.arange(len(frames)), gaps[:, 0]), known, frames)
     second = roster.rate[:, 1] / roster.rate[:, 0]
     return frames * second, roster.frames * second
+
+
+DRAWS, SURE, GATHERED = 999, 0.95, 400
+"""How often captures change groups by chance, how sure an interval is, and how many observations
+a group has at most: more captures are gathered by chance into so many."""
+
+
+def gathered(group: IntArray) -> tuple[IntArray, int, IntArray]:
+    """Return which observation each capture belongs to, how many there are, and each one's group.
+
+    They are captures, or as many as `GATHERED` for a group, filled by chance.
+    """
+    random = np.random.default_rng(0)
+    unit, sides, first = np.zeros(len(group), np.int64), [], 0
+    for side in range(int(group.max()) + 1 if len(group) else 0):
+        own = random.permutation(np.flatnonzero(group == side))
+        many = min(len(own), GATHERED)
+        unit[own] = first + np.arange(len(own)) % max(many, 1)
+        sides += [side] * many
+        first += many
+    return unit, first, np.array(sides, np.int64)
+
+
+def by_chance(values: Floats, sides: IntArray) -> tuple[Floats, Floats, Floats, float]:
+    """Compare two groups, sides (U,) 0 or 1, in values (U, M) of U observations, NaN unknown.
+
+    Returns the means (2, M), the spread (M,) of their difference, p (M,) over all columns,
+    and the number of spreads within which everything stays in `SURE` of the draws.
+    """
+    told = np.isfinite(values)
+    filled = np.where(told, values, 0.0)
+    random = np.random.default_rng(0)
+    drawn = np.stack([sides, *(random.permutation(sides) for _ in range(DRAWS))]).astype(float)
+    numbers = np.stack((1 - drawn, drawn)) @ told.astype(float)
+    sums = np.stack((1 - drawn, drawn)) @ filled
+    means = np.divide(sums, numbers, out=np.zeros_like(sums), where=numbers > 0)
+    count = told.sum(axis=0)
+    middle = filled.sum(axis=0) / np.maximum(count, 1)
+    square = np.where(told, (values - middle) ** 2, 0.0).sum(axis=0) / np.maximum(count - 1, 1)
+    spread = np.sqrt(square * (1 / np.maximum(numbers[:, 0], 1)).sum(axis=0))
+    both = (numbers > 0).all(axis=0)
+    apart = np.where(both, np.abs(means[1] - means[0]), 0.0)
+    apart = np.divide(apart, spread, out=np.zeros_like(apart), where=spread > 1e-12)
+    largest = apart.max(axis=1)
+    p = (largest[:, None] >= apart[0] - 1e-12).mean(axis=0)
+    return means[:, 0], spread, p, float(np.quantile(largest, SURE, method="higher"))

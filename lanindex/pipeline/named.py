@@ -10,11 +10,11 @@ from pathlib import Path
 
 from lanindex.errors import AbsentError, UsageError, shown
 from lanindex.formats.file import on_disk
-from lanindex.library.find import is_number
+from lanindex.library.selection import is_number
 from lanindex.library.store import Store
 from lanindex.model import Capture, Reading, Score, Span, Symbol
 from lanindex.notation import notation_of
-from lanindex.pipeline.requests import from_lines, matched
+from lanindex.pipeline.export import from_lines, matched
 
 _RANGE = re.compile(r"(.+):(\d+)-(\d+)", re.DOTALL)
 
@@ -62,7 +62,7 @@ def counts_beats(form: str, score: Score) -> bool:
 
 def named(
     text: str,
-    library: Callable[[], Store],
+    store: Callable[[], Store],
     told: Reading | None = None,
     *,
     profile: str | None = None,
@@ -78,7 +78,7 @@ def named(
         raise UsageError(f"{options[0]} for {shown(text)}", wanted=wanted)
     if not options:
         try:
-            with library() as opened:
+            with store() as opened:
                 return stored(opened, text)
         except AbsentError as error:
             if not is_file:
@@ -91,12 +91,12 @@ def named(
     return Named(text, path, None, score, form.name if form else "", within(span, score, text))
 
 
-def stored(library: Store, text: str) -> Named:
+def stored(store: Store, text: str) -> Named:
     """Return what a person names of a library."""
     if text.lstrip().startswith("{"):
-        (request,) = from_lines(library, [text])
+        (request,) = from_lines(store, [text])
         named = f"{request.capture.path}:{request.hit.start}-{request.hit.stop}"
-        score = library.score(request.capture.id)
+        score = store.score(request.capture.id)
         return Named(
             *(named, request.capture.path, request.capture, score, request.capture.format),
             within(request.hit, score, named),
@@ -104,8 +104,8 @@ def stored(library: Store, text: str) -> Named:
         )
     path, span = ranged(text)
     which = int(path) if path.isdecimal() and is_number(int(path)) else path
-    capture = library.capture(which)
-    score = library.score(capture.id)
+    capture = store.capture(which)
+    score = store.score(capture.id)
     return Named(text, capture.path, capture, score, capture.format, within(span, score, text))
 
 

@@ -1,4 +1,4 @@
-"""Files prepared by several processes, which end with the one that started them."""
+"""Files prepared by several processes, as many as memory has room for."""
 
 from __future__ import annotations
 
@@ -9,18 +9,21 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import chain
+from heapq import nlargest
+from itertools import accumulate, chain
 from typing import TYPE_CHECKING
 
 from lanindex import compiled
 from lanindex.errors import CaptureError, UsageError
-from lanindex.pipeline.memory import affordable, size_of
+from lanindex.formats.file import on_disk
+from lanindex.memory import available
 from lanindex.pipeline.prepare import Outcome, Task, prepare
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
     from multiprocessing.connection import Connection
     from multiprocessing.synchronize import Lock
+
 
 Outcomes = tuple[Outcome, ...]
 
@@ -120,3 +123,34 @@ def _follow_parent(needed: Connection) -> None:
     if parent is not None:
         wait([parent.sentinel, needed])
         os._exit(1)
+
+
+BASE = 300 << 20
+"""Bytes that a process takes which reads a small file."""
+
+SHARE = 2.2
+"""Bytes more for each byte of the file (tests/benchmarks/memory.py)."""
+
+
+def needed(size: int) -> int:
+    """Return the bytes that a process takes at most which reads a file of some bytes."""
+    return BASE + round(SHARE * size)
+
+
+def affordable(sizes: Iterable[int], jobs: int) -> int:
+    """Return how many processes have room for the largest files at once: one at least."""
+    free = available()
+    if jobs == 1 or free is None:
+        return jobs
+    largest = nlargest(jobs, sizes)
+    largest += [0] * (jobs - len(largest))
+    taken = accumulate(map(needed, largest))
+    return max(sum(together <= free for together in taken), 1)
+
+
+def size_of(path: str) -> int:
+    """Return the bytes of a file, 0 where nothing is there."""
+    try:
+        return os.stat(on_disk(path)).st_size
+    except (OSError, ValueError):
+        return 0

@@ -1,62 +1,136 @@
-"""A library searched: its columns for the engine, its rows for the hits that are shown."""
+"""Search a library, or some scores that are at hand, for a query."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import nullcontext
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import inf
+from os import PathLike
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import FACING, TRACKS, mirrored_part
-from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError
+from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError, UsageError
 from lanindex.library.store import Store
-from lanindex.model import Hit
-from lanindex.pipeline.how import How
-from lanindex.search.fields import extras_in, measures_in
+from lanindex.model import Capture, Hit, Score, Symbol, Track
+from lanindex.model.columns import Columns, columns_of, roster_of
+from lanindex.search.fields import CLIP_FIELDS, extras_in, measures_in
+from lanindex.search.hits import Hits
+from lanindex.search.language import parse
+from lanindex.search.language.clauses import CLIP, references_in
 from lanindex.search.language.query import Query
-from lanindex.search.match.finder import NARROWER, Recording, Watch
+from lanindex.search.match.finder import NARROWER, Finder, Recording, Watch
 
 if TYPE_CHECKING:
     from lanindex.model.columns import Columns, Roster
+    from lanindex.search.fuzzy import Allowance
     from lanindex.search.match.finder import Recordings
 
+
+NEAR = 250
+"""How far out the border of a cell lies with ``--near``, in thousandths of a margin."""
 
 MOST_NAMED = 5
 """Captures that are named, of those that are too rich for a pattern."""
 
 
+@dataclass(frozen=True, slots=True)
+class SearchOptions:
+    """How a search is made."""
+
+    tolerance: Fraction = Fraction(1, 10)
+    overlaps: str = "none"
+    near: int = 0
+    allowance: Allowance | None = None
+
+    @classmethod
+    def read(
+        cls,
+        tolerance: float = 0.1,
+        overlaps: str = "none",
+        near: bool = False,
+        fuzzy: str | float | None = None,
+    ) -> Self:
+        """Return what a user says of it."""
+        if not 0 <= tolerance < inf:
+            raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
+        if overlaps not in ("none", "all"):
+            raise UsageError(f'overlaps "{overlaps}"', wanted="none or all")
+        if near and fuzzy is not None:
+            raise UsageError("near and fuzzy together", remedy="fuzzy counts what is near already.")
+        allowance = None
+        if fuzzy is not None:
+            from lanindex.search.fuzzy import Allowance
+
+            allowance = Allowance.read(str(fuzzy))
+        return cls(Fraction(str(tolerance)), overlaps, NEAR if near else 0, allowance)
+
+    def find(
+        self,
+        query: Query,
+        roster: Roster,
+        columns: Mapping[str, Columns],
+        recordings: Recordings,
+        watch: Watch | None = None,
+        best: int | None = None,
+        memory: int | None = None,
+        refused: list[LanindexError] | None = None,
+    ) -> Sequence[Hit]:
+        """Find a query in columns."""
+        query = replace(query, near=self.near)
+        if self.allowance is None:
+            finder = Finder(query, roster, columns, recordings, self.tolerance, memory)
+            return finder.find(self.overlaps, watch, best, refused)
+        from lanindex.search import fuzzy
+
+        return fuzzy.find(
+            query,
+            roster,
+            columns,
+            recordings,
+            self.allowance,
+            tolerance=self.tolerance,
+            overlaps=self.overlaps,
+            best=best,
+            watch=watch,
+            refused=refused,
+        )
+
+
 def search(
-    library: Store,
+    store: Store,
     query: Query,
     numbers: Sequence[int] | None,
-    how: How,
+    options: SearchOptions,
     watch: Watch | None = None,
     best: int | None = None,
     memory: int | None = None,
 ) -> tuple[Sequence[Hit], list[LanindexError]]:
     """Find a pattern in a library."""
     measures = measures_in(query)
-    roster, columns = library.columns(query.parts, numbers, more=extras_in(query))
+    roster, columns = store.columns(query.parts, numbers, more=extras_in(query))
     if len(roster) and (absent := _absent(columns)):
-        library.tell(
+        store.session.note(
             f"no capture that was searched has symbols of {', '.join(absent)}{_why(absent)}"
         )
     if count := _unmeasured(columns, measures) if measures else 0:
-        library.tell(
+        store.session.note(
             f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "
             "as scores, or from an earlier version, and want to be ingested anew"
         )
-    recordings = _recordings(library, roster, columns)
+    recordings = _recordings(store, roster, columns)
     try:
         refused: list[LanindexError] = []
-        found = how.find(query, roster, columns, recordings, watch, best, memory, refused)
+        found = options.find(query, roster, columns, recordings, watch, best, memory, refused)
         for line in named(refused):
-            library.tell(line)
+            store.session.note(line)
         return found, refused
     except MemoryError:
-        place = library.place
+        place = store.place
     raise OutOfMemoryError("the search ran out of memory", place=place, remedy=NARROWER)
 
 
@@ -101,7 +175,7 @@ def _sums(rows: NDArray[np.bool_], bounds: NDArray[np.int64]) -> NDArray[np.int6
     return counts
 
 
-def _recordings(library: Store, roster: Roster, columns: Mapping[str, Columns]) -> Recordings:
+def _recordings(store: Store, roster: Roster, columns: Mapping[str, Columns]) -> Recordings:
     """Return what fetches captures with some of their tracks, by their places in a roster.
 
     They are held against the columns, for a hit is told by its rows, and these may be others by
@@ -111,15 +185,15 @@ def _recordings(library: Store, roster: Roster, columns: Mapping[str, Columns]) 
     def recordings(places: Sequence[int], parts: Collection[str]) -> Sequence[Recording]:
         wanted = roster.number[list(places)].tolist()
         with (
-            nullcontext(library)
-            if library.is_open
-            else type(library).open(library.place, readonly=True) as opened
+            nullcontext(store)
+            if store.session.is_open
+            else type(store).open(store.place, readonly=True) as opened
         ):
             found: list[Recording]
             if parts:
                 found = list(opened.tracks(wanted, parts, listed=False))
             else:
-                found = [(capture, {}) for capture in opened.some(wanted)]
+                found = [(capture, {}) for capture in opened.captures_numbered(wanted)]
             if _same(roster, columns, places, parts, found):
                 return found
             held = {one.id: (one, tracks) for one, tracks in opened.tracks(wanted, parts)}
@@ -130,7 +204,7 @@ def _recordings(library: Store, roster: Roster, columns: Mapping[str, Columns]) 
         ]
         raise LibraryError(
             f"{same.count(False)} captures with hits are gone, or others now",
-            place=library.place,
+            place=store.place,
             remedy="Search again: the library has changed since.",
         )
 
@@ -155,3 +229,54 @@ def _same(
         for part in parts
         if part in columns
     )
+
+
+def check_columns(store: Store, query: Query) -> None:
+    """Refuse a column that no capture has: it would meet no condition, without a word."""
+    references = references_in((*query.where, *query.stages))
+    named = {it.field for it in references if it.name == CLIP} - set(CLIP_FIELDS)
+    said = store.texts("metadata").values() if named else ()
+    known = {column.lower() for columns in said for column in columns}
+    for column in sorted(named - known) if said else ():
+        raise UsageError(
+            f'no capture has a column "{column}"',
+            wanted=f"clip and one of {', '.join([*CLIP_FIELDS, *sorted(known)])}",
+        )
+
+
+def searcher(
+    captures: Sequence[Capture], tracks: Sequence[Mapping[str, Track]], options: SearchOptions
+) -> Callable[[Query, Watch | None, list[LanindexError] | None], Hits]:
+    """Return what searches some captures for a query, with `watch` and `refused` of `How.find`."""
+    roster = roster_of(captures)
+    columns: dict[str, Columns] = {}
+
+    def recordings(
+        places: Sequence[int], parts: Collection[str]
+    ) -> list[tuple[Capture, Mapping[str, Track]]]:
+        return [(captures[place], tracks[place]) for place in places]
+
+    def search(query: Query, watch: Watch | None, refused: list[LanindexError] | None) -> Hits:
+        for part in set(query.parts) - columns.keys():
+            columns[part] = columns_of(part, captures, [own.get(part) for own in tracks])
+        own = {part: columns[part] for part in query.parts}
+        return Hits(
+            options.find(query, roster, own, recordings, watch, refused=refused), str(query)
+        )
+
+    return search
+
+
+def matched(
+    score: Score, pattern: str, words: str | PathLike[str] | None = None
+) -> list[list[Symbol]]:
+    """Return the symbols of each hit of a pattern in a score."""
+    from lanindex.pipeline.words import named, said
+
+    text = said(pattern, words)
+    query = parse(text, list(score.tracks), names=named(text, words))
+    if query.stages:
+        raise UsageError(f'"| {query.stages[0]}"', wanted="a pattern without a pipe")
+    capture = Capture(1, "score", "lnd", "", "", Fraction(score.rate), score.frames, score.meter)
+    hits = searcher([capture], [score.tracks], SearchOptions.read())(query, None, None)
+    return [list(hit.symbols) for hit in hits]

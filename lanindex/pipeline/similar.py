@@ -9,9 +9,8 @@ from lanindex.alphabet import kind_of
 from lanindex.errors import UsageError
 from lanindex.library.store import Store
 from lanindex.model import Capture
-from lanindex.pipeline.example import source_of
-from lanindex.pipeline.patience import Patience, silent
-from lanindex.pipeline.sampling import sampled
+from lanindex.pipeline.deadline import Deadline, silent
+from lanindex.pipeline.example import sampled, source_of
 from lanindex.search.example.groups import Grouped, grouped
 
 ALIKE = 0.4
@@ -41,27 +40,27 @@ class Groups:
 
 
 def similar(
-    library: Store,
+    store: Store,
     chosen: Iterable[int] | None,
     *,
     least: float = ALIKE,
     wanted: int | None = None,
     sample: int | None = None,
-    patience: Patience | None = None,
+    deadline: Deadline | None = None,
 ) -> Groups:
     """Return the captures of a library in groups."""
     if not 0 < least <= 1:
         raise UsageError(f"{least}", place="--alike", wanted="more than 0, 1 at the most")
     if wanted is not None and wanted < 1:
         raise UsageError(f"{wanted}", place="--groups", wanted="1 or more")
-    limbs = [part for part in library.parts(checked=False) if kind_of(part) == "gesture"]
-    roster, source = source_of(library, chosen, limbs)
+    limbs = [part for part in store.parts(checked=False) if kind_of(part) == "gesture"]
+    roster, source = source_of(store, chosen, limbs)
     found, numbers = Grouped([], 0, True), roster.number
     if len(roster) and limbs:
-        watch, places = patience or Patience(silent, None), sampled(len(roster), sample)
+        watch, places = deadline or Deadline(silent, None), sampled(len(roster), sample)
         clips, numbers = source.taken(places, watch), numbers[places]
         found = grouped(clips, least=least, wanted=wanted, watch=watch)
-    captures = library.some(numbers.tolist())
+    captures = store.captures_numbered(numbers.tolist())
     groups = [
         Similar(tuple(captures[one] for one in group.members), group.likeness)
         for group in found.groups

@@ -58,7 +58,10 @@ def test_it_is_shown_on_a_terminal_while_it_lasts(place: Path, words, shown: str
 
 
 def test_columns_that_are_made_anew_show_it(place: Path) -> None:
-    with open_library(place / "lanindex.db") as library, library._writing() as connection:
+    with (
+        open_library(place / "lanindex.db") as library,
+        library.store.session.writing() as connection,
+    ):
         connection.exec_driver_sql("UPDATE state SET columns = -1")
     seen = start_on_terminal([sys.executable, "-c", MAIN, "search", "r_arm high"], place)
     assert "0/2 captures" in seen

@@ -32,7 +32,7 @@ def rich(tmp_path: Path) -> Path:
     with open_library(tmp_path / "l.db", create=True) as library:
         for name, length in (("a.lnd", 6), ("long.lnd", 2_400), ("z.lnd", 6)):
             score = sample_score(0, ("r_arm", "l_arm"), length)
-            library.add(name, score, format="lnd", sha256=name)
+            library.store.add(name, score, format="lnd", sha256=name)
     return tmp_path / "l.db"
 
 
@@ -69,7 +69,7 @@ def test_fewer_captures_are_tried_before_a_search_gives_up(
     with open_library(tmp_path / "l.db", create=True) as library:
         for number in range(7):
             score = sample_score(number, ("r_arm", "l_arm"))
-            library.add(f"{number}.lnd", score, format="lnd", sha256="0")
+            library.store.add(f"{number}.lnd", score, format="lnd", sha256="0")
         wanted = [str(hit) for hit in library.search(PATTERN)]
         monkeypatch.setattr(Finder, "_in_batch", cramped)
         assert [str(hit) for hit in library.search(PATTERN)] == wanted != []

@@ -31,7 +31,7 @@ def db(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     with open_library(tmp_path / "l.db", create=True) as library:
         for name in ("a", *"234567", "z"):
             score = sample_score(0, ("r_arm", "l_arm"), 6 if name in "az" else 60)
-            library.add(f"{name}.lnd", score, format="lnd", sha256=name)
+            library.store.add(f"{name}.lnd", score, format="lnd", sha256=name)
     return tmp_path / "l.db"
 
 
@@ -123,7 +123,7 @@ def test_a_search_that_finds_nothing_elsewhere_says_what_would_be_found(db: Path
 def test_advice_counts_the_other_captures(db: Path) -> None:
     told: list[str] = []
     with open_library(db) as library:
-        library.tell = told.append
+        library.store.session.note = told.append
         left_out = {it.condition: it for it in library.suggest(NOTHING).left_out}
         assert left_out["where b.end - a.start > 900s"].captures == 2
         assert [line.split(":")[0] for line in told[:5]] == [f"{it}.lnd" for it in "23456"]
@@ -155,7 +155,7 @@ def test_in_less_memory_the_same_hits_are_found(
     with open_library(tmp_path / "l.db", create=True) as library:
         for number in range(3):
             score = sample_score(number, ("r_arm", "l_arm"), 60)
-            library.add(f"{number}.lnd", score, format="lnd", sha256=str(number))
+            library.store.add(f"{number}.lnd", score, format="lnd", sha256=str(number))
         found = [str(hit) for hit in library.search(PATTERN)]
         assert [str(hit) for hit in library.search(PATTERN, memory=2)] == found != []
     few = CliRunner().invoke(app, ["search", PATTERN, "--db", "l.db", "--memory", "1"])

@@ -38,7 +38,7 @@ def build(path: Path, captures: int) -> None:
     print(f" (made in {time.perf_counter() - begun:.1f} s)")
     with open_library(path, create=True) as library:
         before = path.stat().st_size
-        with library._writing() as connection:
+        with library.store.session.writing() as connection:
             names = [f"{number:06}.bvh" for number in roster.number.tolist()]
             texts = {name: names for name in called.NAMES} | {"metadata": [{}] * len(names)}
             texts["still"] = [[]] * len(names)
@@ -55,7 +55,7 @@ def opened(path: Path) -> None:
     """Say how long it takes to open columns, and to load a part of them."""
 
     def load() -> None:
-        found.append(library.columns(["r_arm"])[1]["r_arm"])
+        found.append(library.store.columns(["r_arm"])[1]["r_arm"])
 
     whole, spines, firsts, found = [], [], [], []
     for _ in range(ROUNDS):
@@ -64,7 +64,7 @@ def opened(path: Path) -> None:
         whole.append(time.perf_counter() - begun)
         with library:
             begun = time.perf_counter()
-            with library._reading() as connection:
+            with library.store.session.reading() as connection:
                 segments.read_spine(connection)
             spines.append(time.perf_counter() - begun)
             firsts.append(seconds(load))
@@ -86,9 +86,9 @@ def memory(path: Path) -> None:
         "    told = open('/proc/self/status').read()\n"
         "    return int(re.search(r'VmHWM:\\s+(\\d+)', told)[1]) / 1024\n"
         "with lanindex.open_library(sys.argv[1], readonly=True) as library:\n"
-        "    library.columns([])\n"
+        "    library.store.columns([])\n"
         "    before = most()\n"
-        "    one = library.columns(['r_arm'])[1]['r_arm']\n"
+        "    one = library.store.columns(['r_arm'])[1]['r_arm']\n"
         "    names = ('bounds', 'cell', 'runner', 'margin', 'start', 'stop')\n"
         "    held = sum(getattr(one, name).nbytes for name in names) / 1024**2\n"
         "print(f'  memory for it: {most() - before:.0f} MB, its arrays are {held:.0f} MB')\n"
@@ -100,17 +100,17 @@ def anew(path: Path, captures: int) -> None:
     """Say how fast segments are made of rows, and how fast they are joined."""
     synthetic.library(path, captures)
     with open_library(path) as library:
-        with library._reading() as connection:
+        with library.store.session.reading() as connection:
             numbers = state.capture_numbers(connection)
             found = []
             spent = seconds(lambda: found.extend(derive.derived(connection, numbers)))
         symbols = sum(map(len, found[1].values()))
         print(f"{captures} captures with rows: {path.stat().st_size / symbols:.1f} bytes a symbol")
         print(f"  rows to arrays: {symbols / spent / 1e6:.2f} M rows/s")
-        with library._writing() as connection:
+        with library.store.session.writing() as connection:
             segments.begin_anew(connection)
         print(f"  rebuild: {symbols / seconds(library.gather) / 1e6:.2f} M rows/s")
-        with library._reading() as connection:
+        with library.store.session.reading() as connection:
             spent = seconds(lambda: gather.verify(connection))
         print(f"  hold all against their checksums: {symbols / spent / 1e6:.1f} M symbols/s")
 

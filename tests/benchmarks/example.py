@@ -67,8 +67,8 @@ from rapidfuzz.distance import Levenshtein
 from lanindex.alphabet import PARTS
 from lanindex.encoding import encode
 from lanindex.formats import read
+from lanindex.pipeline.example import normalised, warped
 from lanindex.pipeline.labels import read_labels
-from lanindex.pipeline.rerank import normalised, warped
 from lanindex.search import sphere
 from lanindex.search.example import align, nearest
 from lanindex.search.example.align import Clips, Source

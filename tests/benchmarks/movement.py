@@ -61,7 +61,7 @@ def main() -> None:
             made.columns([part], range(captures))
         spare = time.process_time() - spare
         began = time.process_time()
-        found = movement(made, None, by="label")
+        found = movement(made.store, None, by="label")
         spent = time.process_time() - began - spare
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
         told = sum(one.matters for one in found.differences)

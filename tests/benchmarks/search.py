@@ -18,7 +18,7 @@ import synthetic
 from generated_patterns import random_pattern
 
 from lanindex.errors import LanindexError
-from lanindex.pipeline.patience import Patience
+from lanindex.pipeline.deadline import Deadline
 from lanindex.search.language import parse
 from lanindex.search.match import Finder
 
@@ -110,7 +110,7 @@ def randomly(count: int, roster, columns) -> None:
         search = finder(text, roster, columns)
         begun = time.process_time()
         try:
-            search.find(watch=Patience(lambda *told: None, MOST_SECONDS).of("captures"))
+            search.find(watch=Deadline(lambda *told: None, MOST_SECONDS).of("captures"))
         except LanindexError:
             broken += 1
         times.append(time.process_time() - begun)

@@ -212,10 +212,10 @@ def library(path: Path, count: int, seed: int = 0) -> Path:
     path.unlink(missing_ok=True)
     with open_library(path, create=True) as made:
         for block in blocks(found, count, seed, list(found.columns)):
-            with made._changing() as connection:
+            with made.store.session.changing() as connection:
                 for place in range(len(block.roster)):
                     put(connection, found, block, place)
-            made.gather()
+            made.store.cache.gather()
     return path
 
 

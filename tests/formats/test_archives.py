@@ -84,11 +84,11 @@ def test_clips_come_out_of_an_archive(archive: Path, tmp_path: Path) -> None:
     with open_library(tmp_path / "l.db", create=True) as library:
         assert [it.status for it in library.ingest(archive)] == ["added"] * 2
         assert [it.status for it in library.ingest(archive)] == ["unchanged"] * 2
-        assert library.missing() == []
+        assert library.store.missing() == []
         hits = library.search("r_arm right mid")
         library.export(hits[:1], tmp_path / "out")
         archive.unlink()
-        assert len(library.missing()) == 2
+        assert len(library.store.missing()) == 2
     (clip,) = (tmp_path / "out").glob("*.bvh")
     span = hits[0].span
     whole = formats.read(COMPASS).positions[span.start : span.stop]

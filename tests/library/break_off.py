@@ -30,7 +30,7 @@ def fill_until(path: Path, how: str, after: float) -> None:
         for number in range(CAPTURES):
             if os.path.abspath(f"{number}.bvh") not in known:
                 add_sample(library, number)
-                library.gather()
+                library.cache.gather()
 
 
 def left_empty(path: Path) -> bool:
@@ -52,7 +52,7 @@ def assert_whole(path: Path) -> int:
     with Store.open(path, readonly=True) as library:
         found = list(library.tracks())
         roster, columns = library.columns(["head"])
-        assert library.notes == []
+        assert library.session.notes == []
     assert roster.number.tolist() == [capture.id for capture, _ in found]
     starts = [one for _, tracks in found for one in tracks["head"].symbols["start"].tolist()]
     assert columns["head"].start.tolist() == starts

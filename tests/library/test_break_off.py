@@ -38,7 +38,7 @@ write.describe = lambda connection, *_: (
     os._exit(9),
 )
 with Store.open(sys.argv[1]) as library:
-    library._connection.connection.driver_connection.execute("PRAGMA cache_size = 5")
+    library.session.connection.connection.driver_connection.execute("PRAGMA cache_size = 5")
     add_sample(library, 1, label="half")
 """
 """Ends in the middle of a transaction of which parts are already in the file."""
@@ -74,7 +74,7 @@ def test_half_a_transaction_without_the_right_to_undo_it(folder, common_user, re
 
 @contextlib.contextmanager
 def pages_left(library, pages):
-    driver = library._connection.connection.driver_connection
+    driver = library.session.connection.connection.driver_connection
     used = driver.execute("PRAGMA page_count").fetchone()[0]
     driver.execute(f"PRAGMA max_page_count = {used + pages}")
     yield

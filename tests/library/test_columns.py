@@ -29,9 +29,9 @@ def assert_true(library, parts=PARTS, numbers=None):
     """Hold what a library gives as columns against its tracks and captures."""
     known = library.captures()
     for name in ("path", "location", "format", "label", "metadata"):
-        assert library.called(name) == {one.id: getattr(one, name) for one in known}
+        assert library.texts(name) == {one.id: getattr(one, name) for one in known}
     profiles = {one.id: library.encoding(one.id).profile for one in known}
-    assert library.called("profile") == profiles
+    assert library.texts("profile") == profiles
     roster, columns = library.columns(parts, numbers)
     held = list(library.tracks(numbers))
     captures = [capture for capture, _ in held]
@@ -58,7 +58,7 @@ def segments(library):
 def library(tmp_path):
     with Store.open(tmp_path / "some.db", create=True) as library:
         yield library
-        assert library.notes == []
+        assert library.session.notes == []
 
 
 def odd_score(seed: int) -> Score:
@@ -86,7 +86,7 @@ def test_columns_are_what_the_rows_say(library):
     for number in range(30):
         library.add(f"{number}.bvh", odd_score(number), format="bvh", sha256="0")
     assert_true(library)
-    library.gather()
+    library.cache.gather()
     assert segments(library) == [30]
     assert_true(library)
     assert_true(library, numbers=[3, 7, 29, 30, 99])
@@ -95,14 +95,14 @@ def test_columns_are_what_the_rows_say(library):
 
 def test_an_empty_library_has_columns(library):
     assert_true(library)
-    library.gather()
+    library.cache.gather()
     assert_true(library)
     assert segments(library) == []
 
 
 def test_what_is_added_later_is_found_without_a_segment(library):
     fill(library.place, 3)
-    library.gather()
+    library.cache.gather()
     add_sample(library, 3)
     assert segments(library) == [3]
     assert_true(library)
@@ -111,7 +111,7 @@ def test_what_is_added_later_is_found_without_a_segment(library):
 def test_what_is_replaced_removed_moved_or_labelled_counts_once(library):
     for number in range(12):
         add_sample(library, number)
-    library.gather()
+    library.cache.gather()
     for gathered in (False, True):
         library.add("4.bvh", odd_score(1 + gathered), format="bvh", sha256="1")
         library.label(2, f"walk {gathered}", {"who": f"\u00e9 {gathered}"})
@@ -119,7 +119,7 @@ def test_what_is_replaced_removed_moved_or_labelled_counts_once(library):
         library.remove(6 + gathered)
         assert_true(library)
         if gathered:
-            library.gather()
+            library.cache.gather()
             assert_true(library)
     library.remove("4.bvh")
     add_sample(library, 4)
@@ -131,7 +131,7 @@ def test_segments_of_an_earlier_version_are_made_anew(library, upgraded):
     for number in range(5):
         add_sample(library, number)
         if number in (1, 3):
-            library.gather()
+            library.cache.gather()
     library.remove(2)
     new = (*TEXTS, "swings")
     with sql(library.place) as connection:
@@ -147,11 +147,11 @@ def test_segments_of_an_earlier_version_are_made_anew(library, upgraded):
     if upgraded:
         upgrade(library.place)
     with Store.open(library.place) as other:
-        other.called("label")
+        other.texts("label")
         other.columns(["r_arm"])
-        assert bool(other.notes) != upgraded
+        assert bool(other.session.notes) != upgraded
         assert status(library.place).fault == ""
-        with other._reading() as connection:
+        with other.session.reading() as connection:
             (segment,) = read_spine(connection).segments
         assert (segment.captures, segment.complete) == (4, True)
         assert_true(other)
@@ -162,7 +162,7 @@ def test_segments_are_joined_as_they_grow(library):
     sizes = []
     for number in range(16):
         add_sample(library, number)
-        library.gather()
+        library.cache.gather()
         sizes.append(segments(library))
         assert_true(library)
     assert sizes[:6] == [[1], [2], [2, 1], [4], [4, 1], [4, 2]]
@@ -172,12 +172,12 @@ def test_segments_are_joined_as_they_grow(library):
 def test_dead_captures_leave_when_they_are_many(library):
     for number in range(8):
         add_sample(library, number)
-    library.gather()
+    library.cache.gather()
     library.remove(1, 2)
-    library.gather()
+    library.cache.gather()
     assert segments(library) == [8]
     library.remove(3)
-    library.gather()
+    library.cache.gather()
     assert segments(library) == [5]
     assert_true(library)
 
@@ -185,15 +185,15 @@ def test_dead_captures_leave_when_they_are_many(library):
 def test_a_large_segment_is_left_alone(library, monkeypatch):
     for number in range(6):
         add_sample(library, number)
-        library.gather()
+        library.cache.gather()
         monkeypatch.setattr(gather, "LARGEST", 4 * (3 * 6 + 1))
     assert segments(library) == [4, 2]
     for number in range(6, 10):
         add_sample(library, number)
-        library.gather()
+        library.cache.gather()
     assert segments(library) == [4, 4, 2]
     library.remove(1, 2, 3, 5)
-    library.gather()
+    library.cache.gather()
     assert segments(library) == [4, 4, 2]
     assert_true(library)
 
@@ -204,14 +204,14 @@ def test_a_segment_holds_no_more_than_a_chunk(library, monkeypatch):
     monkeypatch.setattr(gather, "join", lambda connection: False)
     for number in range(7):
         add_sample(library, number)
-    library.gather()
+    library.cache.gather()
     assert segments(library) == [3, 3, 1]
     assert_true(library)
 
 
 def test_columns_are_read_once(library):
     fill(library.place, 3)
-    library.gather()
+    library.cache.gather()
     _, first = library.columns(["head"])
     _, again = library.columns(["head", "r_arm"])
     assert first["head"] is again["head"]
@@ -224,7 +224,7 @@ def test_the_names_of_the_parts_come_from_wherever_they_are(library):
         score = sample_score(0, parts)
         library.add(f"{parts}.bvh", score, format="bvh", sha256="0")
         if gathered:
-            library.gather()
+            library.cache.gather()
     assert library.parts(checked=False) == library.parts() == ["r_arm", "l_leg", "head"]
     library.remove(2)
     assert library.parts(checked=False) == ["r_arm", "head"]

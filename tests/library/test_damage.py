@@ -33,7 +33,7 @@ def whole(tmp_path):
             heading = np.array([0.0, 10.5, 359.9], np.float32)
             tracks = dict(score.tracks)
             tracks["head"] = Track("head", tracks["head"].symbols, (Span(0, 20), Span(30, 60)))
-            library.add(
+            library.store.add(
                 f"{number}.bvh",
                 Score(score.rate, score.frames, score.meter, tracks, heading, ("// kept",)),
                 format="bvh",
@@ -43,9 +43,9 @@ def whole(tmp_path):
                 metadata={"who": "x", "take": str(number)},
                 warnings=("its unit is a guess",),
             )
-        library.gather()
+        library.store.cache.gather()
         again = library.score(2)
-        library.add("1.bvh", again, format="bvh", sha256=f"{1:064}", encoding=ENCODING)
+        library.store.add("1.bvh", again, format="bvh", sha256=f"{1:064}", encoding=ENCODING)
     return tmp_path / "whole.db"
 
 
@@ -75,7 +75,7 @@ VERBS = {
     **{pattern: found_by(pattern) for pattern in PATTERNS},
     "parts": lambda library: library.parts(),
     "stats": lambda library: repr(library.stats()),
-    "columns": lambda library: told_in_columns(*library.columns(["r_arm", "head", "tail"])),
+    "columns": lambda library: told_in_columns(*library.store.columns(["r_arm", "head", "tail"])),
     "tracks": lambda library: [told_of(*one) for one in library.tracks([2], ["head"])],
 }
 
@@ -232,8 +232,8 @@ def test_no_hit_is_told_of_another_track(tmp_path, change):
     with Library.open(path, create=True) as library:
         for number in range(3):
             score = Score(one.rate, one.frames, Meter(), tracks)
-            library.add(f"{number}.bvh", score, format="bvh", sha256="0")
-        library.gather()
+            library.store.add(f"{number}.bvh", score, format="bvh", sha256="0")
+        library.store.cache.gather()
         wanted = library.search("r_arm left").numpy().tolist()
     with sql(path) as connection:
         connection.execute(f"{change} WHERE capture_id = 2 AND part IN ('r_arm', 'l_arm')")
@@ -264,7 +264,7 @@ def test_what_is_damaged_is_written_down_anew(whole, change):
     assert check(whole) != []
     with Library.open(whole) as library:
         for number in range(3):
-            library.add(
+            library.store.add(
                 f"{number}.bvh", sample_score(number), format="bvh", sha256="0", encoding=ENCODING
             )
         assert [capture.id for capture in library.captures()] == [1, 2, 3]
@@ -288,7 +288,7 @@ def test_what_was_said_stays_when_the_rest_is_written_anew(whole):
         connection.execute("UPDATE capture SET label = 'x' WHERE id = 3")
     with Library.open(whole) as library:
         for number in (1, 2):
-            library.add(f"{number}.bvh", sample_score(number), format="bvh", sha256="0")
+            library.store.add(f"{number}.bvh", sample_score(number), format="bvh", sha256="0")
         assert [one.label for one in library.captures()] == ["walk", "walk", ""]
         assert library.capture(2).metadata == {"who": "x", "take": "1"}
         assert library.capture(3).metadata == {}
@@ -298,4 +298,4 @@ def test_a_damaged_capture_is_not_known(whole):
     with sql(whole) as connection:
         connection.execute("UPDATE capture SET speed = x'ff' WHERE id = 2")
     with Library.open(whole) as library:
-        assert [path[-5:] for path in library.known()] == ["0.bvh", "2.bvh"]
+        assert [path[-5:] for path in library.store.known()] == ["0.bvh", "2.bvh"]

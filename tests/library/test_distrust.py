@@ -33,7 +33,7 @@ def by_rows(path):
     """Return what the columns should be."""
     with Store.open(path, readonly=True) as library:
         held = list(library.tracks())
-        with library._reading() as connection:
+        with library.session.reading() as connection:
             counts = count(connection, 0, trusted=False)
     captures = [capture for capture, _ in held]
     columns = {
@@ -45,7 +45,7 @@ def by_rows(path):
 
 def given(library):
     """Return what the columns are."""
-    called = {name: library.called(name) for name in CALLED}
+    called = {name: library.texts(name) for name in CALLED}
     called["counts"] = replace(library.stats(), size=0)
     return told(*library.columns(PARTS, more=EXTRA), called)
 
@@ -53,7 +53,7 @@ def given(library):
 def found(path, **how):
     """Return what the columns are, and what is said of them."""
     with Store.open(path, **({"readonly": True} | how)) as library:
-        return given(library), library.notes
+        return given(library), library.session.notes
 
 
 @pytest.fixture
@@ -62,9 +62,9 @@ def path(tmp_path):
     path = tmp_path / "some.db"
     fill(path, 6)
     with Store.open(path) as library:
-        library.gather()
+        library.cache.gather()
         add_sample(library, 6)
-        library.gather()
+        library.cache.gather()
         library.add("2.bvh", sample_score(8), format="bvh", sha256="1")
     with sql(path) as connection:
         asked = "SELECT (SELECT count(*) FROM segment), (SELECT count(*) FROM segment_dead)"
@@ -198,9 +198,9 @@ def test_a_library_held_open_sees_what_others_change(path):
         library.columns(PARTS)
         with Store.open(path) as other:
             other.remove(1)
-            other.gather()
+            other.cache.gather()
         assert given(library) == by_rows(path)
-        assert library.notes == []
+        assert library.session.notes == []
 
 
 def test_a_page_that_cannot_be_read_is_no_matter_where_the_rows_are_whole(path, monkeypatch):
@@ -234,7 +234,7 @@ def test_a_library_that_may_not_be_written(folder, common_user, change, said):
     path = folder / "some.db"
     fill(path, 3)
     with Store.open(path) as library:
-        library.gather()
+        library.cache.gather()
         add_sample(library, 3)
     with sql(path) as connection:
         connection.execute(change)
@@ -249,7 +249,7 @@ def test_a_library_that_may_not_be_written(folder, common_user, change, said):
 
 
 def test_many_captures_that_wait_are_put_into_a_segment_by_a_search(path, monkeypatch):
-    monkeypatch.setattr("lanindex.library.keeper.MOST_PENDING", 0)
+    monkeypatch.setattr("lanindex.library.cache.MOST_PENDING", 0)
     assert found(path) == (
         by_rows(path),
         ["the library's columns lack 1 of its captures: they are made of its symbols now"],
@@ -260,20 +260,20 @@ def test_many_captures_that_wait_are_put_into_a_segment_by_a_search(path, monkey
 
 
 def test_many_captures_that_wait_while_another_process_writes(path, monkeypatch):
-    monkeypatch.setattr("lanindex.library.keeper.MOST_PENDING", 0)
-    monkeypatch.setattr("lanindex.library.keeper._PATIENCE", 0)
+    monkeypatch.setattr("lanindex.library.cache.MOST_PENDING", 0)
+    monkeypatch.setattr("lanindex.library.cache._WRITE_TIMEOUT", 0)
     wanted = by_rows(path)
     with Store.open(path, readonly=True) as library, closing(sqlite3.connect(path)) as other:
         other.execute("BEGIN IMMEDIATE")
         for _ in range(2):
             assert given(library) == wanted
-        assert library.notes[1:] == [CANNOT.format("another process holds the library")]
+        assert library.session.notes[1:] == [CANNOT.format("another process holds the library")]
 
 
 def test_a_library_in_memory_has_columns():
     with Store.open(":memory:", create=True) as library:
         add_sample(library, 1)
-        library.gather()
+        library.cache.gather()
         assert len(library.columns(PARTS)[1]["head"]) == 6
 
 
@@ -284,8 +284,8 @@ def test_a_damaged_capture_is_told_not_laundered(path):
     with pytest.raises(LibraryError, match="capture 5 is damaged in the library: its track"):
         found(path)
     with Store.open(path) as library:
-        library.gather()
-        assert "capture 5 is damaged" in library.notes[0]
+        library.cache.gather()
+        assert "capture 5 is damaged" in library.session.notes[0]
         add_sample(library, 4)
     assert found(path) == (by_rows(path), [])
 
@@ -302,11 +302,11 @@ def last_word(*_):
 
 setattr(segments, sys.argv[3], last_word)
 with Store.open(sys.argv[1]) as library:
-    library._connection.connection.driver_connection.execute("PRAGMA cache_spill = 1")
-    library._connection.connection.driver_connection.execute("PRAGMA cache_size = 2")
+    library.session.connection.connection.driver_connection.execute("PRAGMA cache_spill = 1")
+    library.session.connection.connection.driver_connection.execute("PRAGMA cache_size = 2")
     for number in range(7, 12):
         add_sample(library, number)
-    library.gather()
+    library.cache.gather()
 """
 
 
@@ -319,7 +319,7 @@ def test_killed_while_a_segment_is_written_or_joined(path, repository, moment):
     assert (answer, notes) == (by_rows(path), [])
     assert check(path) == []
     with Store.open(path) as library:
-        library.gather()
+        library.cache.gather()
     assert found(path) == (by_rows(path), [])
 
 
@@ -332,7 +332,7 @@ with Store.open(sys.argv[1]) as library:
     for number in range(7, 70):
         add_sample(library, number)
         if number % 5 == 0:
-            library.gather()
+            library.cache.gather()
 """
 
 
@@ -350,7 +350,7 @@ def test_two_searches_during_an_ingest(path, repository):
                     for part, symbols in alone.items():
                         whole = np.tile(symbols["start"], len(roster))
                         assert columns[part].start.tolist() == whole.tolist()
-            assert (one.notes, other.notes) == ([], [])
+            assert (one.session.notes, other.session.notes) == ([], [])
         assert ingest.wait() == 0
     assert found(path) == (by_rows(path), [])
     assert os.listdir(path.parent) == [path.name]

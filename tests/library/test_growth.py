@@ -31,7 +31,7 @@ def grown(tmp_path_factory):
         paths.append(tmp_path_factory.mktemp("grown") / f"{size}.db")
         fill(paths[-1], size)
         with Store.open(paths[-1]) as library:
-            library.gather()
+            library.cache.gather()
     return paths
 
 
@@ -44,8 +44,8 @@ def watched(path):
         def step():
             steps[0] += 1
 
-        library._connection.set_progress_handler(step, 1)
-        library._connection.set_trace_callback(statements.append)
+        library.session.connection.set_progress_handler(step, 1)
+        library.session.connection.set_trace_callback(statements.append)
         yield library, steps, statements
 
 
@@ -72,18 +72,20 @@ def test_one_capture_takes_no_longer_among_many(grown, asked):
 def test_the_end_of_a_path_is_looked_for_in_an_index(grown):
     with watched(grown[0]) as (library, _, statements):
         library.capture(f"{Path.cwd().name}/4.bvh")
-        plans = [library._connection.execute(f"EXPLAIN QUERY PLAN {it}") for it in statements]
+        plans = [
+            library.session.connection.execute(f"EXPLAIN QUERY PLAN {it}") for it in statements
+        ]
         told = [row[3] for plan in plans for row in plan]
     assert not [line for line in told if line == "SCAN capture"]
 
 
 def test_no_more_paths_are_read_than_a_shell_offers(grown):
     with Store.open(grown[1], readonly=True) as library:
-        assert library.begun("", 3) == ["0.bvh", "1.bvh", "10.bvh"]
-        assert library.begun("29", 20) == ["29.bvh", *(f"29{it}.bvh" for it in range(10))]
-        assert library.begun("%", 3) == library.begun("5_", 3) == []
+        assert library.paths_starting("", 3) == ["0.bvh", "1.bvh", "10.bvh"]
+        assert library.paths_starting("29", 20) == ["29.bvh", *(f"29{it}.bvh" for it in range(10))]
+        assert library.paths_starting("%", 3) == library.paths_starting("5_", 3) == []
     with watched(grown[1]) as (library, steps, _):
-        library.begun("", 3)
+        library.paths_starting("", 3)
         assert steps[0] < DEEPER
 
 
@@ -134,19 +136,19 @@ def test_counts_are_those_of_the_rows_after_any_history(tmp_path, seed):
             else:
                 library.label(path, choice.choice(("walk", "bow")))
             if choice.random() < 0.3:
-                library.gather()
-            with library._reading() as connection:
+                library.cache.gather()
+            with library.session.reading() as connection:
                 wanted = count(connection, 7, trusted=False)
                 assert count(connection, 7) == wanted, turn
             if turn % 20 == 0:
                 assert library.stats().captures == wanted.captures
-        assert library.notes == []
+        assert library.session.notes == []
 
 
 def test_counts_do_not_trust_what_is_out_of_date(tmp_path):
     fill(tmp_path / "some.db", 3)
     with Store.open(tmp_path / "some.db") as library:
-        library.gather()
+        library.cache.gather()
         add_sample(library, 3)
         whole = library.stats()
     assert (whole.captures, whole.profiles) == (4, {"default": 4})
@@ -155,4 +157,4 @@ def test_counts_do_not_trust_what_is_out_of_date(tmp_path):
     with Store.open(tmp_path / "some.db") as library:
         assert library.stats() == whole
         library.columns(["head"])
-        assert "damaged: still of the captures in segment 1" in library.notes[0]
+        assert "damaged: still of the captures in segment 1" in library.session.notes[0]

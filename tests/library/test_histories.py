@@ -49,17 +49,17 @@ def played(library: Library, history) -> None:
     for what, *more in history:
         path = f"{more[0]}.lnd" if more else ""
         if what == "add":
-            library.add(path, score_of(*more), format="lnd", sha256=f"{more[0]}{more[1]:063}")
+            library.store.add(path, score_of(*more), format="lnd", sha256=f"{more[0]}{more[1]:063}")
         elif what == "remove" and path in {one.path for one in library.captures()}:
             library.remove(path)
         elif what == "gather":
-            library.gather()
+            library.store.cache.gather()
 
 
 def told(library: Library) -> list[object]:
     """Return all columns and answers of a library, capture by capture in the order of paths."""
-    paths = library.called("path")
-    roster, columns = library.columns(TRACKS, more=EXTRA)
+    paths = library.store.texts("path")
+    roster, columns = library.store.columns(TRACKS, more=EXTRA)
     order = np.array(sorted(range(len(roster)), key=lambda at: paths[roster.number[at]]), np.int64)
     found: list[object] = [sorted(paths.values())]
     for part in TRACKS:
@@ -89,7 +89,7 @@ def test_any_history_gives_what_a_clean_ingest_gives(tmp_path_factory, history):
                 held[more[0]] = more[1]
         with open_library(folder / "clean.db", create=True) as clean:
             played(clean, [("add", *one) for one in sorted(held.items())])
-            clean.gather()
+            clean.store.cache.gather()
             assert told(lived) == told(clean)
     assert check(folder / "lived.db") == check(folder / "clean.db") == []
 
@@ -99,15 +99,15 @@ def test_segments_that_list_parts_without_symbols_say_the_same(tmp_path, monkeyp
     history = [("add", file, 0) for file in FILES]
     with open_library(tmp_path / "now.db", create=True) as now:
         played(now, history)
-        now.gather()
+        now.store.cache.gather()
         with (
             monkeypatch.context() as patched,
             open_library(tmp_path / "then.db", create=True) as then,
         ):
             patched.setattr(Columns, "blank", False)
             played(then, history)
-            then.gather()
-            with then._reading() as connection:
+            then.store.cache.gather()
+            with then.store.session.reading() as connection:
                 assert "body_turn" in read_spine(connection).segments[0].parts
         with open_library(tmp_path / "then.db") as then:
             assert told(then) == told(now)

@@ -73,7 +73,7 @@ def test_every_revision_keeps_the_rows(tmp_path, revision):
         (symbol,) = library.score(1).symbols("r_arm")
         assert str(symbol) == "r_arm right mid [2, 5)"
         _, columns = library.columns(["r_arm"])
-        assert (columns["r_arm"].start.tolist(), library.notes) == ([2], [])
+        assert (columns["r_arm"].start.tolist(), library.session.notes) == ([2], [])
     assert migrate.check(path) == []
 
 
@@ -176,7 +176,7 @@ def test_the_status_tells_of_the_columns(tmp_path):
     found = migrate.status(path)
     assert (found.segments, found.symbols, found.pending, found.fault) == (0, 0, 2, "")
     with Store.open(path) as library:
-        library.gather()
+        library.cache.gather()
     found = migrate.status(path)
     assert (found.segments, found.symbols, found.pending, found.fault) == (1, 36, 0, "")
     with sql(path) as connection:

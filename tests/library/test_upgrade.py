@@ -15,6 +15,7 @@ from lanindex.alphabet import PARTS
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library import migrate
 from lanindex.library.connect import connected, target, writing
+from lanindex.library.selection import Selection
 from lanindex.pipeline import Library
 
 NAMES = ("jumping_jacks.bvh", "marching.bvh", "greetings.lnd")
@@ -64,7 +65,7 @@ def test_an_upgrade_makes_what_ingesting_anew_makes_of_limbs(old, tmp_path, repo
         library.ingest(*(folder / name for name in NAMES), labels=folder / "labels.csv")
     assert rows(old) == of_limbs(rows(tmp_path / "new.db"))
     with Library.open(old) as before, Library.open(tmp_path / "new.db") as anew:
-        digests = [[digest for digest, _ in it.known().values()] for it in (before, anew)]
+        digests = [[digest for digest, _ in it.store.known().values()] for it in (before, anew)]
         assert digests[0] == digests[1]
         for one, other in zip(before.captures(), anew.captures(), strict=True):
             assert (one.path, one.location) == (
@@ -87,7 +88,7 @@ def test_what_an_earlier_method_wrote_down_is_written_down_anew(old, tmp_path, r
     with Library.open(old) as library:
         done = library.ingest(*(folder / name for name in NAMES))
         assert [one.status for one in done] == ["added", "added", "unchanged"]
-        *_, jacks = library.captures("*jumping_jacks.bvh")
+        *_, jacks = library.captures(Selection("*jumping_jacks.bvh"))
         assert "step" in library.score(jacks.id).tracks
 
 
@@ -105,7 +106,7 @@ def test_numbers_go_on_after_an_upgrade(old):
     migrate.upgrade(old)
     with Library.open(old) as library:
         library.remove(70)
-        assert library.add("a.bvh", library.score(1), format="bvh", sha256="0") == 71
+        assert library.store.add("a.bvh", library.score(1), format="bvh", sha256="0") == 71
 
 
 @pytest.mark.parametrize(

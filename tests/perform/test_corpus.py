@@ -13,6 +13,7 @@ from choreography import neighbours, spoken
 
 from lanindex import formats
 from lanindex.encoding import encode
+from lanindex.library.selection import Selection
 from lanindex.notation import lnd
 from lanindex.perform.limbs import FOLDED
 from lanindex.pipeline import Library, open_library
@@ -122,7 +123,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Library]:
 @pytest.mark.parametrize(("name", "pattern", "hits"), SEARCHES)
 def test_the_readme_tells_the_truth(library: Library, name: str, pattern: str, hits: str) -> None:
     for suffix in ("bvh", "lnd"):
-        assert len(library.search(pattern, within=f"*{name}.{suffix}")) == int(hits), suffix
+        assert len(library.search(pattern, Selection(f"*{name}.{suffix}"))) == int(hits), suffix
 
 
 def test_the_readme_has_something_to_search_in_each() -> None:

@@ -78,7 +78,7 @@ def test_what_is_told_of_a_body_counts(library: Library, tmp_path: Path, monkeyp
     Path("body.toml").write_text('RWrist = "RightHand"\n')
     assert statuses(library, path, reading=told) == ["added"]
     assert statuses(library, path, reading=told) == ["unchanged"]
-    assert library.encoding("bow.bvh").options == {"body": str(tmp_path / "body.toml")}
+    assert library.store.encoding("bow.bvh").options == {"body": str(tmp_path / "body.toml")}
     (tmp_path / "else").mkdir()
     monkeypatch.chdir("else")
     assert library.export(library.search("r_arm place high")[:1], "out", format="glb")

@@ -51,7 +51,7 @@ def library(made: Path, tmp_path: Path):
     shutil.copytree(made, tmp_path / "here")
     with open_library(tmp_path / "here" / "l.db") as opened:
         for capture in opened.captures():
-            opened.move(capture.id, tmp_path / "here" / Path(capture.path).name)
+            opened.store.move(capture.id, tmp_path / "here" / Path(capture.path).name)
         yield opened
 
 

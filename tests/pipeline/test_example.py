@@ -10,6 +10,7 @@ from dances import BOW, RAISE, dance
 from made_clips import clips_of
 
 from lanindex.errors import CaptureError, LanindexError, UsageError
+from lanindex.library.selection import Selection
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.example import source_of
 
@@ -70,10 +71,12 @@ def test_of_a_long_capture_the_best_stretch_is_told(library: Library) -> None:
 
 
 def test_only_captures_that_fit_are_looked_through(library: Library) -> None:
-    assert names(library.like("raise.bvh", within="*.lnd").hits) == ["raise.lnd"]
-    assert names(library.like("raise.bvh", where={"format": "lnd"}).hits) == ["raise.lnd"]
+    assert names(library.like("raise.bvh", Selection("*.lnd")).hits) == ["raise.lnd"]
+    assert names(library.like("raise.bvh", Selection(where={"format": "lnd"})).hits) == [
+        "raise.lnd"
+    ]
     assert len(library.like("raise.bvh", limit=1).hits) == 1
-    assert names(library.like("raise.bvh", within="none").hits) == []
+    assert names(library.like("raise.bvh", Selection("none")).hits) == []
 
 
 def test_captures_are_laid_out_as_their_rows_would_be(library: Library) -> None:
@@ -82,13 +85,13 @@ def test_captures_are_laid_out_as_their_rows_would_be(library: Library) -> None:
     symbols["swings"] = np.arange(len(symbols)) % 3
     symbols["passing"] = np.arange(len(symbols)) % 4 == 2
     tracks = {**score.tracks, "r_arm": replace(score.tracks["r_arm"], symbols=symbols)}
-    library.add("own.lnd", replace(score, tracks=tracks), format="lnd", sha256="0")
-    library.gather()
+    library.store.add("own.lnd", replace(score, tracks=tracks), format="lnd", sha256="0")
+    library.store.cache.gather()
     held = list(library.tracks())
     rows = [{part: one.symbols for part, one in tracks.items()} for _, tracks in held]
     rates = [float(capture.rate) for capture, _ in held]
     wanted = clips_of(rows, rates, library.parts())
-    roster, source = source_of(library, None, library.parts())
+    roster, source = source_of(library.store, None, library.parts())
     found = source.taken(np.arange(len(source)))
     assert roster.number.tolist() == [capture.id for capture, _ in held]
     assert np.array_equal(found.first, wanted.first)

@@ -16,11 +16,21 @@ from lanindex.errors import ExportError, UsageError
 from lanindex.film.scene import LIT
 from lanindex.formats import read
 from lanindex.formats.bvh.layout import scan
+from lanindex.library.selection import Selection
+from lanindex.library.store import Store
 from lanindex.model import Span
 from lanindex.notation import lnd
 from lanindex.pipeline import Library, open_library
-from lanindex.pipeline.export import clips, export, pad_frames
-from lanindex.pipeline.requests import Request, from_hits, from_lines, from_range, matched
+from lanindex.pipeline.export import (
+    Request,
+    clips,
+    export,
+    from_hits,
+    from_lines,
+    from_range,
+    matched,
+    pad_frames,
+)
 
 
 @pytest.fixture
@@ -49,7 +59,7 @@ def test_clips_are_the_sources_bytes(
     data = source.read_bytes()
     capture = library.capture(str(source))
     spans = [Span(0, 1), Span(7, 40), Span(200, capture.frames), Span(0, capture.frames)]
-    rows = export(library, [Request(capture, span) for span in spans], tmp_path / "out")
+    rows = export(library.store, [Request(capture, span) for span in spans], tmp_path / "out")
     for row, span in zip(rows, spans, strict=True):
         clip = (tmp_path / "out" / row["clip"]).read_bytes()
         count = b"Frames: " + str(len(span)).encode()
@@ -66,7 +76,7 @@ def test_clips_are_the_sources_bytes(
 
 
 def test_hits_become_clips_with_scores_and_a_manifest(tmp_path: Path, library: Library) -> None:
-    hits = library.search("r_arm right mid -> place high", within="raise.bvh")
+    hits = library.search("r_arm right mid -> place high", Selection("raise.bvh"))
     rows = library.export(hits, tmp_path / "out", pad="0.5s")
     (hit,), (row,) = hits, rows
     assert row["clip"] == f"raise_{hit.span.start - 15}-{hit.span.stop + 15}.bvh"
@@ -83,7 +93,7 @@ def test_hits_become_clips_with_scores_and_a_manifest(tmp_path: Path, library: L
 
 
 def test_scores_are_exported_as_scores(tmp_path: Path, library: Library) -> None:
-    hits = library.search("r_arm place high", within="*.lnd")
+    hits = library.search("r_arm place high", Selection("*.lnd"))
     (row,) = library.export(hits, tmp_path / "out")
     assert row["clip"].endswith(".lnd")
     score = lnd.read(tmp_path / "out" / row["clip"])
@@ -92,7 +102,7 @@ def test_scores_are_exported_as_scores(tmp_path: Path, library: Library) -> None
 
 def test_padding_is_clamped(tmp_path: Path, library: Library) -> None:
     capture = library.capture("bow.bvh")
-    (row,) = export(library, [Request(capture, Span(5, 20))], tmp_path / "out", pad="60s")
+    (row,) = export(library.store, [Request(capture, Span(5, 20))], tmp_path / "out", pad="60s")
     assert (row["clip_start_frame"], row["clip_end_frame"]) == (0, capture.frames)
 
 
@@ -100,23 +110,23 @@ def test_no_name_twice(tmp_path: Path, library: Library) -> None:
     dance(tmp_path / "other" / "RAISE.bvh", BOW)
     library.ingest(tmp_path / "other")
     wanted = [
-        from_range(library, path, 3, 9)
+        from_range(library.store, path, 3, 9)
         for path in (str(tmp_path / "raise.bvh"), str(tmp_path / "other" / "RAISE.bvh"))
     ]
-    rows = export(library, [*wanted, wanted[0]], tmp_path / "out")
+    rows = export(library.store, [*wanted, wanted[0]], tmp_path / "out")
     assert len({row["clip"].casefold() for row in rows}) == 3
 
 
 def test_a_changed_source_is_refused_and_nothing_written(tmp_path: Path, library: Library) -> None:
-    wanted = [from_range(library, name, 0, 9) for name in ("bow.bvh", "raise.bvh")]
+    wanted = [from_range(library.store, name, 0, 9) for name in ("bow.bvh", "raise.bvh")]
     dance(tmp_path / "raise.bvh", BOW)
     with pytest.raises(ExportError, match=r"raise\.bvh: has changed since it was ingested"):
-        export(library, wanted, tmp_path / "out")
+        export(library.store, wanted, tmp_path / "out")
     assert list((tmp_path / "out").glob("*")) == []
 
 
 def test_hits_of_another_library_are_refused(tmp_path: Path, library: Library) -> None:
-    hits = library.search("r_arm place high", within="raise.bvh")
+    hits = library.search("r_arm place high", Selection("raise.bvh"))
     number = hits[0].capture.id
     said = f"raise.bvh: is not what this library holds as number {number}. Search this library"
     with open_library(tmp_path / "other.db", create=True) as other:
@@ -125,12 +135,12 @@ def test_hits_of_another_library_are_refused(tmp_path: Path, library: Library) -
         other.ingest(dance(tmp_path / str(copy) / "bow.bvh", BOW) for copy in range(number))
         own = Request(other.capture(number), Span(0, 9))
         with pytest.raises(ExportError, match=re.escape(said)):
-            export(other, [own, *from_hits(hits, "")], tmp_path / "out")
+            export(other.store, [own, *from_hits(hits, "")], tmp_path / "out")
     assert list((tmp_path / "out").glob("*")) == []
 
 
 def test_a_number_given_anew_is_refused(tmp_path: Path, library: Library) -> None:
-    hits = list(library.search("r_arm place high", within="raise.bvh"))
+    hits = list(library.search("r_arm place high", Selection("raise.bvh")))
     dance(tmp_path / "raise.bvh", BOW)
     library.ingest(tmp_path / "raise.bvh")
     with pytest.raises(ExportError, match="is not what this library holds"):
@@ -138,33 +148,40 @@ def test_a_number_given_anew_is_refused(tmp_path: Path, library: Library) -> Non
 
 
 def test_a_source_that_is_gone_is_refused(tmp_path: Path, library: Library) -> None:
-    wanted = [from_range(library, "raise.bvh", 0, 9)]
+    wanted = [from_range(library.store, "raise.bvh", 0, 9)]
     (tmp_path / "raise.bvh").unlink()
     with pytest.raises(ExportError, match=r"there is no such file.*lanindex remove --missing"):
-        export(library, wanted, tmp_path / "out")
+        export(library.store, wanted, tmp_path / "out")
 
 
 def test_nothing_is_overwritten_without_force(tmp_path: Path, library: Library) -> None:
-    wanted = [from_range(library, "raise.bvh", 0, 9)]
-    export(library, wanted, tmp_path / "out")
+    wanted = [from_range(library.store, "raise.bvh", 0, 9)]
+    export(library.store, wanted, tmp_path / "out")
     before = {path: path.read_bytes() for path in (tmp_path / "out").iterdir()}
     with pytest.raises(ExportError, match="exists already"):
-        export(library, [from_range(library, "bow.bvh", 0, 5), *wanted], tmp_path / "out")
+        export(
+            library.store, [from_range(library.store, "bow.bvh", 0, 5), *wanted], tmp_path / "out"
+        )
     assert {path: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
-    export(library, wanted, tmp_path / "out", force=True)
+    export(library.store, wanted, tmp_path / "out", force=True)
 
 
 @pytest.mark.parametrize("span", [Span(5, 5), Span(-1, 4), Span(0, 10**6), Span(9, 3)])
 def test_ranges_outside_are_refused(tmp_path: Path, library: Library, span: Span) -> None:
     with pytest.raises(ExportError, match="wanted a range inside 0 to"):
-        export(library, [Request(library.capture("bow.bvh"), span)], tmp_path / "out")
+        export(library.store, [Request(library.capture("bow.bvh"), span)], tmp_path / "out")
 
 
 def test_other_formats_are_refused(tmp_path: Path, library: Library) -> None:
     with pytest.raises(UsageError, match="native, bvh, glb, c3d, trc, csv, npz, lnd"):
-        export(library, [from_range(library, "bow.bvh", 0, 5)], tmp_path, format="fbx")
+        export(library.store, [from_range(library.store, "bow.bvh", 0, 5)], tmp_path, format="fbx")
     with pytest.raises(ExportError, match="came as lnd, wanted a bvh source"):
-        export(library, [from_range(library, "score.lnd", 0, 5)], tmp_path / "o", format="bvh")
+        export(
+            library.store,
+            [from_range(library.store, "score.lnd", 0, 5)],
+            tmp_path / "o",
+            format="bvh",
+        )
 
 
 @pytest.mark.parametrize(
@@ -184,7 +201,7 @@ def test_hits_as_json_lines_come_back(library: Library) -> None:
     hits = library.search("r_arm place low")
     lines = [json.dumps(record) for record in hits.dicts()]
     lines += ["", json.dumps({"summary": {"pattern": "r_arm place low", "hits": 3}})]
-    wanted = from_lines(library, lines)
+    wanted = from_lines(library.store, lines)
     assert [(one.capture.id, one.hit) for one in wanted] == [
         (hit.capture.id, hit.span) for hit in hits
     ]
@@ -200,7 +217,7 @@ def test_what_a_hit_says_is_taken_over(library: Library) -> None:
         f'{{{HIT}, "fit": 1, "pattern": "x", "symbols": [{{{SYMBOL}, "level": null}}], "y": [NaN]}}'
     )
     for text in (line, line.encode(), b"\xef\xbb\xbf" + line.encode()):
-        (wanted,) = from_lines(library, [text])
+        (wanted,) = from_lines(library.store, [text])
         assert (wanted.fit, wanted.pattern, wanted.hit) == (1, "x", Span(1, 2))
         assert wanted.symbols == (
             {
@@ -216,9 +233,9 @@ def test_what_a_hit_says_is_taken_over(library: Library) -> None:
 def test_a_number_of_another_library_is_none(tmp_path: Path, library: Library) -> None:
     bow, other = (library.capture(name) for name in ("bow.bvh", "raise.bvh"))
     hit = {"capture": bow.path, "capture_id": other.id, "start_frame": 1, "end_frame": 2}
-    (wanted,) = from_lines(library, [json.dumps(hit)])
+    (wanted,) = from_lines(library.store, [json.dumps(hit)])
     assert wanted.capture == bow
-    (wanted,) = from_lines(library, [json.dumps({**hit, "capture_id": bow.id})])
+    (wanted,) = from_lines(library.store, [json.dumps({**hit, "capture_id": bow.id})])
     assert wanted.capture == bow
 
 
@@ -278,7 +295,7 @@ def test_wrong_types_are_refused_with_their_line(
     library: Library, line: str | bytes, said: str
 ) -> None:
     with pytest.raises(UsageError, match="standard input:1: ") as caught:
-        from_lines(library, [line])
+        from_lines(library.store, [line])
     assert said in str(caught.value)
     assert len(str(caught.value)) < 300
 
@@ -300,13 +317,13 @@ def test_wrong_types_are_refused_with_their_line(
 )
 def test_other_lines_are_refused(library: Library, line: str) -> None:
     with pytest.raises(UsageError, match="standard input:2"):
-        from_lines(library, ["", line])
+        from_lines(library.store, ["", line])
 
 
 @pytest.fixture
 def ingested_clip(tmp_path: Path, library: Library):
     """Return a function that ingests an earlier clip under some path and exports it again."""
-    hits = library.search("r_arm place high", within="raise.bvh")
+    hits = library.search("r_arm place high", Selection("raise.bvh"))
     (row,) = library.export(hits, tmp_path / "clips")
     clip = tmp_path / "clips" / row["clip"]
 
@@ -340,7 +357,7 @@ def test_nor_of_one_that_has_changed_since(tmp_path: Path, library: Library, ing
     library.ingest(ingested_clip.clip)
     dance(ingested_clip.clip, BOW)
     os.symlink(tmp_path / "clips", tmp_path / "linked")
-    hits = library.search("r_arm place high", within="raise.bvh")
+    hits = library.search("r_arm place high", Selection("raise.bvh"))
     for folder in ("clips", "linked"):
         with pytest.raises(ExportError, match="is the file that is read, wanted another file"):
             library.export(hits, tmp_path / folder, force=True)
@@ -349,32 +366,32 @@ def test_nor_of_one_that_has_changed_since(tmp_path: Path, library: Library, ing
 def test_an_export_does_not_go_through_all_captures(
     tmp_path: Path, library: Library, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    hits = library.search("r_arm place high", within="raise.bvh")
+    hits = library.search("r_arm place high", Selection("raise.bvh"))
     for through_all in ("captures", "known"):
-        monkeypatch.setattr(type(library), through_all, None)
+        monkeypatch.setattr(Store, through_all, None)
     for _ in range(2):
         library.export(hits, tmp_path / "clips", force=True)
 
 
 def test_clips_come_as_bytes_with_a_name(tmp_path: Path, library: Library) -> None:
-    wanted = [from_range(library, name, 3, 9) for name in ("bow.bvh", "score.lnd")]
+    wanted = [from_range(library.store, name, 3, 9) for name in ("bow.bvh", "score.lnd")]
     manifest: list[dict[str, object]] = []
-    files = list(clips(library, wanted, manifest=manifest))
+    files = list(clips(library.store, wanted, manifest=manifest))
     names = ["bow_3-9.bvh", "bow_3-9.lnd", "score_3-9.lnd", "manifest.csv", "manifest.jsonl"]
     assert [file.name for file in files] == names
     assert [row["clip"] for row in manifest] == ["bow_3-9.bvh", "score_3-9.lnd"]
-    assert export(library, wanted, tmp_path / "out") == manifest
+    assert export(library.store, wanted, tmp_path / "out") == manifest
     for file in files:
         assert (tmp_path / "out" / file.name).read_bytes() == file.content
-    assert list(clips(library, [])) == []
+    assert list(clips(library.store, [])) == []
 
 
 def test_names_at_the_limit_of_the_file_system(tmp_path: Path, library: Library) -> None:
     name = "踊" * 83 + ".bvh"
     dance(tmp_path / name)
     library.ingest(tmp_path / name)
-    wanted = [from_range(library, name, 3, 9)] * 2
-    rows = export(library, wanted, tmp_path / "out")
+    wanted = [from_range(library.store, name, 3, 9)] * 2
+    rows = export(library.store, wanted, tmp_path / "out")
     assert [row["clip"] for row in rows] == ["踊" * 66 + end for end in ("_3-9.bvh", "_3-9_2.bvh")]
 
 
@@ -384,7 +401,9 @@ def test_no_cell_of_the_table_is_a_formula(library: Library, first: str) -> None
     said = {"part": first + "1", "direction": None, "level": "mid", "start_frame": 1}
     wanted = Request(capture, Span(3, 9), first + "> r_arm", 0.5, ({**said, "end_frame": 2},))
     manifest: list[dict[str, object]] = []
-    content = {file.name: file.content for file in clips(library, [wanted], manifest=manifest)}
+    content = {
+        file.name: file.content for file in clips(library.store, [wanted], manifest=manifest)
+    }
     table = csv.DictReader(io.StringIO(content["manifest.csv"].decode(), newline=""))
     (row,) = table
     shown = first.replace("\r", "\n")
@@ -397,7 +416,7 @@ def test_no_cell_of_the_table_is_a_formula(library: Library, first: str) -> None
 
 @pytest.mark.parametrize("form", ["webp", "gif", "mp4"])
 def test_films_stand_beside_clips(tmp_path: Path, library: Library, form: str) -> None:
-    hits = library.search("r_arm -> r_arm", within="*raise.bvh")
+    hits = library.search("r_arm -> r_arm", Selection("*raise.bvh"))
     folder = tmp_path / "films"
     rows = library.export(hits, folder, pad="0.2s", preview=form)
     assert rows
@@ -413,7 +432,7 @@ def test_films_stand_beside_clips(tmp_path: Path, library: Library, form: str) -
 
 
 def test_scores_have_films_too(tmp_path: Path, library: Library) -> None:
-    hits = library.search("r_arm", within="*score.lnd")[:1]
+    hits = library.search("r_arm", Selection("*score.lnd"))[:1]
     (row,) = library.export(hits, tmp_path / "films", preview="gif")
     assert row["clip"].endswith(".lnd")
     assert seen((tmp_path / "films" / row["preview"]).read_bytes(), "gif").frames

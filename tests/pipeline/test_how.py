@@ -31,7 +31,7 @@ def library(tmp_path: Path):
     track = Track("r_arm", rows, recording.tracks["r_arm"].known)
     score = Score(recording.capture.rate, recording.capture.frames, Meter(), {"r_arm": track})
     with open_library(tmp_path / "lanindex.db", create=True) as opened:
-        opened.add("one.lnd", score, format="lnd", sha256="0" * 64, label="wave")
+        opened.store.add("one.lnd", score, format="lnd", sha256="0" * 64, label="wave")
         yield opened
 
 
@@ -99,7 +99,7 @@ def test_what_takes_too_long_says_how_far_it_came(library: Library) -> None:
 
 def test_it_is_told_how_far_a_search_is(library: Library) -> None:
     told = []
-    library.watch = lambda *how_far: told.append(how_far)
+    library.store.session.progress = lambda *how_far: told.append(how_far)
     library.search("r_arm any")
     assert told
     assert {(noun, total) for noun, _, total in told} == {("captures", 1)}

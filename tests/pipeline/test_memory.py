@@ -7,35 +7,35 @@ from bodies import person
 
 from lanindex import compiled
 from lanindex.encoding.profile import load
-from lanindex.pipeline import memory, pool
+from lanindex.pipeline import pool
 from lanindex.pipeline.prepare import Task
 
 GIGABYTE = 1 << 30
 
 
 def free(monkeypatch: pytest.MonkeyPatch, amount: int | None) -> None:
-    monkeypatch.setattr(memory, "available", lambda: amount)
+    monkeypatch.setattr(pool, "available", lambda: amount)
 
 
 def test_the_largest_files_count(monkeypatch: pytest.MonkeyPatch) -> None:
     sizes = [1000, GIGABYTE, 2000, GIGABYTE]
-    one, small = memory.needed(GIGABYTE), memory.needed(2000)
+    one, small = pool.needed(GIGABYTE), pool.needed(2000)
     for amount, jobs in ((2 * one, 2), (2 * one - 1, 1), (2 * one + small, 3), (0, 1)):
         free(monkeypatch, amount)
-        assert memory.affordable(sizes, 4) == jobs
+        assert pool.affordable(sizes, 4) == jobs
     free(monkeypatch, None)  # a system that does not tell
-    assert memory.affordable(sizes, 4) == 4
+    assert pool.affordable(sizes, 4) == 4
 
 
 def test_processes_without_a_file_of_their_own_take_room_too(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    free(monkeypatch, memory.needed(GIGABYTE) + memory.needed(0))
-    assert memory.affordable([GIGABYTE], 8) == 2
+    free(monkeypatch, pool.needed(GIGABYTE) + pool.needed(0))
+    assert pool.affordable([GIGABYTE], 8) == 2
 
 
 def test_the_system_tells_what_is_free() -> None:
-    found = memory.available()
+    found = pool.available()
     assert found is None or found > 1 << 20
 
 

@@ -8,13 +8,16 @@ import pytest
 from dances import BOW, RAISE, dance
 
 from lanindex.errors import ExportError, UsageError
+from lanindex.library.selection import Selection
 from lanindex.pipeline import Library, charts, open_library
-from lanindex.pipeline.chance import GATHERED, by_chance, gathered
 from lanindex.pipeline.movement import (
     BINS,
     CELLS,
+    GATHERED,
     PARTED,
     USUAL,
+    by_chance,
+    gathered,
 )
 
 
@@ -87,7 +90,9 @@ def test_what_differs_is_told_and_nothing_else(library: Library) -> None:
 
 
 def test_few_captures_tell_nothing(library: Library) -> None:
-    found = library.movement(by="label", compared=("bow", "raise"), within="*[01].bvh")
+    found = library.movement(
+        by="label", compared=("bow", "raise"), selection=Selection("*[01].bvh")
+    )
     assert found.groups == {"bow": 2, "raise": 2}
     assert not [one for one in found.differences if one.matters]
 
@@ -124,7 +129,7 @@ def test_every_capture_is_one_group_where_nobody_groups_them(library: Library) -
     assert set(USUAL) < set(PARTED)
     assert "step" not in PARTED
     assert len(CELLS) == 27
-    nothing = library.movement(within="*.c3d")
+    nothing = library.movement(Selection("*.c3d"))
     assert nothing.groups == {}
     assert nothing.moves == ()
 
@@ -173,4 +178,4 @@ def test_pictures_that_cannot_be_drawn_are_refused(library: Library, monkeypatch
 
 def test_a_part_that_never_moves_is_drawn(library: Library) -> None:
     pytest.importorskip("matplotlib")
-    assert charts.charted(library.movement(parts=["head"], within="*bow*"), "svg")
+    assert charts.charted(library.movement(parts=["head"], selection=Selection("*bow*")), "svg")

@@ -21,6 +21,7 @@ from lanindex import formats
 from lanindex.encoding.profile import load
 from lanindex.formats import c3d as c3d_format
 from lanindex.formats import fbx as fbx_format
+from lanindex.library.selection import Selection
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.discover import discover
 from lanindex.pipeline.ingest import ingest
@@ -134,7 +135,7 @@ def test_one_of_them_by_name(library: Library, trial: Path) -> None:
 def test_files_with_people_move(library: Library, trial: Path) -> None:
     before = {one.path: one.location for one in library.ingest(trial) and library.captures()}
     shutil.move(trial, trial.with_name("other.c3d"))
-    looked = list(ingest(library, discover([trial.parent]), PROFILE, dry_run=True))
+    looked = list(ingest(library.store, discover([trial.parent]), PROFILE, dry_run=True))
     outcomes = library.ingest(trial.parent)
     assert told(looked) == told(outcomes) == dict.fromkeys(
         ("other.c3d#Ada", "other.c3d#Bob"), "unchanged"
@@ -202,10 +203,12 @@ def test_odd_names(library: Library, tmp_path: Path, suffix: str) -> None:
         outcomes = library.ingest(path.parent)
         assert [(one.path, one.status) for one in outcomes] == [(it, status) for it in places]
     assert list(discover([path])) == [one.location for one in library.captures()] == places
-    assert library.missing() == []
+    assert library.store.missing() == []
     hits = library.search("r_arm place high")
     assert [hit.path for hit in hits] == places
-    assert [hit.path for hit in library.search("r_arm place high", within="*#..")] == places[2:3]
+    assert [hit.path for hit in library.search("r_arm place high", Selection("*#.."))] == places[
+        2:3
+    ]
     library.export(hits, tmp_path / "out")
     clips = list((tmp_path / "out").glob(f"*.{suffix}"))
     assert sorted(len(formats.read(clip)) for clip in clips) == sorted(
@@ -214,7 +217,7 @@ def test_odd_names(library: Library, tmp_path: Path, suffix: str) -> None:
     for place in places:
         assert library.capture(place).path == place
     path.unlink()
-    assert [one.path for one in library.missing()] == places
+    assert [one.path for one in library.store.missing()] == places
 
 
 @pytest.mark.skipif(importlib.util.find_spec("ufbx") is None, reason="ufbx is not installed")

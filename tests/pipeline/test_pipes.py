@@ -23,7 +23,7 @@ def library(tmp_path: Path):
     with open_library(tmp_path / "made.db", create=True) as made:
         for recording in recordings_of(ARMS):
             capture = recording.capture
-            made.add(
+            made.store.add(
                 *(tmp_path / f"{recording.name}.lnd", recording.score()),
                 **{"format": "lnd", "sha256": "0" * 64, "label": "", "metadata": capture.metadata},
             )

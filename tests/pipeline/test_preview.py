@@ -23,7 +23,7 @@ def library(tmp_path: Path):
 
 
 def shown(library: Library, path: str, pattern: str = "r_arm place high"):
-    return list(preview(library, library.search(pattern), Path(path)))
+    return list(preview(library.store, library.search(pattern), Path(path)))
 
 
 def test_a_score_is_carried_out(library: Library) -> None:
@@ -64,7 +64,7 @@ def test_each_capture_is_read_once(library: Library, monkeypatch: pytest.MonkeyP
     hits = library.search("arm any", overlaps="all")
     assert len(hits) > 12
     mixed = hits.arranged(sorted(range(len(hits)), key=lambda it: it % 3))
-    ((_, content, _),) = preview(library, mixed, Path("a.html"), lambda *it: told.append(it))
+    ((_, content, _),) = preview(library.store, mixed, Path("a.html"), lambda *it: told.append(it))
     assert len(read) == 5
     assert len({*read}) == 5
     assert told[-1] == ("hits", len(hits), len(hits))

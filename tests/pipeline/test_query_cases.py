@@ -23,7 +23,7 @@ def libraries(tmp_path_factory: pytest.TempPathFactory):
             library = opened[key] = open_library(folder / f"{len(opened)}.db", create=True)
             for recording in case.recordings:
                 capture = recording.capture
-                library.add(
+                library.store.add(
                     folder / f"{recording.name or 'only'}.lnd",
                     recording.score(),
                     format="lnd",

@@ -8,6 +8,7 @@ from sample import sample_score
 
 from lanindex.alphabet import TRACKS
 from lanindex.errors import LibraryError, PatternError, UsageError
+from lanindex.library.selection import Selection
 from lanindex.pipeline import Library, open_library
 
 
@@ -48,12 +49,12 @@ def test_where_palms_face_is_rarely_told(library: Library) -> None:
 def test_hits_are_of_the_library_that_was_searched(library: Library) -> None:
     score, wanted = library.score("bow.lnd"), library.search("r_arm forward")[0].span
     place = library.capture("bow.lnd").location
-    with open_library(library.place) as other:
+    with open_library(library.store.place) as other:
         found = library.search("r_arm forward")
         other.label("bow.lnd", "bow")
         assert found[0].span == wanted
         for change in (
-            lambda: other.add(place, sample_score(), format="lnd", sha256="0"),
+            lambda: other.store.add(place, sample_score(), format="lnd", sha256="0"),
             lambda: other.remove(place),
         ):
             found = library.search("r_arm any")
@@ -62,7 +63,7 @@ def test_hits_are_of_the_library_that_was_searched(library: Library) -> None:
                 LibraryError, match=r"gone, or others now. Search again: the library"
             ):
                 list(found)
-            other.add(place, score, format="lnd", sha256="0")
+            other.store.add(place, score, format="lnd", sha256="0")
 
 
 def test_only_captures_that_fit_are_searched(library: Library) -> None:
@@ -74,12 +75,14 @@ def test_only_captures_that_fit_are_searched(library: Library) -> None:
         ({"label": "wave"}, 0),
         ([("format", "lnd"), ("format", "bvh")], 0),
     ):
-        assert len(library.search(pattern, where=where)) == found
-        assert len(library.search(pattern, within="*.lnd", where=where)) == found
-        assert len(library.search(pattern, within="*.bvh", where=where)) == 0
-        assert f"r_arm forward  {found}\n" in library.explain(pattern, where=where)
+        assert len(library.search(pattern, Selection(where=where))) == found
+        assert len(library.search(pattern, Selection("*.lnd", where=where))) == found
+        assert len(library.search(pattern, Selection("*.bvh", where=where))) == 0
+        assert f"r_arm forward  {found}\n" in library.explain(
+            pattern, selection=Selection(where=where)
+        )
     with pytest.raises(UsageError, match="no capture has a column"):
-        library.search(pattern, where={"whom": "x"})
+        library.search(pattern, Selection(where={"whom": "x"}))
 
 
 def test_what_would_be_found_is_what_is_found(library: Library) -> None:
@@ -96,6 +99,6 @@ def test_brackets_with_a_length_are_tried_as_well(library: Library) -> None:
 
 
 def test_no_verb_refuses_a_part_of_the_alphabet(library: Library) -> None:
-    library.check_parts(TRACKS)
+    library.store.check_parts(TRACKS)
     with pytest.raises(UsageError, match=r'--part: "tail", wanted one of r_arm .* head torso'):
-        library.check_parts(["r_arm", "tail"])
+        library.store.check_parts(["r_arm", "tail"])

@@ -6,8 +6,9 @@ import pytest
 from dances import BOW, RAISE, dance
 
 from lanindex.errors import UsageError
+from lanindex.library.selection import Selection
 from lanindex.pipeline import Library, open_library
-from lanindex.pipeline.sampling import sampled
+from lanindex.pipeline.example import sampled
 
 
 @pytest.fixture
@@ -34,10 +35,10 @@ def test_captures_that_are_alike_are_a_group(library: Library) -> None:
     assert (found.captures, found.pairs, found.every) == (5, 10, True)
     assert len(library.similar(groups=1).groups) == 1
     assert len(library.similar(groups=5).groups) == 5
-    assert [named(group) for group in library.similar(within="bow*").groups] == [
+    assert [named(group) for group in library.similar(Selection("bow*")).groups] == [
         {"bow", "bow_again"}
     ]
-    assert library.similar(where={"label": "none"}).groups == []
+    assert library.similar(Selection(where={"label": "none"})).groups == []
 
 
 def test_there_are_as_many_groups_as_are_wanted(library: Library) -> None:
@@ -90,7 +91,7 @@ def test_a_motif_is_a_pattern_that_finds_just_what_was_counted(library: Library)
         assert motif.captures == len({hit.capture.id for hit in hits})
         assert motif.steps == 1 + motif.pattern.count("->")
     assert {motif.part for motif in library.motifs(parts=["l_arm"], length=2).found} <= {"l_arm"}
-    assert library.motifs(within="none").found == []
+    assert library.motifs(Selection("none")).found == []
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from plain_example import warped as plainly
 
 from lanindex.alphabet import JOINT_CODES
-from lanindex.pipeline.rerank import normalised, warped
+from lanindex.pipeline.example import normalised, warped
 
 
 def body(seed, frames):

@@ -8,7 +8,7 @@ from query_cases import recordings_of
 
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.model import Track
-from lanindex.pipeline.how import NEAR
+from lanindex.pipeline.search import NEAR
 from lanindex.search.language import parse
 from lanindex.search.match import find_in
 

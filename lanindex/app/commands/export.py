@@ -107,7 +107,7 @@ def run(
     whole captures do.
     """
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
-    how |= {"near": near, "fuzzy": fuzzy, "within": within, "where": options.where(where)}
+    how |= {"near": near, "fuzzy": fuzzy, "selection": options.selection(within, where)}
     stretch = (capture, begin, end)
     of_dataset: dict[str, Any] = {
         "--patterns": patterns,
@@ -125,8 +125,7 @@ def run(
     _check_source(what, patterns, stretch, how, whole=dataset is not None)
     from lanindex.pipeline import open_library
 
-    with open_library(db, readonly=True) as library:
-        library.tell, library.watch, library.words = out.note, out.watch, words
+    with open_library(db, readonly=True, words=words, note=out.note, progress=out.watch) as library:
         if dataset is None:
             written = _clips(
                 out, library, what, stretch, how, output or Path("clips"),
@@ -134,13 +133,13 @@ def run(
                  "preview": preview},
             )  # fmt: skip
         else:
-            wishes: dict[str, Any] = {
+            dataset_options: dict[str, Any] = {
                 "layout": layout,
                 "rate": fps and options.rate(fps),
                 "shares": split,
             }
-            wishes |= {"split_by": split_by, "seed": seed, "pad": pad, "force": force}
-            written = _dataset(out, library, what, patterns, stretch, how, dataset, wishes)
+            dataset_options |= {"split_by": split_by, "seed": seed, "pad": pad, "force": force}
+            written = _dataset(out, library, what, patterns, stretch, how, dataset, dataset_options)
     if library.refused or not written:
         raise typer.Exit(2 if library.refused else 1)
 
@@ -166,7 +165,7 @@ def _check_source(
         raise UsageError(" and ".join(given), wanted="one of them")
     if capture is None and stretch != (None, None, None):
         raise UsageError("--from and --to", wanted="--capture beside them")
-    filtered = how["where"] or how["within"] is not None
+    filtered = bool(how["selection"].globs)
     if filtered and (capture is not None or what == "-"):
         wanted = "patterns, or whole captures, beside them" if whole else "a pattern beside them"
         raise UsageError("--in and --where", wanted=wanted)
@@ -182,22 +181,21 @@ def _clips(
     form: dict[str, Any],
 ) -> int:
     """Write clips, and return how many."""
-    from lanindex.pipeline.export import export
-    from lanindex.pipeline.requests import from_hits, from_lines, from_range
+    from lanindex.pipeline.export import export, from_hits, from_lines, from_range
     from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
 
     capture, begin, end = stretch
     if capture is not None:
-        requests = iter([from_range(library, options.capture_id(capture), begin, end)])
+        requests = iter([from_range(library.store, options.capture_id(capture), begin, end)])
     elif what == "-":
-        requests = iter(from_lines(library, sys.stdin.buffer if sys.stdin else ()))
+        requests = iter(from_lines(library.store, sys.stdin.buffer if sys.stdin else ()))
     else:
         pattern = pattern_of(out, library, pattern_in(str(what)), library.words)
         found = library.search(pattern, **how)
         end_progress()
         requests = iter(from_hits(hits_in(found), found.pattern))
-    manifest = export(library, requests, folder, **form)
+    manifest = export(library.store, requests, folder, **form)
     for row in manifest:
         if out.json:
             out.record(row)
@@ -215,12 +213,12 @@ def _dataset(
     stretch: Stretch,
     how: dict[str, Any],
     folder: Path,
-    wishes: dict[str, Any],
+    dataset_options: dict[str, Any],
 ) -> int:
     """Write a data set, and return its size in bytes."""
-    from lanindex.pipeline.dataset import Wishes, of_captures, write
+    from lanindex.pipeline.dataset import DatasetOptions, of_captures, write
 
-    given = {name: value for name, value in wishes.items() if value is not None}
+    given = {name: value for name, value in dataset_options.items() if value is not None}
     if patterns is not None:
         found = list(_of_labels(library, patterns, how))
     elif stretch[0] is not None or what == "-":
@@ -228,9 +226,11 @@ def _dataset(
     elif what is not None:
         found = [_of_pattern(out, library, what, how)]
     else:
-        found = [of_captures(library.captures(how["within"], how["where"]))]
+        found = [of_captures(library.captures(how["selection"]))]
     end_progress()
-    made = write(library, found, folder, replace(Wishes(how=dict(_on_card(how))), **given))
+    made = write(
+        library.store, found, folder, replace(DatasetOptions(how=dict(_on_card(how))), **given)
+    )
     end_progress()
     _report(out, made, folder)
     return len(made.clips)
@@ -238,12 +238,14 @@ def _dataset(
 
 def _on_card(how: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield how clips were searched for, as a card has it."""
-    names = {"within": "captures", "where": "captures where", "fuzzy": "edits allowed"}
-    for name, value in how.items():
-        if name == "where":
-            value = ", ".join(f"{key}={glob}" for key, glob in value)
+    selection = how["selection"]
+    rest = {name: value for name, value in how.items() if name != "selection"}
+    rest["captures"] = selection.path
+    rest["captures where"] = ", ".join(f"{key}={glob}" for key, glob in selection.where)
+    for name, value in rest.items():
         if value or name == "tolerance":
-            yield names.get(name, name), f"{value:g} s" if name == "tolerance" else str(value)
+            name = "edits allowed" if name == "fuzzy" else name
+            yield name, f"{value:g} s" if name == "tolerance" else str(value)
 
 
 def _of_pattern(out: Output, library: Library, what: str, how: dict[str, Any]) -> Found:
@@ -270,7 +272,7 @@ def _of_labels(library: Library, patterns: Path, how: dict[str, Any]) -> Iterato
     from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
 
-    labels = library.called("label")
+    labels = library.store.texts("label")
     for label in read_patterns(patterns):
         text = pattern_in(label.text, patterns.parent)
         found = of_hits(hits_in(library.search(text, **how)), label.name, of_pattern(text))
@@ -282,12 +284,12 @@ def _of_requests(library: Library, stretch: Stretch) -> list[Found]:
     """Return a stretch of a capture, or the hits on standard input by their pattern."""
     from lanindex.pipeline.dataset import of_requests
     from lanindex.pipeline.dataset.texts import of_pattern
-    from lanindex.pipeline.requests import from_lines, from_range
+    from lanindex.pipeline.export import from_lines, from_range
 
     capture, begin, end = stretch
     if capture is not None:
-        return [of_requests([from_range(library, options.capture_id(capture), begin, end)])]
-    requests = from_lines(library, sys.stdin.buffer if sys.stdin else ())
+        return [of_requests([from_range(library.store, options.capture_id(capture), begin, end)])]
+    requests = from_lines(library.store, sys.stdin.buffer if sys.stdin else ())
     return [
         of_requests((it for it in requests if it.pattern == pattern), sentence=of_pattern(pattern))
         for pattern in dict.fromkeys(request.pattern for request in requests)

@@ -49,7 +49,7 @@ def run(
     """
     from lanindex.encoding.profile import load
     from lanindex.formats import check, parted
-    from lanindex.pipeline import open_library
+    from lanindex.library.store import Store
     from lanindex.pipeline.discover import discover
     from lanindex.pipeline.ingest import ingest
     from lanindex.pipeline.labels import check_fit, read_labels, unfitting
@@ -70,13 +70,14 @@ def run(
     tally, read, beside = Counter[str](), list[str](), set[str]()
     start, division = time.monotonic(), chosen.meter.division
     no_library = dry_run and not os.path.exists(db)
-    opened = nullcontext() if no_library else open_library(db, create=True, readonly=dry_run)
-    with opened as library:
-        if library:
-            library.tell = out.note
-            library.watch = out.watch if out.watched else library.watch
+    progress = out.watch if out.watched else None
+    with (
+        nullcontext()
+        if no_library
+        else Store.open(db, create=True, readonly=dry_run, note=out.note, progress=progress)
+    ) as store:
         how: dict[str, Any] = {"force": force, "dry_run": dry_run, "labels": table, "jobs": jobs}
-        outcomes = ingest(library, files, chosen, reading=reading, **how)
+        outcomes = ingest(store, files, chosen, reading=reading, **how)
         by_file = groupby(outcomes, key=lambda outcome: parted(outcome.path)[0])
         for _, of_file in out.progress(by_file, len(files), "files"):
             for outcome in of_file:
@@ -100,7 +101,7 @@ def run(
 
 def _processes(out: Output, files: list[str], requested: int | None) -> int:
     """Return how many processes are worth their start and have room in memory."""
-    from lanindex.pipeline.memory import affordable, size_of
+    from lanindex.pipeline.pool import affordable, size_of
 
     wanted = requested or (os.cpu_count() or 1 if len(files) >= MANY else 1)
     possible = affordable(map(size_of, files), wanted)

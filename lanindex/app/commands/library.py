@@ -38,7 +38,9 @@ def list_captures(
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=True) as library:
-        captures = library.captures(within, options.where(where), doubts=doubts)
+        captures = library.captures(options.selection(within, where))
+    if doubts:
+        captures = [capture for capture in captures if capture.warnings]
     seconds = [float(capture.frames / capture.rate) for capture in captures]
     if out.json:
         for capture in captures:
@@ -112,9 +114,9 @@ def show(
         if capture is not None:
             numbers = [library.capture(options.capture_id(capture)).id]
         elif where:
-            numbers = library.numbers(where=options.where(where))
+            numbers = library.store.numbers(options.selection(None, where))
         if part:
-            library.check_parts(part)
+            library.store.check_parts(part)
         # a staff needs the other parts, too: feet that hold the weight
         captures = library.tracks(numbers, None if staff else part)
         symbols = 0
@@ -226,8 +228,8 @@ def remove(
         readable = dry_run or within is not None or bool(where)
         chosen, damaged = _named(library, captures or [], readable)
         if not damaged:
-            found = library.captures(within, options.where(where))
-            wanted = {it.id for it in (chosen if captures else library.missing())}
+            found = library.captures(options.selection(within, where))
+            wanted = {it.id for it in (chosen if captures else library.store.missing())}
             chosen = [it for it in found if it.id in wanted or not (captures or missing)]
         if not dry_run:
             library.remove(*damaged, *(capture.id for capture in chosen))

@@ -60,8 +60,7 @@ def stats(
             by=by or "",
             compared=compare,
             parts=part or (),
-            within=within,
-            where=options.where(where),
+            selection=options.selection(within, where),
         )
     if plot:
         from lanindex.pipeline.charts import charted
@@ -184,15 +183,13 @@ def motifs(
     from lanindex.pipeline import open_library
     from lanindex.pipeline.motifs import SAMPLE
 
-    with open_library(db, readonly=True) as library:
-        library.tell, library.watch = out.note, out.watch
+    with open_library(db, readonly=True, note=out.note, progress=out.watch) as library:
         found = library.motifs(
             min_count=min_count,
             length=length,
             parts=part,
             sample=None if everything else SAMPLE,
-            within=within,
-            where=options.where(where),
+            selection=options.selection(within, where),
             timeout=timeout,
         )
     end_progress()
@@ -258,14 +255,12 @@ def similar(
     from lanindex.pipeline import open_library
     from lanindex.pipeline.similar import ALIKE, SAMPLE
 
-    with open_library(db, readonly=True) as library:
-        library.tell, library.watch = out.note, out.watch
+    with open_library(db, readonly=True, note=out.note, progress=out.watch) as library:
         found = library.similar(
             groups=groups,
             alike=ALIKE if alike is None else alike,
             sample=None if everything else SAMPLE,
-            within=within,
-            where=options.where(where),
+            selection=options.selection(within, where),
             timeout=timeout,
         )
     end_progress()

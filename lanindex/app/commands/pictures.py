@@ -98,13 +98,13 @@ def _named(
     tempo: str | None = None,
 ) -> Named:
     """Return the capture, hit, stretch or file that an argument names; print a file's warnings."""
+    from lanindex.library.store import Store
     from lanindex.model import Reading
-    from lanindex.pipeline import open_library
     from lanindex.pipeline.named import named
 
     one = named(
         options.one_line(text),
-        lambda: open_library(db, readonly=True),
+        lambda: Store.open(db, readonly=True),
         reading or Reading(),
         profile=profile,
         tempo=tempo,
@@ -118,7 +118,7 @@ def _marked(out: Output, named: Named, pattern: str | None, words: Path | None) 
     """Return the symbols to highlight: those that a pattern matches, or the hit that is named."""
     if pattern is None:
         return list(named.matched)
-    from lanindex.pipeline.apart import matched
+    from lanindex.pipeline.search import matched
 
     hits = matched(named.score, pattern, words)
     out.note(counted(len(hits), "hit"))
@@ -188,10 +188,10 @@ def play(
     """
     from lanindex.film.figure import figure
     from lanindex.film.film import RATE, RATES, Film, form_of
-    from lanindex.pipeline import open_library
+    from lanindex.library.store import Store
     from lanindex.pipeline.files import refuse, safe_stem, write_all
     from lanindex.pipeline.named import named as resolve
-    from lanindex.pipeline.playing import motion_of
+    from lanindex.pipeline.preview import motion_of
 
     target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.webp")
     form = form_of(str(target))
@@ -200,7 +200,7 @@ def play(
     if not (width.isdecimal() and height.isdecimal()):
         raise UsageError(f'"{size}"', place="--size", wanted="WIDTHxHEIGHT, such as 640x480")
     refuse(target, force=force)
-    opened = partial(open_library, db, readonly=True)
+    opened = partial(Store.open, db, readonly=True)
     with _file_fps():
         named = resolve(options.one_line(capture), opened, reading, profile=profile, tempo=tempo)
         motion = motion_of(named, opened, reading, rate)

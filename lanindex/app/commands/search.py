@@ -134,7 +134,7 @@ def run(
     if into is None and preview is None and force:
         raise UsageError("--force", wanted="--into or --preview beside it")
     _check_files(context, preview, force)
-    among: dict[str, Any] = {"within": within, "where": options.where(where)}
+    among: dict[str, Any] = {"selection": options.selection(within, where)}
     if pattern is None or like is not None or rerank:
         if like is None:
             given = "nothing to search for" if pattern is None else "--rerank"
@@ -150,8 +150,7 @@ def run(
     typed, pattern = pattern, pattern_in(pattern)
     how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
     how["near"] = near
-    with open_library(db, readonly=True) as library:
-        library.tell, library.watch, library.words = out.note, out.watch, words
+    with open_library(db, readonly=True, words=words, note=out.note, progress=out.watch) as library:
         pattern = pattern_of(out, library, pattern, words)
         if why is not None:
             return _why(out, library.why(pattern, options.capture_id(why), **how))
@@ -176,7 +175,7 @@ def run(
             return _write_tier(out, hits, into, tier or TIER, typed, force=force)
         elif count:
             tally = dict(found.tally())
-            for number, path in library.called("path", tally).items():
+            for number, path in library.store.texts("path", tally).items():
                 if out.json:
                     out.record({"capture": path, "capture_id": number, "count": tally[number]})
                 else:
@@ -278,12 +277,12 @@ def _draw(out: Output, library: Library, hits: Hits, path: Path, force: bool) ->
     troubles: list[str] = []
 
     def files() -> Iterator[tuple[Path, bytes]]:
-        for file, content, untold in preview(library, hits, path, out.watch):
+        for file, content, untold in preview(library.store, hits, path, out.watch):
             sizes.append((file, len(content)))
             troubles.extend(untold)
             yield file, content
 
-    write_all(files(), force=force, suspects=partial(suspects, library))
+    write_all(files(), force=force, suspects=partial(suspects, library.store))
     end_progress()
     for line in troubles[:TROUBLES]:
         out.note(f"not drawn: {line}")
@@ -344,8 +343,7 @@ def _like(
 
     most = limit or (ON_TERMINAL if out.terminal else LIKE_LIMIT)
     reach = max(most, LIKE_LIMIT) if rerank else most
-    with open_library(db, readonly=True) as library:
-        library.tell, library.watch = out.note, out.watch
+    with open_library(db, readonly=True, note=out.note, progress=out.watch) as library:
         found = library.like(clip, limit=reach, rerank=rerank, timeout=timeout, **among)
     end_progress()
     hits = found.hits[:most]

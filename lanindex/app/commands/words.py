@@ -86,11 +86,12 @@ def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[
 
 def _labelled(out: Output, library: Library, name: str) -> None:
     """Say which captures are labelled with a word."""
+    from lanindex.library.selection import Selection
     from lanindex.pipeline.words import glob_of, said_by
 
-    labelled = library.numbers(where=[("label", glob_of(name))])
+    labelled = library.store.numbers(Selection(where={"label": glob_of(name)}))
     if labelled:
-        label = said_by(library.called("label", labelled).values(), glob_of(name))
+        label = said_by(library.store.texts("label", labelled).values(), glob_of(name))
         verb = "is" if len(labelled) == 1 else "are"
         out.note(
             f'{counted(len(labelled), "capture")} {verb} labelled "{label}": '

@@ -3,9 +3,9 @@
 from lanindex.pipeline.dataset.splits import PERFORMERS, SPLITS, read_shares
 from lanindex.pipeline.dataset.write import (
     COLUMNS,
+    DatasetOptions,
     Found,
     Made,
-    Wishes,
     of_captures,
     of_hits,
     of_requests,
@@ -16,9 +16,9 @@ __all__ = [
     "COLUMNS",
     "PERFORMERS",
     "SPLITS",
+    "DatasetOptions",
     "Found",
     "Made",
-    "Wishes",
     "of_captures",
     "of_hits",
     "of_requests",

@@ -20,18 +20,25 @@ from lanindex import formats
 from lanindex.encoding.joints import body
 from lanindex.encoding.resample import resample
 from lanindex.errors import ExportError, UsageError
-from lanindex.library.find import gone
+from lanindex.library.selection import is_gone
 from lanindex.library.store import Store
 from lanindex.model import Capture, Reading, Score, Span
 from lanindex.notation import NOTATIONS
-from lanindex.pipeline.clipping import unchanged
 from lanindex.pipeline.dataset.card import Counts, licence_of, page
 from lanindex.pipeline.dataset.layouts import Clip, Layout, layout_of
 from lanindex.pipeline.dataset.splits import performers, read_shares, split, units
 from lanindex.pipeline.dataset.texts import of_symbols, of_what_is_done, several
-from lanindex.pipeline.export import free, held_as, pad_frames, padded, suspects
+from lanindex.pipeline.export import (
+    Request,
+    free,
+    from_hits,
+    held_as,
+    pad_frames,
+    padded,
+    suspects,
+    unchanged,
+)
 from lanindex.pipeline.files import safe_stem, write_all
-from lanindex.pipeline.requests import Request, from_hits
 from lanindex.search.hits import Hits
 
 INDEX, CARD, PAGE = "clips.jsonl", "card.json", "README.md"
@@ -78,7 +85,7 @@ def of_captures(captures: Iterable[Capture], label: str = "") -> Found:
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
+class DatasetOptions:
     """How a data set is made."""
 
     layout: str = "npz"
@@ -99,14 +106,14 @@ class Made:
     card: Mapping[str, Any]
 
 
-def write(library: Store, found: Sequence[Found], folder: Path, wishes: Wishes) -> Made:
+def write(store: Store, found: Sequence[Found], folder: Path, options: DatasetOptions) -> Made:
     """Write a data set, all or nothing; where there is no clip, nothing."""
-    job = _Job(library, found, wishes)
-    before = _before(folder, wishes.force)
+    job = _Job(store, found, options)
+    before = _before(folder, options.force)
     write_all(
         ((folder / name, content) for name, content in job.files()),
-        force=wishes.force,
-        suspects=lambda replaced: suspects(library, replaced),
+        force=options.force,
+        suspects=lambda replaced: suspects(store, replaced),
     )
     if job.written:
         for name in before - job.written:
@@ -117,28 +124,28 @@ def write(library: Store, found: Sequence[Found], folder: Path, wishes: Wishes) 
 class _Job:
     """One data set while it is made."""
 
-    def __init__(self, library: Store, found: Sequence[Found], wishes: Wishes) -> None:
-        self.library, self.found, self.wishes = library, found, wishes
-        self.layout: Layout = layout_of(wishes.layout)
-        rate, own = wishes.rate, self.layout.rate
+    def __init__(self, store: Store, found: Sequence[Found], options: DatasetOptions) -> None:
+        self.store, self.found, self.options = store, found, options
+        self.layout: Layout = layout_of(options.layout)
+        rate, own = options.rate, self.layout.rate
         if rate and own and rate != own:
-            wanted = f"{own}, as {wishes.layout} has it"
+            wanted = f"{own}, as {options.layout} has it"
             raise UsageError(f"{float(rate):g} frames a second", place="--fps", wanted=wanted)
         self.rate = own or rate
-        pad_frames(wishes.pad, Fraction(1))
-        shares = read_shares(wishes.shares)
+        pad_frames(options.pad, Fraction(1))
+        shares = read_shares(options.shares)
         numbers: Counter[int] = Counter()
         for one in found:
             numbers.update(dict(one.tally))
-        chosen = [capture for capture in library.captures() if capture.id in numbers]
-        self.column = performers(chosen, wishes.split_by)
+        chosen = [capture for capture in store.captures() if capture.id in numbers]
+        self.column = performers(chosen, options.split_by)
         moving = [capture for capture in chosen if capture.format not in NOTATIONS]
         _all_there(moving)
         self.unit = units(moving, self.column)
         weights: Counter[str] = Counter()
         for capture in moving:
             weights[self.unit[capture.id]] += numbers[capture.id]
-        self.split = split(weights, shares, wishes.seed)
+        self.split = split(weights, shares, options.seed)
         self.total = len(chosen)
         self.untold = sum(not capture.metadata.get(self.column) for capture in moving)
         self.counts, self.index = Counts(), bytearray()
@@ -153,9 +160,9 @@ class _Job:
         ordered = merge(*streams, key=lambda one: one[1].capture.id)
         groups = groupby(ordered, key=lambda one: one[1].capture.id)
         for done, (_, group) in enumerate(groups):
-            self.library.watch("captures", done, self.total)
+            self.store.session.progress("captures", done, self.total)
             wanted = list(group)
-            held = held_as(self.library, wanted[0][1].capture)
+            held = held_as(self.store, wanted[0][1].capture)
             if held.format in NOTATIONS:
                 why = f"a score ({held.format}) has no motion"
                 self.counts.left_out[why] += len(wanted)
@@ -163,9 +170,9 @@ class _Job:
             before = self.counts.whole.clips
             for clip, source, request in self._clips(held, wanted, taken):
                 yield from self._kept(clip, source, held, request)
-            profile = self.library.encoding(held.id).profile
+            profile = self.store.encoding(held.id).profile
             self.counts.profiles[profile] += self.counts.whole.clips - before
-        self.library.watch("captures", self.total, self.total)
+        self.store.session.progress("captures", self.total, self.total)
         self.card = self._card()
         if self.index:
             last = [*self.layout.last(), (INDEX, bytes(self.index))]
@@ -176,8 +183,8 @@ class _Job:
     def _clips(
         self, held: Capture, wanted: Sequence[tuple[int, Request]], taken: set[str]
     ) -> Iterator[tuple[Clip, int, Request]]:
-        places, score = _read(self.library, held)
-        pad = pad_frames(self.wishes.pad, held.rate)
+        places, score = _read(self.store, held)
+        pad = pad_frames(self.options.pad, held.rate)
         for source, request in wanted:
             found = self.found[source]
             hit = request.hit
@@ -242,13 +249,13 @@ class _Job:
         ]
         return {
             "made_by": f"LanIndex {version('lanindex')}",
-            "layout": self.wishes.layout,
+            "layout": self.options.layout,
             "fps": float(self.rate) if self.rate else None,
             **self.counts.record(),
             "found": found,
-            "how": {"time around each hit": self.wishes.pad, **self.wishes.how},
-            "shares": self.wishes.shares,
-            "seed": self.wishes.seed,
+            "how": {"time around each hit": self.options.pad, **self.options.how},
+            "shares": self.options.shares,
+            "seed": self.options.seed,
             "split_by": self.column or "capture",
             "split_note": self._note(),
             "columns": list(COLUMNS),
@@ -274,18 +281,18 @@ def _numbered(number: int, requests: Iterable[Request]) -> Iterator[tuple[int, R
     return ((number, one) for one in requests)
 
 
-def _read(library: Store, held: Capture) -> tuple[NDArray[np.float64], Score]:
+def _read(store: Store, held: Capture) -> tuple[NDArray[np.float64], Score]:
     """Return the joints of a capture, (T, 20, 3) mm, and its score."""
-    encoding = library.encoding(held.id)
+    encoding = store.encoding(held.id)
     file = unchanged(held, encoding)
     told = Reading(**encoding.options)
     motion = formats.read_file(file, told, formats.Wanted(body_only=True))
-    return body(motion).places, library.score(held.id)
+    return body(motion).places, store.score(held.id)
 
 
 def _all_there(captures: Sequence[Capture]) -> None:
     """Refuse to begin where files are surely gone: it would be said after hours."""
-    lost = [one for one in captures if gone(one.location)]
+    lost = [one for one in captures if is_gone(one.location)]
     if lost:
         more = f", nor are those of {len(lost) - 1} others" if lost[1:] else ""
         raise ExportError(

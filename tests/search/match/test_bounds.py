@@ -15,7 +15,7 @@ from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.errors import LanindexError
 from lanindex.pipeline import open_library
-from lanindex.pipeline.patience import Patience
+from lanindex.pipeline.deadline import Deadline
 from lanindex.search.language import parse
 from lanindex.search.language.times import Time
 from lanindex.search.match import arrays, leading, walk
@@ -24,7 +24,7 @@ from lanindex.search.match.finder import NARROWER
 
 def patience(seconds: float):
     """Return what breaks a search off in time."""
-    return Patience(lambda *told: None, seconds, remedy=NARROWER).of("captures")
+    return Deadline(lambda *told: None, seconds, remedy=NARROWER).of("captures")
 
 
 def test_what_is_too_much_at_once_is_tried_in_parts_or_refused(monkeypatch):

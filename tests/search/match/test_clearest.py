@@ -10,7 +10,7 @@ from generated_patterns import random_pattern
 from query_cases import recordings_of
 from random_library import DIRECTIONS, PARTS, random_library
 
-from lanindex.pipeline.how import NEAR
+from lanindex.pipeline.search import NEAR
 from lanindex.search.language import parse
 from lanindex.search.match import finder
 from lanindex.search.match import hits as found_module

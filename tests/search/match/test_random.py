@@ -12,7 +12,7 @@ from plain_matcher import ties
 from random_library import DIRECTIONS, PARTS, TOUCHES, WHOLE, random_library
 
 from lanindex.model import Hit
-from lanindex.pipeline.how import NEAR
+from lanindex.pipeline.search import NEAR
 from lanindex.search.language import parse
 from lanindex.search.match import finder as find_module
 from lanindex.search.match import leading

@@ -12,7 +12,7 @@ from plain_matcher import find
 from query_cases import recordings_of
 from random_library import random_library
 
-from lanindex.pipeline.how import NEAR
+from lanindex.pipeline.search import NEAR
 from lanindex.search.language import parse
 from lanindex.search.match import arrays, leading, matches, walk
 from lanindex.search.match.arrays import FAR, OverBudget, together

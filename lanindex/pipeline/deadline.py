@@ -17,7 +17,7 @@ def silent(noun: str, done: int, total: int) -> None:
     """Tell nobody."""
 
 
-class Patience:
+class Deadline:
     """What a job tells now and then how far it is; raises once that has taken too long."""
 
     def __init__(
