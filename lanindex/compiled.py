@@ -32,10 +32,13 @@ class Loops(NamedTuple):
     worth: int  # Bytes of captures from which on compiling them costs less than it saves
 
 
+_NUMBERS = "lanindex.formats.decimals_fast"
+_PLACES = "lanindex.body.kinematics_fast"
 _CURVES = "lanindex.encoding.curves_fast"
 _ENCODE = ("near", "written")
 
 LOOPS = {
+    "numbers": Loops((_NUMBERS, _PLACES), (_PLACES, "_positions"), 100_000_000),
     "encode": Loops(
         (_CURVES, *(f"lanindex.encoding.{name}_fast" for name in _ENCODE)),
         (_CURVES, "_arrivals"),

@@ -53,8 +53,9 @@ def test_small_files_in_a_loop_count_together(tmp_path):
 
 
 def test_what_an_ingest_expects_counts_at_once():
-    compiled.expect(LOOPS["encode"].worth)
-    assert chosen("encode", 1)
+    compiled.expect(LOOPS["numbers"].worth)
+    assert chosen("numbers", 1)
+    assert not chosen("encode", 1)
 
 
 def test_one_process_of_several_compiles_and_the_others_find_it(tmp_path, monkeypatch):

@@ -1,16 +1,18 @@
 """From channels to places, joint by joint, all frames at once.
 
-Sine and cosine are spelt out, so that every machine gives the same bits.
+Sine and cosine are spelt out, so that every machine, and `kinematics_fast`, gives the same bits.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from lanindex import compiled
 
 Array = NDArray[np.float64]
 
@@ -21,8 +23,7 @@ COSINE = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(8, -1, -1))
 RADIANS = math.pi / 180.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Plan:
+class Plan(NamedTuple):
     """What has to be done for each joint, as flat tables."""
 
     parents: NDArray[np.int64]  # (J,) int64, -1 for a root
@@ -129,6 +130,10 @@ def positions(work: Plan, values: Array) -> Array:
     `values` (T, C) float64, the channels: units of the file, degrees; returned (T, J, 3) float64,
     units of the file.
     """
+    if compiled.chosen("numbers", 0):
+        from lanindex.body import kinematics_fast
+
+        return kinematics_fast.positions(work, values)
     places = np.empty((len(values), len(work.parents), 3))
     for start in range(0, len(values), _BLOCK):
         part = slice(start, start + _BLOCK)

@@ -12,14 +12,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex import compiled
+
 LARGEST = 1e9
 """Numbers beyond this are taken for damage."""
 
 PIECE = 1 << 17  # bytes worked on at a time: what comes between stays in the processor's cache
 
 _EIGHT = 8
-_DIGITS = 15  # so many are below 2^53
-_TENS = 10.0 ** np.arange(23)
+DIGITS = 15  # so many are below 2^53
+TENS = 10.0 ** np.arange(23)
 _SIGNS = np.array([1.0, -1.0])
 _LINE, _RETURN, _SPACE, _PLUS, _MINUS, _E = b"\n\r +-e"
 _BLANK = np.isin(np.arange(256), list(b" \t\r\n\v\f"))
@@ -52,6 +54,10 @@ def fill(
 
     Takes `values` (T, C), `lines` (T, 2); returns (T,).
     """
+    if compiled.chosen("numbers", len(data)):
+        from lanindex.formats import decimals_fast
+
+        return decimals_fast.fill(values, data, lines, separator, columns, width)
     read = np.zeros(len(lines), bool)
     wanted = np.array(columns)
     start = 0
@@ -133,18 +139,18 @@ def _numbers(text: bytes, starts: Places, stops: Places) -> tuple[Floats, Flags]
     point -= pointed
     whole = point - begun
     digits = whole + fraction
-    plain = (whole <= _EIGHT) & (digits > 0) & (digits <= _DIGITS)
+    plain = (whole <= _EIGHT) & (digits > 0) & (digits <= DIGITS)
     before, sound = _eight(words[point - _EIGHT], whole)
     plain &= sound
     behind, sound = _eight(last, fraction)
     plain &= sound
-    values = before * _TENS[fraction]
+    values = before * TENS[fraction]
     values += behind
     if exponent is not None:
         fraction -= exponent
-        plain &= (fraction >= 0) & (fraction < len(_TENS))
+        plain &= (fraction >= 0) & (fraction < len(TENS))
         fraction[~plain] = 0
-    values /= _TENS[fraction]
+    values /= TENS[fraction]
     values *= _SIGNS[negative.view(np.uint8)]
     values[~plain | blank] = np.nan
     return values, plain | blank

@@ -2,6 +2,7 @@
 
 import numpy as np
 import plain_kinematics
+from both_loops import plain_and_compiled
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -36,7 +37,8 @@ def movements(draw):
 def test_arrays_are_the_plain_loops(movement, child_first):
     parents, offsets, channels, values = movement
     work = kinematics.plan(parents, offsets, channels, child_first)
-    plain = kinematics.positions(work, values)
+    plain, compiled = plain_and_compiled(lambda: kinematics.positions(work, values))
+    assert np.array_equal(plain, compiled)
     loops = plain_kinematics.positions(parents, offsets, channels, values.tolist(), child_first)
     reach = 1.0 + np.abs(values).max(initial=0)
     np.testing.assert_allclose(plain, np.array(loops), atol=1e-9 * reach)
@@ -75,8 +77,8 @@ def test_vectors_turn_with_a_joint_as_what_hangs_on_it_does(movement, child_firs
     places = kinematics.positions(longer, values)
     wanted = places[:, -2:] - places[:, [joint]]
     reach = 1.0 + np.abs(places).max(initial=0)
-    found = kinematics.positions(aimed, values)[:, -2:]
-    np.testing.assert_allclose(found, wanted, atol=1e-9 * reach)
+    for found in plain_and_compiled(lambda: kinematics.positions(aimed, values)):
+        np.testing.assert_allclose(found[:, -2:], wanted, atol=1e-9 * reach)
 
 
 @given(st.lists(st.floats(-1e9, 1e9), min_size=1, max_size=30))
@@ -105,7 +107,8 @@ def test_positions_replace_the_offset_each_coordinate_for_itself():
 def test_many_frames_are_done_in_blocks():
     values = np.linspace(0, 360, 1500)[:, None]
     work = kinematics.plan([-1, 0], [[0, 0, 0], [1, 0, 0]], [[5], []])
-    places = kinematics.positions(work, values)
+    places, compiled = plain_and_compiled(lambda: kinematics.positions(work, values))
+    assert np.array_equal(places, compiled)
     np.testing.assert_allclose(places[:, 1, 0], np.cos(np.radians(values[:, 0])), atol=1e-12)
 
 
@@ -113,5 +116,5 @@ def test_depth_needs_no_recursion():
     joints = 5000
     parents, offsets = [*range(-1, joints - 1)], [[0, 1, 0]] * joints
     work = kinematics.plan(parents, offsets, [[3]] + [[]] * (joints - 1))
-    places = kinematics.positions(work, np.array([[90.0]]))
-    np.testing.assert_allclose(places[0, -1], [0, 1, joints - 1], atol=1e-9)
+    for places in plain_and_compiled(lambda: kinematics.positions(work, np.array([[90.0]]))):
+        np.testing.assert_allclose(places[0, -1], [0, 1, joints - 1], atol=1e-9)

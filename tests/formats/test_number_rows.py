@@ -6,6 +6,7 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
+from both_loops import plain_and_compiled
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,8 +22,13 @@ def frames_of(data: bytes) -> np.ndarray:
 
 
 def read(lines: list[str], width: int):
+    """Read rows in both ways, which give the same bits."""
     data = "\n".join(lines).encode()
-    return number_rows(data, frames_of(data), width)
+    frames = frames_of(data)
+    (values, bad), compiled = plain_and_compiled(lambda: number_rows(data, frames, width))
+    assert compiled[1] == bad
+    assert compiled[0][:bad].tobytes() == values[:bad].tobytes()
+    return values, bad
 
 
 def bits(values) -> list[bytes]:

@@ -209,6 +209,27 @@ def test_a_body_error_is_a_capture_error(walk):
     assert issubclass(BodyError, CaptureError)
 
 
+def test_without_numba_files_are_read_all_the_same(walk):
+    code = (
+        "import sys; sys.modules['numba'] = None\n"
+        "from lanindex.formats import read\n"
+        "from lanindex import compiled\n"
+        "compiled.LOAD, compiled.cached = 0, lambda name: True\n"
+        f"print(len(read({str(walk)!r})))"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert result.stdout.strip() == "5", result.stderr
+
+
+def test_small_work_does_not_load_numba(walk):
+    code = (
+        f"import sys; from lanindex.formats import read; read({str(walk)!r})\n"
+        "print('numba' in sys.modules)"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert result.stdout.strip() == "False", result.stderr
+
+
 def test_importing_is_cheap():
     code = "import sys, lanindex.formats; print('numpy' in sys.modules, 'numba' in sys.modules)"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

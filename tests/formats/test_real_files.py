@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from both_loops import plain_and_compiled
 from scipy.spatial.transform import Rotation
 
 from lanindex import formats
@@ -193,6 +194,12 @@ def plain_places(path: Path, compose: str = "parent") -> tuple[BvhLayout, np.nda
     assert bad is None
     work = kinematics.plan(joints.parents, joints.offsets, joints.channels, compose == "child")
     return layout, kinematics.positions(work, values)
+
+
+def test_plain_and_compiled_loops_give_the_same(captures, family):
+    for path in files(captures, family)[:: STEP.get(family, 1)]:
+        motions = plain_and_compiled(lambda path=path: formats.read(path))
+        assert np.array_equal(*(motion.positions for motion in motions), equal_nan=True), path
 
 
 def test_positions_are_pybvhs(captures, family):

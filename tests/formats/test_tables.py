@@ -4,6 +4,7 @@ import random
 
 import numpy as np
 import pytest
+from both_loops import plain_and_compiled
 
 from lanindex.errors import CaptureError
 from lanindex.formats import tables
@@ -55,7 +56,11 @@ def test_rows_are_what_a_plain_loop_reads(separator):
         data = text.encode()
         one = table(tables.rows(data, 0), separator.encode(), width, pick)
         wanted, damaged = plain(data, one)
-        values, first = tables.parse(data, one.lines, one)
+        (values, first), compiled = plain_and_compiled(
+            lambda data=data, one=one: tables.parse(data, one.lines, one)
+        )
+        assert compiled[1] == first, data
+        np.testing.assert_array_equal(compiled[0][:first], values[:first])
         assert first == damaged, data
         np.testing.assert_array_equal(
             values[:first], np.array(wanted).reshape(-1, len(one.columns))
