@@ -8,6 +8,7 @@ import pytest
 from command import screen, start_on_terminal
 from dances import dance
 
+from lanindex.app.output import Output, end_progress, how_far
 from lanindex.pipeline import open_library
 
 AT_ONCE = "from lanindex.app import output; output.PATIENCE = -1; "
@@ -69,6 +70,13 @@ def test_columns_that_are_made_anew_show_it(place: Path) -> None:
     told = screen(seen).splitlines()
     assert told[0].startswith("the library's columns were out of date")
     assert told[-1] == "2 hits in 2 captures"
+
+
+@pytest.mark.parametrize(("total", "text"), [(1, ""), (2, " after 1 of 2 captures")])
+def test_one_thing_has_no_middle(total: int, text: str) -> None:
+    Output(quiet=True).watch("captures", 1, total)
+    assert how_far() == text
+    end_progress()
 
 
 def test_what_is_broken_off_says_how_far_it_came(place: Path) -> None:

@@ -242,6 +242,14 @@ def test_a_side_before_all_names_is_no_subject() -> None:
     assert making_of((*names, "L_SAJ")).told((*names, "L_SAJ"))["RElbow"] == "R_HLE R_HME"
 
 
+def test_what_a_user_says_of_one_arm_makes_no_body() -> None:
+    names = tuple(f"R{number}" for number in range(6))
+    arm = {"RShoulder": ("R0",), "RElbow": ("R1",), "RWrist": ("R2",)}
+    assert making_of(names, arm) is None  # nobody knows where it faces
+    assert making_of(names, {"RShoulder": ("R0",), "LShoulder": ("R3",)}) is None  # no limb
+    assert making_of(names, arm | {"LShoulder": ("R3",)}) is not None
+
+
 def test_who_says_joints_may_leave_the_subject_out(tmp_path) -> None:
     body = tmp_path / "body.toml"
     names = tuple(motive("Ada_"))

@@ -1,5 +1,6 @@
 """Statistics of movement: what is counted, and what is told apart from chance."""
 
+import re
 from collections import Counter
 from io import BytesIO
 
@@ -162,7 +163,17 @@ def test_pictures_are_drawn(library: Library, form: str) -> None:
         assert imread(BytesIO(content)).std() > 0.05
     if form == "svg":
         assert b"r_arm" in content
-        assert b"where to" in content
+        text = content.decode()
+        assert all(text.count(f">{label}: where to<") == 1 for label in ("bow", "raise"))
+        assert text.count(">second less first, % (mean of captures)<") == 1
+        assert "differences matter (framed)" in text
+
+
+def test_of_one_group_no_difference_is_drawn(library: Library) -> None:
+    pytest.importorskip("matplotlib")
+    text = charts.charted(library.movement(parts=["r_arm"]), "svg").decode()
+    assert re.findall(r">([^<>]*): where to<", text) == ["all"]
+    assert "differences matter" not in text
 
 
 def test_pictures_that_cannot_be_drawn_are_refused(library: Library, monkeypatch) -> None:
