@@ -97,6 +97,7 @@ class SearchOptions:
             overlaps=self.overlaps,
             best=best,
             watch=watch,
+            memory=memory,
             refused=refused,
         )
 
@@ -247,7 +248,7 @@ def check_columns(store: Store, query: Query) -> None:
 def searcher(
     captures: Sequence[Capture], tracks: Sequence[Mapping[str, Track]], options: SearchOptions
 ) -> Callable[[Query, Watch | None, list[LanindexError] | None], Hits]:
-    """Return what searches some captures for a query, with `watch` and `refused` of `How.find`."""
+    """Return what searches some captures for a query; its options are those of `find`."""
     roster = roster_of(captures)
     columns: dict[str, Columns] = {}
 

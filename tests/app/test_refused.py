@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from lanindex import write_lnd
 from lanindex.app.cli import app
+from lanindex.errors import LanindexError
 from lanindex.pipeline import open_library
 from lanindex.search.fuzzy import follow
 from lanindex.search.match import arrays, context
@@ -158,6 +159,12 @@ def test_in_less_memory_the_same_hits_are_found(
             library.store.add(f"{number}.lnd", score, format="lnd", sha256=str(number))
         found = [str(hit) for hit in library.search(PATTERN)]
         assert [str(hit) for hit in library.search(PATTERN, memory=2)] == found != []
+        nearly = [str(hit) for hit in library.search(FUZZY[0], fuzzy="0.5")]
+        assert (
+            [str(hit) for hit in library.search(FUZZY[0], fuzzy="0.5", memory=20)] == nearly != []
+        )
+        with pytest.raises(LanindexError, match="too many ways"):
+            list(library.search(FUZZY[0], fuzzy="0.5", memory=0.001))
     few = CliRunner().invoke(app, ["search", PATTERN, "--db", "l.db", "--memory", "1"])
     assert few.exit_code == 2
     assert "64" in few.stderr

@@ -51,6 +51,7 @@ def find(
     overlaps: str = "none",
     best: int | None = None,
     watch: Watch | None = None,
+    memory: int | None = None,
     refused: list[LanindexError] | None = None,
 ) -> FuzzyHits:
     """Find what is nearly a pattern; a `UsageError` where the pattern says what has no edits.
@@ -76,10 +77,10 @@ def find(
 
     def finder(query: Query) -> Finder:
         own = {part: columns[part] for part in query.parts}
-        return Finder(query, roster, own, recordings, tolerance)
+        return Finder(query, roster, own, recordings, tolerance, memory)
 
     search = _Search(finder, finder(query), plans, len(roster), columns, overlaps, watch)
-    with limited_to(None):
+    with limited_to(memory):
         if any(one.leaps for one in plans):
             search.exact = search.exactly(query)
             found = search.found()
