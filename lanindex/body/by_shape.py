@@ -15,7 +15,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body.names import keys
+from lanindex.body.by_name import keys
 from lanindex.body.rig import Rig, near_hips
 
 _ALIKE = 0.3  # how much the bones of two sides may differ

@@ -65,7 +65,7 @@ BEGINNING = 40
 _FALLING, _FALL = 2_000.0, Fraction(1, 10)  # mm/s, and seconds at most
 
 
-def told_unit(unit: str) -> str:
+def unit_named(unit: str) -> str:
     """Return a unit that the user names, as a key of `UNITS`."""
     name = _OTHER_NAMES.get(unit.lower(), unit.lower())
     if name not in UNITS:
@@ -73,7 +73,7 @@ def told_unit(unit: str) -> str:
     return name
 
 
-def told_up(up: str) -> str:
+def up_axis_named(up: str) -> str:
     """Return a vertical axis that the user names, as a key of `AXES`."""
     if up.lower() not in AXES:
         raise UsageError(f"up axis {up!r}", wanted=f"one of {', '.join(AXES)}")
@@ -81,13 +81,13 @@ def told_up(up: str) -> str:
 
 
 def unit_of(
-    lengths: Mapping[str, float], unit: str | None, stated: str | None = None
+    lengths: Mapping[str, float], unit: str | None, declared: str | None = None
 ) -> tuple[str, float, tuple[str, ...]]:
     """Return the unit."""
     if unit is not None:
-        name = told_unit(unit)
+        name = unit_named(unit)
         return name, UNITS[name], ()
-    said = _OTHER_NAMES.get((stated or "").lower(), (stated or "").lower())
+    said = _OTHER_NAMES.get((declared or "").lower(), (declared or "").lower())
     known = [
         (limb, length, typical)
         for limb, typical in _LENGTHS
@@ -157,24 +157,26 @@ def uneven_doubt(body: NDArray[np.float64], scale: float) -> tuple[str, ...]:
 
 
 def up_of(
-    body: NDArray[np.float64], up: str | None, stated: str | None = None
+    body: NDArray[np.float64], up: str | None, declared: str | None = None
 ) -> tuple[str, tuple[str, ...]]:
     """Return the vertical axis: where the body points, from the ankles to the neck.
 
     `body` (S, 20, 3) float64, any unit, NaN where absent.
     """
     if up is not None:
-        return told_up(up), ()
+        return up_axis_named(up), ()
     spine = _middle(body, _TOPS) - _middle(body, _BOTTOMS)
     length = math.sqrt(float((spine * spine).sum()) / len(spine))
     mean = (spine.sum(axis=0) / len(spine)).tolist()
     axis = max((1, 2, 0), key=lambda k: abs(mean[k]))
     upright = abs(mean[axis]) >= _UPRIGHT * length
     seen = ("-" if mean[axis] < 0 else "") + "xyz"[axis]
-    if stated is not None and stated in AXES:
-        if seen == stated or not upright:
-            return stated, ()
-        return seen, (f"says that {stated} is up, but the body stands along {seen}: that believed",)
+    if declared is not None and declared in AXES:
+        if seen == declared or not upright:
+            return declared, ()
+        return seen, (
+            f"says that {declared} is up, but the body stands along {seen}: that believed",
+        )
     if axis == 0 or not upright or math.isnan(length):
         doubt = "the body is not upright: y taken as up. If that is wrong, give --up"
         return "y", () if math.isnan(length) else (doubt,)

@@ -72,7 +72,7 @@ class Clusters:
         """The joints that it makes, in their order."""
         return tuple(name for name in JOINTS if name in self.between or name == "Pelvis")
 
-    def told(self, names: Sequence[str]) -> dict[str, str]:
+    def sources(self, names: Sequence[str]) -> dict[str, str]:
         """Return of each joint the markers between which it lies, by their names."""
         said = {
             segment: " ".join(names[it] for it in way) for segment, way in self.segments.items()
@@ -84,7 +84,7 @@ class Clusters:
         return {joint: joints[joint] for joint in self.joints}
 
     def places(self, markers: NDArray[Any], scale: float) -> Floats:
-        """Return where the joints are: see `lanindex.body.markers.Making.places`.
+        """Return where the joints are: see `lanindex.body.markers.MarkerSet.places`.
 
         NaN where neither of the two clusters is known, and everywhere where they hold no point in
         common.

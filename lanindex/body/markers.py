@@ -53,7 +53,7 @@ _LIMB = {"arm": {"Shoulder", "Elbow", "Wrist"}, "leg": {"Hip", "Knee", "Ankle"}}
 
 
 @dataclass(frozen=True, slots=True)
-class Making:
+class MarkerSet:
     """How the joints of a body are made of a file's markers."""
 
     set: str  # What the set of markers is called; several names where one gives what another lacks
@@ -82,7 +82,7 @@ class Making:
             name for name in JOINTS if name in made or (name == "Pelvis" and made >= _HIPS)
         )
 
-    def told(self, names: Sequence[str]) -> dict[str, str]:
+    def sources(self, names: Sequence[str]) -> dict[str, str]:
         """Return of each joint the markers that it is made of, by their names."""
         said = {joint: " ".join(names[index] for index in way) for joint, way in self.ways.items()}
         said |= {joint: f"{said[joint]}, below" for joint in self.caps}
@@ -178,20 +178,20 @@ class Making:
             found[:, JOINT_CODES[f"{side}Hip"]] = middle + sign * away[2] * sideways
 
 
-def making_of(
+def marker_set_of(
     names: Sequence[str], body: Mapping[str, tuple[str, ...]] | None = None
-) -> Making | Clusters | None:
+) -> MarkerSet | Clusters | None:
     """Return what the joints of a body can be made of, where markers are of a known set.
 
     `names` (M) as in the file, with or without the subject before a colon.
     """
-    return _making(tuple(names), tuple((body or {}).items()))
+    return _marker_set(tuple(names), tuple((body or {}).items()))
 
 
 @lru_cache(maxsize=64)
-def _making(
-    names: tuple[str, ...], told: tuple[tuple[str, tuple[str, ...]], ...]
-) -> Making | Clusters | None:
+def _marker_set(
+    names: tuple[str, ...], said: tuple[tuple[str, tuple[str, ...]], ...]
+) -> MarkerSet | Clusters | None:
     subject = _subject(names)
     index = {
         _key(name.removeprefix(subject)): number
@@ -200,7 +200,7 @@ def _making(
     found = sorted(
         (_in_set(one, index) for one in _tables()["sets"]), key=lambda it: -len(it.joints)
     )
-    made, used = Making("", {}), []
+    made, used = MarkerSet("", {}), []
     for one in found:
         pelvis = made.pelvis or (() if _HIPS & (made.ways.keys() | one.ways.keys()) else one.pelvis)
         taken = set(made.ways.values())  # what is a joint already is no second one
@@ -210,27 +210,27 @@ def _making(
             used.append(one.set)
         ways = {**made.ways, **{joint: one.ways[joint] for joint in left}}
         caps, palms = made.caps | (one.caps & left), {**one.palms, **made.palms}
-        made = Making(", ".join(used), ways, caps, pelvis, palms)
+        made = MarkerSet(", ".join(used), ways, caps, pelvis, palms)
     used_names = {name for name, number in index.items() if number in made.used}
     if all(name.lstrip("RL") in _PLAIN for name in used_names):
-        made = Making("", {})  # those are joints, and called so
-    if told:
+        made = MarkerSet("", {})  # those are joints, and called so
+    if said:
         body = {
-            joint: _told(joint, [name.removeprefix(subject) for name in way], index)
-            for joint, way in told
+            joint: _said_by_user(joint, [name.removeprefix(subject) for name in way], index)
+            for joint, way in said
         }
         pelvis = () if body.keys() >= _HIPS else made.pelvis
         called = ", ".join(("as told", *used))
-        made = Making(called, {**made.ways, **body}, made.caps - body.keys(), pelvis, made.palms)
+        made = MarkerSet(called, {**made.ways, **body}, made.caps - body.keys(), pelvis, made.palms)
     whole = any(_LIMB[limb].issubset(it[1:] for it in made.joints if it[0] == side)
                 for side in "RL" for limb in _LIMB)  # fmt: skip
     faces = any({f"R{joint}", f"L{joint}"}.issubset(made.joints) for joint in ("Hip", "Shoulder"))
-    if (whole and faces) or told:
+    if (whole and faces) or said:
         return made if whole and faces else None
     return clusters_of([_key(name) for name in names], _tables()["clusters"])
 
 
-def _told(joint: str, names: Sequence[str], index: Mapping[str, int]) -> Way:
+def _said_by_user(joint: str, names: Sequence[str], index: Mapping[str, int]) -> Way:
     missing = [name for name in names if _key(name) not in index]
     if missing:
         raise BodyError(f'no "{missing[0]}" for {joint}', wanted="the name of a marker")
@@ -255,7 +255,7 @@ def _key(name: str) -> str:
     return _OTHER.sub("", name.rpartition(":")[2]).upper()
 
 
-def _in_set(one: Mapping[str, Any], index: Mapping[str, int]) -> Making:
+def _in_set(one: Mapping[str, Any], index: Mapping[str, int]) -> MarkerSet:
     """Return what a set makes of some markers."""
     found: dict[str, dict[str, Way]] = {"joints": {}, "shoulder_cap": {}, "palm": {}}
     for group, ways in found.items():
@@ -266,15 +266,15 @@ def _in_set(one: Mapping[str, Any], index: Mapping[str, int]) -> Making:
                     ways[joint.format(s=side)] = way
     joints, capped, palms = found.values()
     pelvis = _pelvis(one.get("pelvis"), index)
-    return Making(one["name"], {**joints, **capped}, frozenset(capped), pelvis, palms)
+    return MarkerSet(one["name"], {**joints, **capped}, frozenset(capped), pelvis, palms)
 
 
-def _pelvis(told: Mapping[str, Any] | None, index: Mapping[str, int]) -> tuple[Way, ...]:
-    if told is None:
+def _pelvis(pelvis: Mapping[str, Any] | None, index: Mapping[str, int]) -> tuple[Way, ...]:
+    if pelvis is None:
         return ()
-    front = tuple(_first([told["front"]], side, index) for side in "RL")
+    front = tuple(_first([pelvis["front"]], side, index) for side in "RL")
     behind = tuple(dict.fromkeys(
-        marker for side in "RL" for marker in _first(told["back"], side, index)
+        marker for side in "RL" for marker in _first(pelvis["back"], side, index)
     ))  # fmt: skip
     return () if () in front else (*front, *((behind,) if behind else ()))
 

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES
+from lanindex.body.by_name import candidates
 from lanindex.body.facing import about, rest_axes
-from lanindex.body.names import candidates
 from lanindex.model import Skeleton
 
 Floats = NDArray[np.float64]

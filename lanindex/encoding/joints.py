@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS, PALMS, PARTS
 from lanindex.body.facing import TURNING
-from lanindex.body.made import GAP, MADE, weighted
+from lanindex.body.mapping import DERIVED_JOINTS, LONGEST_GAP, weighted_sum
 from lanindex.encoding import arithmetic, loops
 from lanindex.encoding.arithmetic import blocks, runs
 from lanindex.encoding.loops import Loops
@@ -113,7 +113,7 @@ class Body:
         if joints is None or not begin <= frames.start <= frames.stop <= end:
             motion, begin = self.motion, frames.start
             end = max(frames.stop, min(begin + chunk(len(names)), len(motion)))
-            reach = math.floor(GAP * motion.rate) + 1  # a gap that is filled ends within
+            reach = math.floor(LONGEST_GAP * motion.rate) + 1  # a gap that is filled ends within
             first, last = max(begin - reach, 0), max(end + reach, motion.first + 1)
             part = replace(
                 motion,
@@ -199,9 +199,9 @@ def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
         elif name in PALMS:
             wrist = _seen(motion, (name[0] + "Wrist",))[:, 0]
             places[:, column] = wrist + OUT * _axis(motion, PALMS[name], 0)
-        elif name in MADE and motion.skeleton.body[JOINT_CODES[name]] < 0:
-            shares = MADE[name].items()
-            places[:, column] = weighted(
+        elif name in DERIVED_JOINTS and motion.skeleton.body[JOINT_CODES[name]] < 0:
+            shares = DERIVED_JOINTS[name].items()
+            places[:, column] = weighted_sum(
                 (_seen(motion, (of,))[:, 0], share) for of, share in shares
             )
     if 0 < motion.first < len(places):
@@ -209,7 +209,7 @@ def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
     unknown = unknown_of(places)
     for column in np.flatnonzero(unknown.any(axis=0)).tolist():
         if ordered[column] not in AXES:
-            _fill(places[:, column], unknown[:, column], math.floor(GAP * motion.rate))
+            _fill(places[:, column], unknown[:, column], math.floor(LONGEST_GAP * motion.rate))
     return Joints(ordered, places, unknown)
 
 

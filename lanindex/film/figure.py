@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, PARTS, TRACKS, kind_of
-from lanindex.body.made import MADE
+from lanindex.body.mapping import DERIVED_JOINTS
 from lanindex.errors import EncodeError, UsageError
 from lanindex.model import Motion
 from lanindex.model.symbol import frozen
@@ -127,7 +127,7 @@ def figure(motion: Motion) -> Figure:
     body = motion.skeleton.body
     places = motion.positions.take(body, axis=1)
     places[:, body < 0] = np.nan
-    for name, shares in MADE.items():
+    for name, shares in DERIVED_JOINTS.items():
         if body[JOINT_CODES[name]] < 0:
             parts = (places[:, JOINT_CODES[of]] * np.float32(share) for of, share in shares.items())
             places[:, JOINT_CODES[name]] = sum(parts)

@@ -256,19 +256,19 @@ def check(options: Reading) -> None:
     from pathlib import Path
 
     from lanindex.body import calibration
-    from lanindex.body.told import told_body
+    from lanindex.body.mapping import read_body_file
     from lanindex.errors import UsageError
     from lanindex.formats.rates import told_rate
     from lanindex.notation import beats
 
     if options.unit is not None:
-        calibration.told_unit(options.unit)
+        calibration.unit_named(options.unit)
     if options.up is not None:
-        calibration.told_up(options.up)
+        calibration.up_axis_named(options.up)
     if options.rate is not None:
         told_rate(options.rate)
     if options.body is not None:
-        told_body(options.body)
+        read_body_file(options.body)
     if options.tempo not in (None, beats.AUTO):
         beats.read(Path(options.tempo))
     if options.compose not in (None, *COMPOSE):

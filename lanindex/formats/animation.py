@@ -4,7 +4,7 @@
   are not of the body are left out, and so are joints that are never known.
 - A joint that is unknown for a while goes straight from its last place to its next, and stays
   where it is known first or last at the ends.
-- A skeleton that was put together stands at rest as `lanindex.body.standing` says.
+- A skeleton that was put together stands at rest as `lanindex.body.rest_pose` says.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import sampled
 from lanindex.body.facing import TURNING, rest_axes, seen_axes
 from lanindex.body.palms import rest_palms
-from lanindex.body.standing import at_rest, hung
+from lanindex.body.rest_pose import parents_of, rest_offsets
 from lanindex.errors import ExportError
 from lanindex.formats.points import usual
 from lanindex.model import Motion, Skeleton
@@ -73,12 +73,12 @@ def _joined(motion: Motion) -> Motion:
     if len(found) < 2:
         raise ExportError("no body to speak of", place=motion.source.path, wanted="two joints")
     names = list(found)
-    parents = np.array(hung(names), np.int16)
+    parents = np.array(parents_of(names), np.int16)
     parents[1:][parents[1:] < 0] = 0
     played = np.full(len(JOINTS), -1, np.int16)
     played[[JOINT_CODES[joint] for joint in names]] = np.arange(len(names))
-    offsets = at_rest(found).astype(np.float32)
-    for number in np.flatnonzero(np.array(hung(names)) < 0).tolist()[1:]:
+    offsets = rest_offsets(found).astype(np.float32)
+    for number in np.flatnonzero(np.array(parents_of(names)) < 0).tolist()[1:]:
         offsets[number] = usual(found[names[number]] - found[names[0]])
     skeleton = Skeleton(tuple(names), parents, offsets, played)
     places = np.stack([found[joint] for joint in names], axis=1).astype(np.float32)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body import Stated
+from lanindex.body import Declared
 from lanindex.body.calibration import UNITS
 from lanindex.errors import CaptureError, UsageError, quoted
 from lanindex.formats import tables
@@ -88,7 +88,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     times = heads[:, 0] if channels.latency else np.zeros(0)
     hertz, doubts = rate_by(options, rate, times, f"{_stem(file)}{SIDECAR}")
     places, up, turned = _upright(places, _axes(file, channels, said))
-    points = Points(channels.names, places, hertz, Stated(channels.unit, up),
+    points = Points(channels.names, places, hertz, Declared(channels.unit, up),
                     doubts=(*doubts, *turned))  # fmt: skip
     return motion_of(points, file, "bids", options, wanted)
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body.understand import Stated, sampled
+from lanindex.body.mapping import Declared, sampled
 from lanindex.errors import CaptureError
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.people import distinct, is_human, named, others, person, take_doubt
@@ -159,9 +159,9 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     rest, upright = _placed(scene, whose, None)
     offsets = from_parents(rest[0], whose.parents)
     count, size = scene.answer["count"], 1.0
-    stated = _stated(scene, file)
-    if stated.unit is None:
-        size, stated = scene.answer["metres"], Stated("m", stated.up)
+    declared = _declared(scene, file)
+    if declared.unit is None:
+        size, declared = scene.answer["metres"], Declared("m", declared.up)
     places = np.empty((count, len(whose.joints), 3), np.float32)
     turns = np.empty((count, len(whose.joints), 4), np.float32)
     back = inverse(upright)
@@ -175,7 +175,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
         whose.names,
         places,
         rate if options.rate is None else told_rate(options.rate),
-        stated,
+        declared,
         whose.parents,
         offsets * size,
         turns,
@@ -194,11 +194,11 @@ def _first(file: File) -> Scene:
     return run_child(file, None)
 
 
-def _stated(scene: Scene, file: File) -> Stated:
+def _declared(scene: Scene, file: File) -> Declared:
     """Return unit and vertical axis."""
     right, up, front = scene.answer["axes"]
     if not all(0 <= axis < len(AXES) for axis in (right, up, front)):
-        return Stated(_unit(scene.answer["metres"]))
+        return Declared(_unit(scene.answer["metres"]))
     across = np.cross(_axis(right), _axis(up))
     if across @ _axis(front) < 0:
         raise CaptureError(
@@ -207,7 +207,7 @@ def _stated(scene: Scene, file: File) -> Stated:
             wanted="right-handed ones",
             remedy="Export it again so.",
         )
-    return Stated(_unit(scene.answer["metres"]), AXES[up])
+    return Declared(_unit(scene.answer["metres"]), AXES[up])
 
 
 def _axis(code: int) -> Floats:

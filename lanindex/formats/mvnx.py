@@ -15,7 +15,7 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body import Stated, sampled
+from lanindex.body import Declared, sampled
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats.decimals import LARGEST
 from lanindex.formats.file import File, Wanted, clip
@@ -83,7 +83,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
         tuple(joint.name for joint in joints),
         places,
         rate,
-        Stated("m", "z"),
+        Declared("m", "z"),
         tuple(joint.parent for joint in joints),
         offsets,
         turns,

@@ -16,15 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
-from lanindex.body import Stated, Understanding, body_of, palms, understand
+from lanindex.body import BodyMapping, Declared, body_of, map_body, palms
 from lanindex.body.calibration import BEGINNING, UNITS, unit_of
 from lanindex.body.clusters import Clusters
 from lanindex.body.facing import axes_of
-from lanindex.body.made import GAP
-from lanindex.body.markers import Making, making_of
-from lanindex.body.standing import at_rest, hung
-from lanindex.body.told import told_body
-from lanindex.body.understand import POSES
+from lanindex.body.mapping import LONGEST_GAP, POSES, read_body_file
+from lanindex.body.markers import MarkerSet, marker_set_of
+from lanindex.body.rest_pose import parents_of, rest_offsets
 from lanindex.errors import BodyError
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.rates import rate_doubt
@@ -70,7 +68,7 @@ class Points:
     # file with a hierarchy, rotations included.
     places: NDArray[Any] | Places
     rate: Fraction  # frames a second
-    stated: Stated = field(default_factory=Stated)  # what the file says of itself
+    declared: Declared = field(default_factory=Declared)  # what the file says of itself
     # (M) where the file has a hierarchy: parents before children, -1 for a root
     parents: tuple[int, ...] | None = None
     # (M, 3) from each joint's parent, at rest; None: the median
@@ -84,12 +82,12 @@ class Points:
 def motion_of(points: Points, file: File, form: str, options: Reading, wanted: Wanted) -> Motion:
     """Return a motion of points."""
     made = _made(points.names, options) if points.parents is None else None
-    names, stated = points.names, points.stated
+    names, declared = points.names, points.declared
     if made is not None:
         names = made.joints
-        stated = replace(points.stated, body=_numbered(names))
+        declared = replace(points.declared, body=_numbered(names))
     places = _places(points, made, options)
-    found = _understood(names, places, points, stated, options, file.name)
+    found = _understood(names, places, points, declared, options, file.name)
     skeleton, order = _skeleton(names, places, points, found)
     whole = skeleton
     if wanted.body_only:
@@ -110,7 +108,7 @@ def motion_of(points: Points, file: File, form: str, options: Reading, wanted: W
         *(file.name, form, found.unit, found.scale, found.up),
         joints=points.names,
         set=made.set if made else "",
-        made=made.told(points.names) if made else {},
+        made=made.sources(points.names) if made else {},
     )
     doubts = (*points.doubts, *(made.doubts if made else ()), *rate_doubt(points.rate), *made_up)
     doubts = (*doubts, *found.doubts, *gaps)
@@ -120,9 +118,9 @@ def motion_of(points: Points, file: File, form: str, options: Reading, wanted: W
 
 def _axes(
     points: Points,
-    made: Making | Clusters | None,
+    made: MarkerSet | Clusters | None,
     turns: Callable[[int], NDArray[np.float32]] | None,
-    found: Understanding,
+    found: BodyMapping,
     whole: Skeleton,
     body: NDArray[np.int16],
     positions: NDArray[np.float32],
@@ -132,7 +130,7 @@ def _axes(
         return palms.turned(palms.rest_of(whole, points.palms_down), turns)
     if not isinstance(points.places, np.ndarray):
         return {}
-    planes = made.palms if isinstance(made, Making) else palms.planes(points.names)
+    planes = made.palms if isinstance(made, MarkerSet) else palms.planes(points.names)
     played = {hand: int(body[JOINT_CODES[palms.TURNED_BY[hand]]]) for hand in planes}
     wrists = {hand: positions[:, joint] for hand, joint in played.items() if joint >= 0}
     return palms.seen(points.places, planes, wrists, found.oriented)
@@ -143,7 +141,7 @@ def _turns(
     order: NDArray[np.int64],
     rotations: NDArray[np.float32],
     places: Places,
-    found: Understanding,
+    found: BodyMapping,
 ) -> NDArray[np.float32]:
     """Return how one joint of a file is turned, (T, 4), whether it was kept or not."""
     if joint not in order:
@@ -152,23 +150,23 @@ def _turns(
     return rotations[:, order.tolist().index(joint)]
 
 
-def _made(names: tuple[str, ...], options: Reading) -> Making | Clusters | None:
+def _made(names: tuple[str, ...], options: Reading) -> MarkerSet | Clusters | None:
     """Return how joints are made of points, if they are markers."""
     if not options.body:
-        return making_of(names)
+        return marker_set_of(names)
     try:
-        return making_of(names, told_body(options.body))
+        return marker_set_of(names, read_body_file(options.body))
     except BodyError as error:
         raise BodyError(error.found, place=options.body, wanted=error.wanted) from error
 
 
-def _places(points: Points, made: Making | Clusters | None, options: Reading) -> Places:
+def _places(points: Points, made: MarkerSet | Clusters | None, options: Reading) -> Places:
     """Return what tells where the joints are: the points, or what is made of them."""
     if isinstance(points.places, Places):
         return points.places
     if made is None:
         return _held(points.places, points.rotations)
-    scale = _millimetres(points.places, points.stated, options)
+    scale = _millimetres(points.places, points.declared, options)
     if len(points.places) <= BLOCK:
         found = made.places(points.places, scale)
         return _held(found[:, [JOINT_CODES[joint] for joint in made.joints]])
@@ -184,9 +182,9 @@ def _held(places: NDArray[Any], rotations: NDArray[Any] | None = None) -> Places
     return Places(np.isfinite(places).all(axis=2), at)
 
 
-def _millimetres(places: NDArray[Any], stated: Stated, options: Reading) -> float:
+def _millimetres(places: NDArray[Any], declared: Declared, options: Reading) -> float:
     """Return the millimetres in a unit of markers: as is said, else by how far they reach."""
-    _, size, doubts = unit_of({}, options.unit, stated.unit)
+    _, size, doubts = unit_of({}, options.unit, declared.unit)
     some = places[:: max(len(places) // POSES, 1)]
     known = np.isfinite(some).all(axis=2)
     if not doubts or not known.any():
@@ -202,10 +200,13 @@ def _gaps(known: NDArray[np.bool_], rate: Fraction) -> tuple[str, ...]:
         return ()
     edges = np.diff(~known.T, axis=1, prepend=False, append=False)
     starts, stops = (np.flatnonzero(edges) % edges.shape[1]).reshape(-1, 2).T
-    filled = (stops - starts <= GAP * rate) & (starts > 0) & (stops < len(known))
-    short, many = int(filled.sum()), len(filled)
+    filled = (stops - starts <= LONGEST_GAP * rate) & (starts > 0) & (stops < len(known))
+    short, many, longest = int(filled.sum()), len(filled), f"{float(LONGEST_GAP):g} s"
     said = (
-        (short, f"{short} {'gap' if short == 1 else 'gaps'} of at most {float(GAP):g} s filled"),
+        (
+            short,
+            f"{short} {'gap' if short == 1 else 'gaps'} of at most {longest} filled",
+        ),
         (many - short, f"{many - short} {'gap' if many - short == 1 else 'gaps'} left open"),
     )
     return tuple(text for count, text in said if count)
@@ -223,10 +224,10 @@ def _understood(
     names: Sequence[str],
     places: Places,
     points: Points,
-    stated: Stated,
+    declared: Declared,
     options: Reading,
     path: str,
-) -> Understanding:
+) -> BodyMapping:
     """Find the body among those points that are known somewhere."""
     known = places.known
     counts = known.sum(axis=1)
@@ -235,12 +236,12 @@ def _understood(
         raise BodyError("no point is known in any frame", place=path, wanted="a body that moves")
     chosen = fullest[np.linspace(0, len(fullest) - 1, min(len(fullest), POSES)).astype(np.int64)]
     there = np.arange(len(names))
-    if stated.body is None:
+    if declared.body is None:
         there = np.flatnonzero(known[chosen].all(axis=0))
         if not len(there):
             unsteady = "in no two frames the same points are known"
             raise BodyError(unsteady, place=path, wanted="a body that moves")
-    found = understand(
+    found = map_body(
         tuple(names[index] for index in there.tolist()),
         _parents_among(points.parents, there),
         places.at(chosen, there)[0].astype(np.float64),
@@ -248,7 +249,7 @@ def _understood(
         points.rate,
         options,
         path,
-        stated,
+        declared,
     )
     body = np.where(found.body >= 0, there[found.body], -1).astype(np.int16)
     return replace(found, body=body)
@@ -271,7 +272,7 @@ def _parents_among(
 
 
 def _skeleton(
-    names: Sequence[str], places: Places, points: Points, found: Understanding
+    names: Sequence[str], places: Places, points: Points, found: BodyMapping
 ) -> tuple[Skeleton, NDArray[np.int64]]:
     """Return a skeleton, and which of the points each of its joints is.
 
@@ -285,7 +286,7 @@ def _skeleton(
                 if index >= 0}  # fmt: skip
         rest = [index for index in range(len(names)) if index not in body.values()]
         order = np.array([*body.values(), *rest], np.int64)
-        parents = np.array([*hung(list(body)), *[-1] * len(rest)], np.int16)
+        parents = np.array([*parents_of(list(body)), *[-1] * len(rest)], np.int16)
         played = np.full(len(JOINTS), -1, np.int16)
         played[[JOINT_CODES[joint] for joint in body]] = np.arange(len(body))
     if points.offsets is not None:
@@ -296,7 +297,7 @@ def _skeleton(
         seen = found.oriented(there.astype(np.float64)).astype(np.float64)
         offsets = np.zeros((len(order), 3), np.float32)
         if points.parents is None:
-            offsets[: len(body)] = at_rest({it: seen[:, index] for it, index in body.items()})
+            offsets[: len(body)] = rest_offsets({it: seen[:, index] for it, index in body.items()})
         else:
             for joint, parent in enumerate(parents.tolist()):
                 if parent >= 0:
@@ -312,7 +313,7 @@ def usual(vectors: NDArray[Any]) -> Floats:
 
 
 def _oriented(
-    found: Understanding, places: Places, order: NDArray[np.int64]
+    found: BodyMapping, places: Places, order: NDArray[np.int64]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
     """Return places in mm, y up, and how they are turned."""
     result = np.empty((len(places), len(order), 3), np.float32)
@@ -328,7 +329,7 @@ def _oriented(
     return result, turned
 
 
-def _over(found: Understanding, places: NDArray[Any]) -> NDArray[np.float32]:
+def _over(found: BodyMapping, places: NDArray[Any]) -> NDArray[np.float32]:
     """Return places in mm, y up; written over what they were, where they fit."""
     fits = places.dtype == np.float32 and places.flags.writeable
     result = places if fits else np.empty(places.shape, np.float32)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body import Stated
+from lanindex.body import Declared
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats import decimals
 from lanindex.formats.decimals import LARGEST
@@ -276,7 +276,7 @@ class TableLayout:
     rate: str = ""  # frames a second, as the file says; empty where it does not
     # the first of the heads that tell of each point whether it was seen: 0, not
     states: int | None = None
-    stated: Stated = field(default_factory=Stated)  # what it says of its unit and axes
+    declared: Declared = field(default_factory=Declared)  # what it says of its unit and axes
     doubts: tuple[str, ...] = ()  # what its header gets wrong
     finish: Finish | None = None  # what makes the points, (T, M, 3), of what the table has instead
 

@@ -18,7 +18,7 @@ from pathlib import PurePath
 
 import numpy as np
 
-from lanindex.body import Stated
+from lanindex.body import Declared
 from lanindex.errors import CaptureError
 from lanindex.formats import tables
 from lanindex.formats.file import File, Wanted, clip, text_of
@@ -53,10 +53,10 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     heads, places = tables.read(file, layout.table)
     place, said = f"{file.name}:3", layout.said
     rate, doubts = rate_by(options, said.get("datarate", ""), heads[:, 1], place)
-    stated = Stated(unit=said.get("units"))
+    declared = Declared(unit=said.get("units"))
     gone, places = tables.at_origin(places, layout.names)
     doubts = (*layout.doubts, *twice(layout.names, "markers"), *doubts, *gone)
-    points = Points(layout.names, places, rate, stated, doubts=doubts)
+    points = Points(layout.names, places, rate, declared, doubts=doubts)
     return motion_of(points, file, "trc", options, wanted)
 
 

@@ -1,4 +1,4 @@
-"""Unit, vertical axis, calibration pose and rate, stated or told from the body."""
+"""Unit, vertical axis, calibration pose and rate, declared or told from the body."""
 
 import math
 from fractions import Fraction

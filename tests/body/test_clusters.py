@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from lanindex.alphabet import JOINT_CODES
 from lanindex.body.clusters import Clusters, clusters_of, shape_of, turns_of
-from lanindex.body.markers import making_of
+from lanindex.body.markers import marker_set_of
 
 NAMES = [f"PV{it}" for it in range(1, 5)] + [
     f"{side}{segment}{it}" for side in "RL" for segment in ("TH", "SK", "FT") for it in range(1, 5)
@@ -57,7 +57,7 @@ def legs(frames: int = 200, hinge: bool = False) -> tuple[np.ndarray, dict[str, 
 
 def off(markers: np.ndarray, joints: dict[str, np.ndarray], scale: float = 1.0) -> dict[str, float]:
     """Return how far the joints that are found lie from the true ones, at most."""
-    found = making_of(NAMES).places(markers, scale)
+    found = marker_set_of(NAMES).places(markers, scale)
     return {
         name: float(np.linalg.norm(found[:, JOINT_CODES[name]] - place, axis=1).max())
         for name, place in joints.items()
@@ -74,7 +74,7 @@ def test_joints_that_turn_about_all_axes_are_found(monkeypatch, block):
 def test_joints_of_some_frames():
     markers, _ = legs()
     markers[5, :4] = np.nan
-    made = making_of(NAMES)
+    made = marker_set_of(NAMES)
     whole = made.places(markers, 1.0)[:, [JOINT_CODES[joint] for joint in made.joints]]
     known, at = made.over(markers, 1.0, 50)
     np.testing.assert_array_equal(at(slice(3, 9)), whole[3:9])
@@ -91,7 +91,7 @@ def test_markers_that_tremble():
 
 def test_of_a_hinge_a_point_of_its_axis_is_taken():
     markers, joints = legs(hinge=True)
-    found = making_of(NAMES).places(markers, 1.0)
+    found = marker_set_of(NAMES).places(markers, 1.0)
     for side, out in OUT.items():
         thigh = Rotation.from_matrix(turns_of_thigh(markers, side))
         away = thigh.inv().apply(found[:, JOINT_CODES[f"{side}Knee"]] - joints[f"{side}Knee"])
@@ -117,7 +117,7 @@ def test_gaps():
     markers[60:80, index : index + 2] = np.nan
     markers[90:95, index : index + 2] = np.nan
     markers[90:95, NAMES.index("RSK1") : NAMES.index("RSK3")] = np.nan
-    found = making_of(NAMES).places(markers, 1.0)
+    found = marker_set_of(NAMES).places(markers, 1.0)
     unknown = np.isnan(found[:, JOINT_CODES["RKnee"], 0])
     assert np.flatnonzero(unknown).tolist() == list(range(90, 95))
     known = found[~unknown, JOINT_CODES["RKnee"]]
@@ -128,10 +128,10 @@ def test_segments_that_hold_no_point_in_common_have_no_joint():
     markers, _ = legs()
     index = NAMES.index("RSK1")
     markers[:, index : index + 4] += 300 * np.sin(np.linspace(0, 20, len(markers)))[:, None, None]
-    found = making_of(NAMES).places(markers, 1.0)
+    found = marker_set_of(NAMES).places(markers, 1.0)
     assert np.isnan(found[:, JOINT_CODES["RKnee"]]).all()
     assert np.isfinite(found[:, JOINT_CODES["LKnee"]]).all()
-    metres = making_of(NAMES).places(markers / 1000, 1000.0)
+    metres = marker_set_of(NAMES).places(markers / 1000, 1000.0)
     np.testing.assert_allclose(metres * 1000, found, atol=1e-6)
 
 
@@ -141,15 +141,15 @@ def test_markers_in_a_line_tell_no_turn():
     line = np.linspace(0, 1, 4)[:, None] * [0, 30, 100]
     markers[:, index : index + 4] = markers[:, index, None] + line
     assert np.isnan(shape_of(markers, tuple(range(index, index + 4)))).all()
-    found = making_of(NAMES).places(markers, 1.0)
+    found = marker_set_of(NAMES).places(markers, 1.0)
     assert np.isnan(found[:, JOINT_CODES["RAnkle"]]).all()
     assert np.isfinite(found[:, JOINT_CODES["RKnee"]]).all()
 
 
 def test_what_is_told_of_them():
-    made = making_of(NAMES)
+    made = marker_set_of(NAMES)
     assert isinstance(made, Clusters)
-    assert made.told(NAMES)["RKnee"] == "between RTH1 RTH2 RTH3 RTH4 and RSK1 RSK2 RSK3 RSK4"
+    assert made.sources(NAMES)["RKnee"] == "between RTH1 RTH2 RTH3 RTH4 and RSK1 RSK2 RSK3 RSK4"
     assert made.joints[0] == "Pelvis"
     assert made.used == frozenset(range(28))
     assert "sideways" in made.doubts[0]
@@ -157,5 +157,5 @@ def test_what_is_told_of_them():
 
 def test_a_segment_without_three_markers():
     short = [name for name in NAMES if name not in ("LFT1", "LFT2")]
-    assert making_of(short) is None
+    assert marker_set_of(short) is None
     assert clusters_of([], []) is None

@@ -7,8 +7,8 @@ import pytest
 
 from lanindex import formats
 from lanindex.alphabet import JOINT_CODES, JOINTS
-from lanindex.body.markers import BELL, SHOULDER_BELOW, making_of
-from lanindex.body.told import told_body
+from lanindex.body.mapping import read_body_file
+from lanindex.body.markers import BELL, SHOULDER_BELOW, marker_set_of
 from lanindex.errors import BodyError, UsageError
 
 PELVIS = {  # forward x, up y, right z: width 240, depth 150
@@ -32,18 +32,18 @@ REST = {
 
 def made(markers: dict[str, tuple], turn: np.ndarray | None = None, scale: float = 1.0):
     """Return how joints are made of some markers, and where they are, in mm."""
-    making = making_of(tuple(markers))
-    assert making is not None
+    marker_set = marker_set_of(tuple(markers))
+    assert marker_set is not None
     places = np.array([list(markers.values())], float) / scale
     if turn is not None:
         places = places @ turn.T
-    found = making.places(places, scale)[0] * scale
-    return making, {joint: found[JOINT_CODES[joint]] for joint in making.joints}
+    found = marker_set.places(places, scale)[0] * scale
+    return marker_set, {joint: found[JOINT_CODES[joint]] for joint in marker_set.joints}
 
 
 def test_hips_by_the_regression_of_harrington() -> None:
-    making, found = made(PELVIS | REST)
-    assert making.set == "Plug-in Gait"
+    marker_set, found = made(PELVIS | REST)
+    assert marker_set.set == "Plug-in Gait"
     assert found["RHip"] == pytest.approx([-45.9, 1000 - 82.9, 86.5])
     assert found["LHip"] == pytest.approx([-45.9, 1000 - 82.9, -86.5])
     assert found["Pelvis"] == pytest.approx([-45.9, 1000 - 82.9, 0])
@@ -81,10 +81,10 @@ def test_shoulders_lie_below_their_tops() -> None:
 
 
 def test_a_middle_of_markers_and_a_single_one() -> None:
-    making, found = made(PELVIS | REST)
+    marker_set, found = made(PELVIS | REST)
     assert found["RWrist"] == pytest.approx([0, 950, 220])
     assert found["RElbow"] == pytest.approx(REST["RELB"])
-    told = making.told(tuple(PELVIS | REST))
+    told = marker_set.sources(tuple(PELVIS | REST))
     assert told["RWrist"] == "RWRA RWRB"
     assert told["RShoulder"] == "RSHO, below"
     assert told["RHip"] == "RASI LASI RPSI LPSI, by regression"
@@ -93,11 +93,11 @@ def test_a_middle_of_markers_and_a_single_one() -> None:
 
 def test_what_is_unknown_stays_so() -> None:
     names = tuple(PELVIS | REST)
-    making = making_of(names)
+    marker_set = marker_set_of(names)
     places = np.tile(np.array(list((PELVIS | REST).values()), float), (3, 1, 1))
     places[1, names.index("RWRB")] = np.nan
     places[2, names.index("LPSI")] = np.nan
-    unknown = np.isnan(making.places(places, 1.0)).any(axis=2)
+    unknown = np.isnan(marker_set.places(places, 1.0)).any(axis=2)
     assert [JOINTS[joint] for joint in np.flatnonzero(unknown[1] & ~unknown[0])] == ["RWrist"]
     lost = {JOINTS[joint] for joint in np.flatnonzero(unknown[2] & ~unknown[0])}
     assert lost == {"RHip", "LHip", "Pelvis"}
@@ -113,10 +113,10 @@ def test_many_frames_are_made_as_few_are(names: tuple[str, ...], lost: str | Non
     places[numbers.random(places.shape[:2]) < 0.05] = np.nan
     if lost is not None and lost in names:
         places[:, names.index(lost)] = np.nan
-    making = making_of(names)
-    whole = making.places(places, 1.0)[:, [JOINT_CODES[joint] for joint in making.joints]]
+    marker_set = marker_set_of(names)
+    whole = marker_set.places(places, 1.0)[:, [JOINT_CODES[joint] for joint in marker_set.joints]]
     for block in (1, 7, 50):
-        known, at = making.over(places, 1.0, block)
+        known, at = marker_set.over(places, 1.0, block)
         np.testing.assert_array_equal(at(slice(None)), whole)
         np.testing.assert_array_equal(at(np.array([30, 3])), whole[[30, 3]])
         np.testing.assert_array_equal(known, np.isfinite(whole).all(axis=2))
@@ -133,13 +133,13 @@ def test_many_frames_are_made_as_few_are(names: tuple[str, ...], lost: str | Non
     ],
 )
 def test_joints_are_no_markers(names: list[str]) -> None:
-    assert making_of(tuple(names)) is None
+    assert marker_set_of(tuple(names)) is None
 
 
 def test_of_one_marker_no_two_joints_are_made() -> None:
     """A segment of one set is called as a joint of another: a hand, which begins at the wrist."""
     parts = ("uarm", "larm", "hand", "thigh", "shank", "foot")
-    made = making_of(["pelvis", *(f"{side}_{part}" for side in "rl" for part in parts)])
+    made = marker_set_of(["pelvis", *(f"{side}_{part}" for side in "rl" for part in parts)])
     assert made is not None
     assert made.set == "Theia"
     assert {"RWrist", "LWrist"} <= set(made.joints)
@@ -148,18 +148,18 @@ def test_of_one_marker_no_two_joints_are_made() -> None:
 
 def test_subjects_cases_and_separators_do_not_matter() -> None:
     names = tuple(f"Bob:{name.lower()}" for name in PELVIS | REST)
-    assert making_of(names).joints == making_of(tuple(PELVIS | REST)).joints
+    assert marker_set_of(names).joints == marker_set_of(tuple(PELVIS | REST)).joints
 
 
 def test_what_a_user_says_comes_first(tmp_path: Path) -> None:
     file = tmp_path / "body.toml"
     file.write_text('RWrist = "RWRA"\nRElbow = ["RSHO", "RWRB"]\n')
-    making = making_of(tuple(PELVIS | REST), told_body(str(file)))
-    told = making.told(tuple(PELVIS | REST))
+    marker_set = marker_set_of(tuple(PELVIS | REST), read_body_file(str(file)))
+    told = marker_set.sources(tuple(PELVIS | REST))
     assert (told["RWrist"], told["RElbow"]) == ("RWRA", "RSHO RWRB")
-    assert making.set == "as told, Plug-in Gait"
+    assert marker_set.set == "as told, Plug-in Gait"
     with pytest.raises(BodyError, match='no "nose" for Head'):
-        making_of(tuple(PELVIS | REST), {"Head": ("nose",)})
+        marker_set_of(tuple(PELVIS | REST), {"Head": ("nose",)})
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def test_what_no_user_can_say(tmp_path: Path, text: str, found: str) -> None:
     file = tmp_path / "body.toml"
     file.write_text(text)
     with pytest.raises(UsageError, match=found):
-        told_body(str(file))
+        read_body_file(str(file))
 
 
 SETS = {
@@ -227,9 +227,9 @@ def motive(prefix: str = "") -> dict[str, tuple]:
 
 @pytest.mark.parametrize("prefix", ["", "Ada:", "Ada_", "take_2_"])
 def test_markers_of_motive(prefix) -> None:
-    making, found = made(motive(prefix))
+    marker_set, found = made(motive(prefix))
     _, of_vicon = made(PELVIS | REST)
-    assert making.set == "Motive, Qualisys Animation"
+    assert marker_set.set == "Motive, Qualisys Animation"
     for joint in of_vicon:
         assert found[joint] == pytest.approx(of_vicon[joint]), joint
     assert found["LToe"] == pytest.approx([120, 40, -130])
@@ -238,16 +238,16 @@ def test_markers_of_motive(prefix) -> None:
 
 def test_a_side_before_all_names_is_no_subject() -> None:
     names = tuple(f"R_{name}" for name in ("SAJ", "HLE", "HME", "RSP", "USP", "IAS", "IPS"))
-    assert making_of((*names, "R_LSAJ")) is None  # a right arm alone tells not where it faces
-    assert making_of((*names, "L_SAJ")).told((*names, "L_SAJ"))["RElbow"] == "R_HLE R_HME"
+    assert marker_set_of((*names, "R_LSAJ")) is None  # a right arm alone tells not where it faces
+    assert marker_set_of((*names, "L_SAJ")).sources((*names, "L_SAJ"))["RElbow"] == "R_HLE R_HME"
 
 
 def test_what_a_user_says_of_one_arm_makes_no_body() -> None:
     names = tuple(f"R{number}" for number in range(6))
     arm = {"RShoulder": ("R0",), "RElbow": ("R1",), "RWrist": ("R2",)}
-    assert making_of(names, arm) is None  # nobody knows where it faces
-    assert making_of(names, {"RShoulder": ("R0",), "LShoulder": ("R3",)}) is None  # no limb
-    assert making_of(names, arm | {"LShoulder": ("R3",)}) is not None
+    assert marker_set_of(names, arm) is None  # nobody knows where it faces
+    assert marker_set_of(names, {"RShoulder": ("R0",), "LShoulder": ("R3",)}) is None  # no limb
+    assert marker_set_of(names, arm | {"LShoulder": ("R3",)}) is not None
 
 
 def test_who_says_joints_may_leave_the_subject_out(tmp_path) -> None:
@@ -255,4 +255,7 @@ def test_who_says_joints_may_leave_the_subject_out(tmp_path) -> None:
     names = tuple(motive("Ada_"))
     for name in ("LElbowOut", "Ada_LElbowOut"):
         body.write_text(f'RElbow = "{name}"', "utf-8")
-        assert making_of(names, told_body(str(body))).told(names)["RElbow"] == "Ada_LElbowOut"
+        assert (
+            marker_set_of(names, read_body_file(str(body))).sources(names)["RElbow"]
+            == "Ada_LElbowOut"
+        )

@@ -9,7 +9,7 @@ import pytest
 
 from lanindex import encode, read, read_lnd
 from lanindex.alphabet import JOINT_CODES
-from lanindex.body.markers import making_of
+from lanindex.body.markers import marker_set_of
 from lanindex.body.palms import facing, measured, planes, rest_palms
 from lanindex.encoding.heading import heading
 from lanindex.perform import perform
@@ -119,9 +119,9 @@ def test_a_palm_that_never_turns_by_itself_is_left_out():
 
 def test_markers_tell_palms():
     names = ["LSHO", "RSHO", "C7", "RELB", "RWRA", "RWRB", "RFIN", "LELB", "LWRA", "LWRB"]
-    assert making_of(names).palms == {"RHand": (4, 5, 6)}
+    assert marker_set_of(names).palms == {"RHand": (4, 5, 6)}
     both = [f"{side}_{it}" for side in "RL" for it in ("SAJ", "HLE", "RSP", "UHE", "HM2", "HM5")]
-    assert making_of([*both, "CV7"]).palms == {"RHand": (4, 5, 4), "LHand": (10, 11, 10)}
+    assert marker_set_of([*both, "CV7"]).palms == {"RHand": (4, 5, 4), "LHand": (10, 11, 10)}
 
 
 WALKS = (

@@ -7,7 +7,7 @@ import pytest
 
 import lanindex
 from lanindex.alphabet import JOINT_CODES, JOINTS
-from lanindex.body import Stated
+from lanindex.body import Declared
 from lanindex.errors import BodyError
 from lanindex.formats import File, Wanted
 from lanindex.formats.points import Points, motion_of
@@ -21,27 +21,27 @@ def compass():
     return lanindex.read("corpus/compass.bvh")
 
 
-def points(motion, stated: Stated = Stated(), **options) -> Points:  # noqa: B008
+def points(motion, declared: Declared = Declared(), **options) -> Points:  # noqa: B008
     """Return a motion's joints as a file in metres with z up has them."""
     places = motion.positions[..., [0, 2, 1]].astype(float) * [1, -1, 1] / 1000
-    return Points(motion.skeleton.names, places, motion.rate, stated, **options)
+    return Points(motion.skeleton.names, places, motion.rate, declared, **options)
 
 
 @pytest.mark.parametrize(
-    ("stated", "doubts"),
+    ("declared", "doubts"),
     [
-        (Stated(), ()),
-        (Stated("m", "z"), ()),
-        (Stated("mm", "z"), ("says mm, in which its leg is 1 mm: m believed",)),
+        (Declared(), ()),
+        (Declared("m", "z"), ()),
+        (Declared("mm", "z"), ("says mm, in which its leg is 1 mm: m believed",)),
         (
-            Stated("m", "y"),
+            Declared("m", "y"),
             ("says that y is up, but the body stands along z: that believed",),
         ),
-        (Stated("furlong", "w"), ()),
+        (Declared("furlong", "w"), ()),
     ],
 )
-def test_what_a_file_states_is_held_against_the_body(compass, stated, doubts) -> None:
-    motion = motion_of(points(compass, stated), FILE, "csv", Reading(), Wanted())
+def test_what_a_file_states_is_held_against_the_body(compass, declared, doubts) -> None:
+    motion = motion_of(points(compass, declared), FILE, "csv", Reading(), Wanted())
     assert motion.warnings == doubts
     assert (motion.source.scale, motion.source.up) == (1000, "z")
     for joint in JOINTS:
@@ -52,7 +52,7 @@ def test_what_a_file_states_is_held_against_the_body(compass, stated, doubts) ->
 
 def test_what_a_user_says_is_believed(compass) -> None:
     told = Reading("cm", "z", Fraction(60))
-    motion = motion_of(points(compass, Stated("m", "z")), FILE, "csv", told, Wanted())
+    motion = motion_of(points(compass, Declared("m", "z")), FILE, "csv", told, Wanted())
     assert (motion.source.unit, motion.source.up, motion.warnings) == ("cm", "z", ())
 
 
@@ -109,7 +109,7 @@ def test_rotations_are_turned_with_the_axes(compass) -> None:
     turns = np.zeros((*compass.positions.shape[:2], 4))
     turns[..., 0] = turns[..., 3] = np.sqrt(0.5)  # a quarter about the file's z, which is up
     parents = tuple(compass.skeleton.parents.tolist())
-    held = points(compass, Stated("m", "z"), parents=parents, rotations=turns)
+    held = points(compass, Declared("m", "z"), parents=parents, rotations=turns)
     motion = motion_of(held, FILE, "csv", Reading(), Wanted())
     assert motion.rotations[5, 3] == pytest.approx([np.sqrt(0.5), 0, np.sqrt(0.5), 0])
     assert motion.skeleton.names == compass.skeleton.names

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body import Stated
+from lanindex.body import Declared
 from lanindex.body.calibration import UNITS
 from lanindex.errors import CaptureError
 from lanindex.formats.amc.asf import Bone, Bones, parse, skeleton_of
@@ -64,8 +64,8 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
         values = numbers.read(data, stops - first, ends - first, _Places(file, first))
         places[block], turns[block] = world(skeleton.bones, axes, values, turn)
     doubts += (*skeleton.doubts, *_order_doubt(skeleton), *_count_doubt(layout), *rate_doubts)
-    stated = Stated(_unit(skeleton.inches), "y")
-    points = Points(names, places, rate, stated, parents, offsets, turns, doubts)
+    declared = Declared(_unit(skeleton.inches), "y")
+    points = Points(names, places, rate, declared, parents, offsets, turns, doubts)
     return motion_of(points, file, "amc", options, wanted)
 
 

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES
-from lanindex.body import body_of, sampled, understand
+from lanindex.body import body_of, map_body, sampled
+from lanindex.body.by_name import exporter_of
 from lanindex.body.calibration import BEGINNING
 from lanindex.body.facing import TURNING, rest_axes, seen_axes
 from lanindex.body.kinematics import Plan, aimed, plan
 from lanindex.body.kinematics import positions as positions_of
-from lanindex.body.names import exporter_of
 from lanindex.body.palms import measured, rest_palms
 from lanindex.errors import CaptureError
 from lanindex.formats.bvh.layout import BvhLayout, scan
@@ -42,7 +42,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     work = plan(joints.parents, joints.offsets, joints.channels, order == "child")
     frames = _Frames(file, layout, work)
     values, poses, first = frames.looked_at()
-    found = understand(joints.names, joints.parents, poses, first, rate, options, path)
+    found = map_body(joints.names, joints.parents, poses, first, rate, options, path)
     offsets = found.oriented(np.array(joints.offsets, np.float64))
     skeleton = Skeleton(joints.names, np.array(joints.parents, np.int16), offsets, found.body)
     kept = None

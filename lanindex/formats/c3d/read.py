@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body.markers import making_of
-from lanindex.body.understand import Stated
+from lanindex.body.mapping import Declared
+from lanindex.body.markers import marker_set_of
 from lanindex.errors import CaptureError
 from lanindex.formats.c3d.layout import TURN, C3dLayout, Turns, scan
 from lanindex.formats.file import PIECE, Content, File, Wanted, holding
@@ -47,7 +47,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     else:
         there = places(file.content, layout)
     doubts = (*layout.doubts, *layout.parameters.doubts, *doubts)
-    points = Points(tuple(used.values()), there, rate, _stated(layout), doubts=doubts)
+    points = Points(tuple(used.values()), there, rate, _declared(layout), doubts=doubts)
     motion = motion_of(points, file, "c3d", options, wanted)
     if used is names:
         return motion
@@ -70,24 +70,24 @@ def _rate(file: File, layout: C3dLayout, options: Reading) -> Fraction:
 def _needed(names: dict[int, str]) -> dict[int, str]:
     """Return the points that the joints of the body are made of; all where it is not made."""
     numbers = list(names)
-    made = making_of(tuple(names.values()))
+    made = marker_set_of(tuple(names.values()))
     if made is None:
         return names
     used = {numbers[it]: names[numbers[it]] for it in sorted(made.used)}
-    again = making_of(tuple(used.values()))
-    same = again is not None and again.told(tuple(used.values())) == made.told(
+    again = marker_set_of(tuple(used.values()))
+    same = again is not None and again.sources(tuple(used.values())) == made.sources(
         tuple(names.values())
     )
     return used if same else names
 
 
-def _stated(layout: C3dLayout) -> Stated:
+def _declared(layout: C3dLayout) -> Declared:
     """Return unit and vertical axis, as far as the file tells them."""
     parameters = layout.parameters
     unit = next(iter(parameters.texts("POINT:UNITS")), "") or None
     screen = next(iter(parameters.texts("POINT:Y_SCREEN")), "").lower()
     up = screen.removeprefix("+") if screen.strip("+-") in ("x", "y", "z") else None
-    return Stated(unit, up)
+    return Declared(unit, up)
 
 
 NO_PLACES = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
@@ -138,7 +138,7 @@ def people(layout: C3dLayout, names: Mapping[int, str]) -> dict[str, dict[int, s
     found: dict[str, dict[int, str]] = {}
     for prefix, points in groups.items():
         bare = {number: name.removeprefix(prefix) for number, name in points.items()}
-        if making_of(tuple(bare.values())):
+        if marker_set_of(tuple(bare.values())):
             alone = called[0] if not prefix and len(called) == 1 else ""
             name = subject.get(prefix, prefix.rstrip(":")) or alone
             name = f"{name} {len(found) + 1}".strip() if name in found else name

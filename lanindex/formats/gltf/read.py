@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body.understand import Stated, sampled
+from lanindex.body.mapping import Declared, sampled
 from lanindex.errors import CaptureError, UsageError, quoted
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.gltf.document import Document, Value, opened_document
@@ -93,7 +93,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
         whose.names,
         places,
         rate,
-        Stated("m", "y"),
+        Declared("m", "y"),
         whose.parents,
         offsets,
         turns,

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body import Stated
+from lanindex.body import Declared
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.npy import features, smpl
@@ -159,10 +159,10 @@ def _rate(found: Arrays) -> str:
     return ""
 
 
-def _stated(found: Arrays, unit: str | None = None, up: str | None = None) -> Stated:
+def _declared(found: Arrays, unit: str | None = None, up: str | None = None) -> Declared:
     words = {name: _text(found, (name, f"{name}s"), (1,)) for name in ("unit", "up")}
     said = {name: word[0] for name, word in words.items() if word}
-    return Stated(said.get("unit", unit), said.get("up", up))
+    return Declared(said.get("unit", unit), said.get("up", up))
 
 
 def _from_places(found: Arrays, layout: MovementArray, options: Reading) -> Points:
@@ -189,7 +189,7 @@ def _from_places(found: Arrays, layout: MovementArray, options: Reading) -> Poin
         rate, assumed = _assumed(rate, order, options)
         doubts += assumed
     hertz, unsteady = rate_by(options, rate, np.zeros(0), found.place)
-    return Points(tuple(names), places, hertz, _stated(found), doubts=(*doubts, *unsteady))
+    return Points(tuple(names), places, hertz, _declared(found), doubts=(*doubts, *unsteady))
 
 
 def _assumed(rate: str, order: Order, options: Reading) -> tuple[str, tuple[str, ...]]:
@@ -217,7 +217,7 @@ def _from_features(found: Arrays, layout: MovementArray, options: Reading) -> Po
     rate, doubts = _assumed(_rate(found), order, options)
     hertz, unsteady = rate_by(options, rate, np.zeros(0), found.place)
     return Points(
-        order.names, places, hertz, _stated(found, None, "y"), doubts=(*doubts, *unsteady)
+        order.names, places, hertz, _declared(found, None, "y"), doubts=(*doubts, *unsteady)
     )
 
 
@@ -230,8 +230,8 @@ def _from_turns(found: Arrays, layout: MovementArray, options: Reading) -> Point
     )  # fmt: skip
     shift = _sound(found["trans"], "trans", LARGEST, found.place, known=True)
     places, turns = smpl.placed(poses, shift)
-    stated = _stated(found, "m", "z")
-    return Points(SMPL, places, hertz, stated, smpl.PARENTS, smpl.OFFSETS, turns, doubts)
+    declared = _declared(found, "m", "z")
+    return Points(SMPL, places, hertz, declared, smpl.PARENTS, smpl.OFFSETS, turns, doubts)
 
 
 def _sound(

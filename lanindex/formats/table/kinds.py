@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body import Stated
+from lanindex.body import Declared
 from lanindex.errors import CaptureError, UsageError, quoted, shown
 from lanindex.formats import sniff, tables
 from lanindex.formats.file import Content, File
@@ -89,7 +89,7 @@ def _kinect(file: File, first: Line) -> TableLayout | None:
     comma = comma_of(first.text, separator)
     rows = tables.rows(file.content, first.first)
     table = table_of(file, rows, separator, width, heads, points, comma)
-    return TableLayout("Kinect v2", KINECT, table, 0, _TICKS, states=1, stated=Stated("m", "y"))
+    return TableLayout("Kinect v2", KINECT, table, 0, _TICKS, states=1, declared=Declared("m", "y"))
 
 
 def _is_number(cell: bytes) -> bool:
@@ -129,7 +129,7 @@ def _named(file: File, head: list[Line]) -> TableLayout:
     used = {cells[column] for point in points.values() for column in point}
     doubts = twice([cell for cell in cells if cell in used], "columns")
     return TableLayout(
-        "a table", tuple(points), table, when, tick, stated=Stated(unit), doubts=doubts
+        "a table", tuple(points), table, when, tick, declared=Declared(unit), doubts=doubts
     )
 
 
@@ -161,7 +161,7 @@ def _nexus(file: File, head: list[Line]) -> TableLayout:
     comma = comma_of(_first(file, rows), separator)
     table = table_of(file, rows, separator, len(axes), [0], points, comma)
     return TableLayout(
-        "Vicon Nexus", called, table, rate=rate[0], stated=Stated(unit), finish=finish
+        "Vicon Nexus", called, table, rate=rate[0], declared=Declared(unit), finish=finish
     )
 
 
@@ -224,8 +224,8 @@ def _motive(file: File, head: list[Line]) -> TableLayout:
     rate = said.get("Export Frame Rate") or said.get("Capture Frame Rate", "")
     count = said.get("Total Exported Frames", "")
     doubts = count_doubt(count, len(lines_there))
-    stated = Stated(_LENGTHS.get(unit, unit or None), "y")
-    return TableLayout("Motive", names, table, 0, 1.0, rate, stated=stated, doubts=doubts)
+    declared = Declared(_LENGTHS.get(unit, unit or None), "y")
+    return TableLayout("Motive", names, table, 0, 1.0, rate, declared=declared, doubts=doubts)
 
 
 def _motive_points(
@@ -282,7 +282,7 @@ def _qualisys(file: File, head: list[Line]) -> TableLayout:
     when = 0 if heads else None
     rate = said.get("FREQUENCY", "")
     return TableLayout(
-        "Qualisys", tuple(names), table, when, 1.0, rate, stated=Stated("mm"), doubts=doubts
+        "Qualisys", tuple(names), table, when, 1.0, rate, declared=Declared("mm"), doubts=doubts
     )
 
 
@@ -435,10 +435,10 @@ def given_layout(file: File, path: str) -> TableLayout:
     points = [(x, y, z) for x, y, z in columns.values()]
     table = table_of(file, rows, separator, width, time, points, comma)
     tick = float(said["tick"]) if "tick" in said else None
-    stated = Stated(said.get("unit"), said.get("up"))
+    declared = Declared(said.get("unit"), said.get("up"))
     when = 0 if time else None
     rate = str(said.get("rate", ""))
-    return TableLayout("a table", tuple(columns), table, when, tick, rate, stated=stated)
+    return TableLayout("a table", tuple(columns), table, when, tick, rate, declared=declared)
 
 
 def text_cells(line: bytes, separator: bytes) -> list[str]:

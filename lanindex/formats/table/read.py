@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body.by_name import LIMBS
-from lanindex.body.markers import making_of
-from lanindex.body.names import candidates
+from lanindex.body.by_name import LIMBS, candidates
+from lanindex.body.markers import marker_set_of
 from lanindex.formats import tables
 from lanindex.formats.file import File, Wanted, clip
 from lanindex.formats.people import named, subject_points
@@ -48,7 +47,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     unsure = unsure if options.rate is None else ()
     doubts = (*layout.doubts, *twice(names, "points"), *whose, *unsure, *doubts, *gone)
     return motion_of(
-        Points(names, places, rate, layout.stated, doubts=doubts), file, "csv", options, wanted
+        Points(names, places, rate, layout.declared, doubts=doubts), file, "csv", options, wanted
     )
 
 
@@ -86,7 +85,7 @@ def people(names: tuple[str, ...]) -> dict[str, list[int]]:
 
 def _makes_body(names: tuple[str, ...]) -> bool:
     """Tell whether points are enough of a body: of a known set of markers, or named as limbs."""
-    if making_of(names):
+    if marker_set_of(names):
         return True
     found: Any = candidates(names)
     return any(

@@ -8,8 +8,8 @@ from bodies import SCHEMES, SIMPLE, named, person
 
 from lanindex import formats
 from lanindex.alphabet import JOINTS
-from lanindex.body import body_of, understand
-from lanindex.body.made import MADE, weighted
+from lanindex.body import body_of, map_body
+from lanindex.body.mapping import DERIVED_JOINTS, weighted_sum
 from lanindex.errors import BodyError
 from lanindex.model import Motion, Reading, Skeleton
 
@@ -18,7 +18,7 @@ RATE = Fraction(30)
 
 def understood(motion: Motion, names: tuple[str, ...], parents: tuple[int, ...] | None):
     places = motion.positions.astype(np.float64)
-    return understand(names, parents, places, places[:2], RATE, Reading("mm", "y"), "x.trc")
+    return map_body(names, parents, places, places[:2], RATE, Reading("mm", "y"), "x.trc")
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -55,7 +55,7 @@ def test_joints_in_one_place_are_no_limb_without_a_hierarchy():
 def test_a_middle_is_bit_for_bit_the_mean():
     left, right = np.random.default_rng(1).normal(size=(2, 99, 3)) * 1e3
     left[5, 1] = np.nan
-    middle = weighted([(left, 0.5), (right, 0.5)])
+    middle = weighted_sum([(left, 0.5), (right, 0.5)])
     assert np.array_equal(middle, np.stack([left, right]).mean(axis=0), equal_nan=True)
     assert np.isnan(middle[5, 1])
 
@@ -63,16 +63,16 @@ def test_a_middle_is_bit_for_bit_the_mean():
 def test_a_regression_is_a_weighted_sum_and_changes_nothing_else():
     one, other, third = np.random.default_rng(2).normal(size=(3, 9, 3))
     before = one.copy()
-    made = weighted([(one, 0.2), (other, 0.5), (third, -1.3)])
+    made = weighted_sum([(one, 0.2), (other, 0.5), (third, -1.3)])
     assert made == pytest.approx(0.2 * one + 0.5 * other - 1.3 * third)
     assert np.array_equal(one, before)
 
 
 def test_made_joints_are_of_the_body_and_whole():
-    for joint, shares in MADE.items():
+    for joint, shares in DERIVED_JOINTS.items():
         assert {joint, *shares} <= set(JOINTS)
         assert sum(shares.values()) == 1
-        assert not shares.keys() & MADE.keys()  # none is made of what is made itself
+        assert not shares.keys() & DERIVED_JOINTS.keys()  # none is made of what is made itself
 
 
 def test_joints_that_stay_are_joined_to_the_nearest_above():
@@ -95,5 +95,5 @@ def test_the_first_joint_of_a_file_counts_like_any_other():
     names = tuple(motion.skeleton.names[joint] for joint in order)
     places = motion.positions[:, order].astype(np.float64)
     places[0, 0] += 10_000  # in a frame: the wrist leaves a calibration pose
-    found = understand(names, None, places[1:], places[:2], RATE, Reading("mm", "y"))
+    found = map_body(names, None, places[1:], places[:2], RATE, Reading("mm", "y"))
     assert found.first == 1

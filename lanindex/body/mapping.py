@@ -11,7 +11,8 @@ Source: ``encoding/METHOD.md``, stage 0.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -21,11 +22,9 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import calibration
-from lanindex.body.by_name import LIMBS, by_name
-from lanindex.body.names import candidates, keys, tables
+from lanindex.body.by_name import LIMBS, by_name, candidates, keys, tables
 from lanindex.body.rig import Rig
-from lanindex.body.told import told_body
-from lanindex.errors import BodyError
+from lanindex.errors import BodyError, UsageError
 from lanindex.model import Reading, Skeleton
 
 Floats = NDArray[np.float64]
@@ -33,12 +32,21 @@ Floats = NDArray[np.float64]
 POSES = 32
 """How many poses of a capture are looked at."""
 
+DERIVED_JOINTS: Mapping[str, Mapping[str, float]] = {
+    "Pelvis": {"LHip": 0.5, "RHip": 0.5},
+}
+"""Joint of the body: the joints that it is made of where the file lacks it, and their shares."""
+
+LONGEST_GAP = Fraction(1, 5)
+"""Seconds that a joint may be unknown and is filled; longer gaps stay open."""
+
 NEEDED = tuple(side + joint for side in "RL" for limb in LIMBS for joint in limb)
+_BODY_FILE = 1 << 20  # bytes that a user's file has at most
 _LIKE = 75  # of 100: how much a misspelt name has to be like the right one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Understanding:
+class BodyMapping:
     """How the joints of a file are to be read as a body."""
 
     # (20,) int16, index of the joint that plays each of ``alphabet.JOINTS``, -1: absent
@@ -78,7 +86,7 @@ class Understanding:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stated:
+class Declared:
     """What a file says of itself, each None where it does not."""
 
     unit: str | None = None  # Of its lengths
@@ -87,7 +95,7 @@ class Stated:
     body: NDArray[np.int16] | None = None
 
 
-_NOTHING = Stated()
+_NOTHING = Declared()
 
 
 def sampled(frames: int) -> NDArray[np.int64]:
@@ -95,16 +103,16 @@ def sampled(frames: int) -> NDArray[np.int64]:
     return np.linspace(0, frames - 1, min(frames, POSES)).astype(np.int64)
 
 
-def understand(
+def map_body(
     names: tuple[str, ...],
     parents: Sequence[int] | None,
     poses: Floats,
     beginning: Floats,
     rate: Fraction,
-    told: Reading,
+    reading: Reading,
     path: str = "",
-    stated: Stated = _NOTHING,
-) -> Understanding:
+    declared: Declared = _NOTHING,
+) -> BodyMapping:
     """Find the body among named joints.
 
     `names` (J) as in the file; `parents` (J) parents before children, -1 for a root; None where the
@@ -112,27 +120,27 @@ def understand(
     `sampled` chooses them; `beginning` (N, J, 3) float64: the first frames, `BEGINNING` or fewer,
     which tell a calibration pose.
     """
-    if stated.body is None:
-        said = told_joints(told, names, path)
+    if declared.body is None:
+        said = joints_by_user(reading, names, path)
         body, doubts = find_body(Rig(names, parents, poses), path, said)
     else:
-        body, doubts = stated.body, ()
+        body, doubts = declared.body, ()
     seen = np.where((body >= 0)[:, None], poses[:, body], np.nan)
     unit, scale, unit_doubts = calibration.unit_of(
-        calibration.body_lengths(seen), told.unit, stated.unit
+        calibration.body_lengths(seen), reading.unit, declared.unit
     )
-    up, up_doubts = calibration.up_of(seen, told.up, stated.up)
+    up, up_doubts = calibration.up_of(seen, reading.up, declared.up)
     shape_doubts = (
         *calibration.facing_doubt(seen, up),
         *calibration.uneven_doubt(seen, scale),
     )
-    found = Understanding(body, unit, scale, up, 0, ())
+    found = BodyMapping(body, unit, scale, up, 0, ())
     wrists = [int(body[JOINT_CODES[name]]) for name in ("RWrist", "LWrist")]
     ways = found.oriented(beginning[:, [index for index in wrists if index >= 0]])
     first = calibration.first_frame(ways.tolist(), rate)
     posed = (_posed(first),) if first else ()
     doubts = (*doubts, *unit_doubts, *up_doubts, *shape_doubts, *posed)
-    return Understanding(body, unit, scale, up, first, doubts)
+    return BodyMapping(body, unit, scale, up, first, doubts)
 
 
 def _posed(first: int) -> str:
@@ -163,10 +171,51 @@ def body_of(skeleton: Skeleton) -> tuple[NDArray[np.int64], Skeleton]:
     return kept, Skeleton(names, place[parents[kept]], offsets[kept], place[skeleton.body])
 
 
-def told_joints(told: Reading, names: tuple[str, ...], path: str) -> dict[str, int]:
+def read_body_file(path: str) -> Mapping[str, tuple[str, ...]]:
+    """Read a file in which a user says which joints or markers play the body.
+
+    It has a line for each joint that is said, the others are found as ever::
+
+        RWrist = "hand_r"                  # a joint or marker of the capture
+        RElbow = ["elbow_in", "elbow_out"] # the middle of several markers
+    """
+    try:
+        with open(path, "rb") as file:
+            said = tomllib.loads(file.read(_BODY_FILE).decode())
+    except (OSError, ValueError, RecursionError) as error:
+        raise UsageError(
+            f"cannot be read ({error})", place=path, wanted='lines such as RWrist = "hand_r"'
+        ) from error
+    body = {joint: tuple([names] if isinstance(names, str) else _listed(names, joint, path))
+            for joint, names in said.items()}  # fmt: skip
+    strange = [joint for joint in body if joint not in JOINTS]
+    if strange or not body:
+        found = f'"{strange[0]}"' if strange else "nothing"
+        raise UsageError(found, place=path, wanted=f"one of {', '.join(JOINTS)}")
+    return body
+
+
+def _listed(names: object, joint: str, path: str) -> list[str]:
+    if isinstance(names, list) and names and all(isinstance(name, str) for name in names):
+        return names
+    raise UsageError(
+        f"{joint} = {names!r}"[:60], place=path, wanted="a name in quotes, or a list of names"
+    )
+
+
+def weighted_sum(parts: Iterable[tuple[Floats, float]]) -> Floats:
+    """Return a weighted sum of places, (..., 3) each; NaN where one of them is unknown."""
+    (first, share), *others = parts
+    place = first * share
+    for other, share in others:
+        place += other * share
+    return place
+
+
+def joints_by_user(reading: Reading, names: tuple[str, ...], path: str) -> dict[str, int]:
     """Return which of some joints the user says play the body, by ``alphabet.JOINTS``."""
     found = {}
-    for joint, (name, *more) in told_body(told.body).items() if told.body else ():
+    for joint, (name, *more) in read_body_file(reading.body).items() if reading.body else ():
         if name not in names or more:
             raise BodyError(
                 f'{joint} is said to be "{name}"{" and others" if more else ""}',
@@ -210,11 +259,11 @@ def find_body(
     result = np.full(len(JOINTS), -1, np.int16)
     for joint, index in body.items():
         result[JOINT_CODES[joint]] = index
-    told = (
+    feet = (
         f'no {joint}: "{rig.names[index]}" lies straight under the ankle'
         for joint, index in under.items()
     )
-    return result, (*warnings, *told)
+    return result, (*warnings, *feet)
 
 
 def _under_ankles(rig: Rig, body: Mapping[str, int]) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""Loose joints hung together: which hangs on which, and how a body stands at rest.
+"""Loose joints joined to a skeleton: which joint is whose parent, and the rest pose.
 
 At rest a body stands with its arms to the sides, facing +z, y up. Trunk and hips have their usual
 shape, seen from pelvis and chest; a limb's bones have their usual lengths (medians).
@@ -32,7 +32,7 @@ UP: Mapping[str, tuple[str, ...]] = {
         )
     },
 }
-"""Joint of the body: the one that it hangs on, the first of these that is there."""
+"""Joint of the body: its parent, the first of these that is there."""
 
 REST: Mapping[str, tuple[float, float, float]] = {
     **dict.fromkeys(("Chest", "Neck", "Head"), (0, 1, 0)),
@@ -40,25 +40,25 @@ REST: Mapping[str, tuple[float, float, float]] = {
     **dict.fromkeys(("Knee", "Ankle"), (0, -1, 0)),
     "Toe": (0, -0.3, 1),
 }
-"""Which way a joint lies from the one that it hangs on; of two sides the left one."""
+"""The direction of a joint from its parent; of two sides the left one."""
 
 _ACROSS = {"Pelvis": "Hip", "Chest": "Shoulder"}
 _UPWARDS = ("Chest", "Neck", "Head")
 
 
-def hung(joints: Sequence[str]) -> list[int]:
-    """Return on which of some joints of the body each of them hangs; -1: on none."""
+def parents_of(joints: Sequence[str]) -> list[int]:
+    """Return for each of some joints of the body its parent among them; -1: it has none."""
     place = {joint: number for number, joint in enumerate(joints)}
     return [next((place[up] for up in UP.get(joint, ()) if up in place), -1) for joint in joints]
 
 
-def at_rest(places: Mapping[str, Floats]) -> Floats:
-    """Return where joints are at rest, each from the one that it hangs on.
+def rest_offsets(places: Mapping[str, Floats]) -> Floats:
+    """Return where joints are in the rest pose, each from its parent.
 
-    returned (J, 3) in the order of the joints; 0 where a joint hangs on none.
+    returned (J, 3) in the order of the joints; 0 for a joint without a parent.
     """
     joints = list(places)
-    ups = hung(joints)
+    ups = parents_of(joints)
     frames = {above: _frame(places, joints[above]) for above in {*ups} - {-1}}
     offsets = np.zeros((len(joints), 3))
     for number, (joint, above) in enumerate(zip(joints, ups, strict=True)):
