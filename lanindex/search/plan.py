@@ -113,6 +113,11 @@ class Program:
     brackets: tuple[Group, ...]  # those that may open in it
     open_ended: bool  # it can go on where it could end: it then runs on as long as it can
 
+    @property
+    def companions(self) -> tuple[Companion, ...]:
+        """The lines beside all of it, then those beside its brackets."""
+        return tuple(it for group in (self.whole, *self.brackets) for it in group.companions)
+
 
 def plan(query: Query) -> tuple[Program, ...]:
     """Return the programs of the leading lines; any one of them answers the query."""

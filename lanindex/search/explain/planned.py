@@ -43,13 +43,9 @@ def planned(query: Query) -> str:
 def _add(line: Program, rewrites: Rewrites, lines: dict[Program, Rewrites]) -> None:
     """Add a line and those that can stand beside it, with what may be left out."""
     lines.setdefault(line, rewrites)
-    for companion in _beside(line):
+    for companion in line.companions:
         for inner in rewrites.programs(companion):
             _add(inner, rewrites, lines)
-
-
-def _beside(line: Program) -> list[Companion]:
-    return [it for group in (line.whole, *line.brackets) for it in group.companions]
 
 
 def _line(
@@ -69,7 +65,7 @@ def _line(
         yield "runs", "of symbols that mirror each other are counted"
     elif line is rewrites.program:
         yield from _leading(line, clauses)
-    for companion in _beside(line):
+    for companion in line.companions:
         standing = [numbers[it] for it in rewrites.programs(companion)]
         yield companion.relation, _join(companion, standing)
     early = [

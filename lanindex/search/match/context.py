@@ -92,6 +92,9 @@ class LineJoiner(Protocol):
     def forbidden(self, companion: Companion) -> tuple[CompanionMatches, int]:
         """Return the matches of a line that must not happen, and where their numbers begin."""
 
+    def still_unmet(self, unmet: IntArray, claims: Claims) -> IntArray:
+        """Return the forbidden matches that claims do not excuse yet, (M, N)."""
+
 
 class Decidable(NamedTuple):
     """Conditions that can be evaluated now, and the note columns that no other condition needs."""

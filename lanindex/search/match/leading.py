@@ -41,15 +41,15 @@ def hits_of(context: Context) -> list[HitTable]:
     if lines:
         return [MirrorRuns(context.batch, lines).hits(context.tick)]
     program = context.program
-    joiner = context.joiner = Joiner(context)
+    context.joiner = Joiner(context)
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
     walk = Walk(context, program, timed=timed, tracked=tracked, enough=enough(program))
     begun, hits = walk.roots(), list[HitTable]()
     if not (walk.looks_up_ends or program.whole.companions or context.clauses):
         short = _short(context)
-        hits += _from_all(context, joiner, _in_captures(context, begun, short))
+        hits += _from_all(context, _in_captures(context, begun, short))
         begun = _in_captures(context, begun, ~short)
-    ends = _best_ends(context, walk, joiner, begun)
+    ends = _best_ends(context, walk, begun)
     return hits + [hits for found in ends for hits in _as_hits(context, found)]
 
 
@@ -68,7 +68,7 @@ def _in_captures(context: Context, begun: list[BoolArray], captures: BoolArray) 
     return [fits & captures[capture] for fits, capture in zip(begun, own, strict=True)]
 
 
-def _from_all(context: Context, joiner: Joiner, begun: list[BoolArray]) -> Iterator[HitTable]:
+def _from_all(context: Context, begun: list[BoolArray]) -> Iterator[HitTable]:
     """Yield the best match from each of some beginnings, walked from all of them at once.
 
     What follows a partial match does not depend on where it began: the best end of each beginning
@@ -77,7 +77,7 @@ def _from_all(context: Context, joiner: Joiner, begun: list[BoolArray]) -> Itera
     program = context.program
     walk = Walk(context, program, rooted=False)
     found = walk.run(begun)
-    found = found.at(complete(context, walk, found, joiner))
+    found = found.at(complete(context, walk, found))
     lows, highs = walk.nodes.best_hulls(found.node, found.spans.low, found.spans.high)
     bounds = np.cumsum([0, *map(len, walk.firsts)])
     for place, (entry, first) in enumerate(zip(program.entries, walk.firsts, strict=True)):
@@ -87,14 +87,14 @@ def _from_all(context: Context, joiner: Joiner, begun: list[BoolArray]) -> Itera
         yield table(context.batch, state, events, (lows[own], highs[own], ~events.cost))
 
 
-def _best_ends(context: Context, walk: Walk, joiner: Joiner, begun: list[BoolArray]) -> list[Ends]:
+def _best_ends(context: Context, walk: Walk, begun: list[BoolArray]) -> list[Ends]:
     """Return the best matches from some beginnings; from half of them at a time if too many."""
     tables, left = [], [fits.copy() for fits in begun]
     try:
         for within in widening(context.batch, left, SOON if walk.wanders else None):
             found = walk.run(left, within)
             context.tick()
-            chosen = complete(context, walk, found, joiner)
+            chosen = complete(context, walk, found)
             context.tick()
             keys = (found.entry[chosen], found.root[chosen])
             ranks = (found.spans.high[chosen], -found.spans.low[chosen])
@@ -112,7 +112,7 @@ def _best_ends(context: Context, walk: Walk, joiner: Joiner, begun: list[BoolArr
     for some in np.array_split(np.flatnonzero(np.concatenate(left)), 2):
         half = np.zeros(bounds[-1], bool)
         half[some] = True
-        tables += _best_ends(context, walk, joiner, np.split(half, bounds[:-1]))
+        tables += _best_ends(context, walk, np.split(half, bounds[:-1]))
     return tables
 
 
@@ -157,7 +157,7 @@ def final(
     return np.flatnonzero(best)
 
 
-def complete(context: Context, walk: Walk, found: Ends, joiner: Joiner) -> IntArray:
+def complete(context: Context, walk: Walk, found: Ends) -> IntArray:
     """Return the places of the ends that fulfil the whole pattern; the longest if they run on.
 
     A starting position alone is no movement, and nothing that must not happen is left.
@@ -165,7 +165,7 @@ def complete(context: Context, walk: Walk, found: Ends, joiner: Joiner) -> IntAr
     clauses, memory = context.clauses, found.memory
     fits = ~found.spans.alone
     if memory.unmet.size:
-        still_unmet = joiner.still_unmet(memory.unmet, memory.claims)
+        still_unmet = context.joiner.still_unmet(memory.unmet, memory.claims)
         fits &= (still_unmet >= FAR).all(axis=0)
     width = len(memory.columns) - clauses.width
     if clauses.rhythm:

@@ -81,7 +81,6 @@ class _Context(Context):
     """What the lines of a program share while hits are traced."""
 
     joins: _Joins
-    joiner: Joiner
 
     def __init__(
         self,
@@ -188,7 +187,7 @@ class _Walk(Walk):
 
     def best(self, owners: list[IntArray], hits: HitTable) -> Iterator[tuple[int, BestTrace]]:
         """Yield the best end of each hit; `owners` are the hits, by entry, that events begin."""
-        chosen = complete(self._context, self, self.ends, self._context.joiner)
+        chosen = complete(self._context, self, self.ends)
         ends = self.ends.at(chosen)
         owner = np.full(len(chosen), -1)
         for entry, own in enumerate(owners):
@@ -294,11 +293,10 @@ def _lying_in(program: Program) -> set[Program]:
     todo = [(program, True)]
     while todo:
         line, within = todo.pop()
-        for group in (line.whole, *line.brackets):
-            for companion in group.companions:
-                adds = RELATIONS[companion.relation].adds_frames
-                for inner in companion.programs:
-                    lies = within and adds and not inner.open_ended
-                    (inside if lies else outside).add(inner)
-                    todo.append((inner, lies))
+        for companion in line.companions:
+            adds = RELATIONS[companion.relation].adds_frames
+            for inner in companion.programs:
+                lies = within and adds and not inner.open_ended
+                (inside if lies else outside).add(inner)
+                todo.append((inner, lies))
     return inside - outside

@@ -170,14 +170,12 @@ class Expiry:
     def __init__(self, context: Context, program: Program) -> None:
         self._context, self._program = context, program
         self._open = open_groups(program)
-        groups = (program.whole, *program.brackets)
-        self._companions = [it for group in groups for it in group.companions]
         self._earliest: dict[Companion, tuple[IntArray, IntArray]] = {}
         self._ahead: dict[int, IntArray] = {}
         self.known = (
-            bool(context.rewrites.contested.get(program) or self._companions)
+            bool(context.rewrites.contested.get(program) or program.companions)
             and program not in context.rewrites.outside
-            and all(map(_ends_later, self._companions))
+            and all(map(_ends_later, program.companions))
         )
 
     def dropped(self, state: int, rows: Matches) -> Matches:
@@ -251,9 +249,7 @@ class Expiry:
 
 def _ends_later(companion: Companion) -> bool:
     """Tell whether a line claims nothing that ends before what it stands beside begins."""
-    lone = not any(
-        group.companions for it in companion.programs for group in (it.whole, *it.brackets)
-    )
+    lone = not any(it.companions for it in companion.programs)
     return RELATIONS[companion.relation].ends_later and not companion.within and lone
 
 
