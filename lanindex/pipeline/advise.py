@@ -11,7 +11,7 @@ from lanindex.errors import LanindexError, PatternError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Track
 from lanindex.pipeline.search import SearchOptions, named
-from lanindex.search.explain.advice import SECONDS, Advice, Budget, Found, LeftOut, advise
+from lanindex.search.explain.advice import SECONDS, Advice, Budget, HitCounts, LeftOut, advise
 from lanindex.search.fields import extras_in
 from lanindex.search.hits import Hits
 from lanindex.search.language import Query, parse
@@ -29,7 +29,7 @@ def suggest(
     query = replace(query, stages=())  # a pipe finds nothing by itself
     refused: dict[str, LanindexError] = {}
 
-    def count(query: Query, among: Sequence[int] | None = numbers) -> Found | None:
+    def count(query: Query, among: Sequence[int] | None = numbers) -> HitCounts | None:
         if budget.late():
             return None
         rich: list[LanindexError] = []
@@ -62,7 +62,7 @@ def _counted(
     options: SearchOptions,
     budget: Budget,
     refused: list[LanindexError],
-) -> Found:
+) -> HitCounts:
     """Return how many hits there are, and in how many captures; give up what takes too long."""
     roster, columns = store.columns(query.parts, numbers, more=extras_in(query))
 

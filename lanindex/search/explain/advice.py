@@ -18,8 +18,8 @@ SECONDS = 2.0
 MOST = 5
 """Patterns that are offered."""
 
-_PATIENCE = 4
-"""How many times as long it may take where others use the machine as well."""
+_CLOCK_FACTOR = 4
+"""How many times as long it may take by the clock on a busy machine."""
 
 _FOR_LIMITS, _FOR_EDITS = 0.4, 0.7
 """The shares of the time until which limits are left out, and until which patterns alike are
@@ -28,10 +28,10 @@ tried; the rest is for the other conditions."""
 _COMBINED = 60
 """Changes, and changes of what they led to, that are tried where no single one helps."""
 
-Found = tuple[int, int]
+HitCounts = tuple[int, int]
 """How many hits, and in how many captures."""
 
-Count = Callable[[Query], Found | None]
+Count = Callable[[Query], HitCounts | None]
 """Counts the hits of a query; None: there was no time for it."""
 
 Read = Callable[[str], Query | None]
@@ -51,7 +51,7 @@ class Budget:
         allowed = share * self.seconds
         return (
             process_time() - self._worked >= allowed
-            or monotonic() - self._begun >= _PATIENCE * allowed
+            or monotonic() - self._begun >= _CLOCK_FACTOR * allowed
         )
 
 
@@ -170,7 +170,7 @@ class _Adviser:
     count: Count
     read: Read
     budget: Budget
-    counted: dict[Query, Found]
+    counted: dict[Query, HitCounts]
     untried: int = 0
     left_out: dict[Change, LeftOut] = field(default_factory=dict)
     instead: list[tuple[Change, Suggestion]] = field(default_factory=list)
@@ -209,7 +209,7 @@ class _Adviser:
             if sum(not it.condition for it, _ in self.instead) >= MOST:
                 dearest = change.cost
 
-    def keep(self, change: Change) -> Found:
+    def keep(self, change: Change) -> HitCounts:
         """Return how much a change finds, and offer it if that is anything."""
         query = change.query
         if query not in self.counted:

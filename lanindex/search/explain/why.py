@@ -120,7 +120,7 @@ def trace(
     try:
         found = find_in([(capture, tracks)], labelled, tolerance=tolerance, overlaps=overlaps)
         hits = tuple((hit, _matched(hit, steps)) for hit in found)
-        stops = _Stops(plain, capture, tracks, tolerance)
+        stops = _StopFinder(plain, capture, tracks, tolerance)
         return Trace(query, capture, hits, () if hits else tuple(map(stops.of, alternatives)))
     except LanindexError as error:
         return Trace(query, capture, refused=error)
@@ -165,17 +165,17 @@ def _labelled(query: Query) -> tuple[Query, dict[str, str]]:
         return replace(node, label=labels[-1])
 
     labelled_query: Query = changed_nodes(query, labelled)
-    return labelled_query, dict(zip(labels, _written(query.pattern, ""), strict=True))
+    return labelled_query, dict(zip(labels, _step_texts(query.pattern, ""), strict=True))
 
 
-def _written(pattern: Choice, before: str) -> Iterator[str]:
+def _step_texts(pattern: Choice, before: str) -> Iterator[str]:
     """Yield the steps of a pattern, each with what goes before it."""
     for lines in pattern.alternatives:
         others = ((it.relation, it.line) for it in lines.others)
         for first, line in [(before, lines.first), *others]:
             for arrow, item in zip((first, *map(str, line.arrows)), line.items, strict=True):
                 if isinstance(item.unit, Bracket):
-                    yield from _written(item.unit.pattern, arrow)
+                    yield from _step_texts(item.unit.pattern, arrow)
                 else:
                     yield f"{arrow} {item}".strip()
 
@@ -185,8 +185,8 @@ def _matched(hit: Hit, steps: Mapping[str, str]) -> tuple[Matched, ...]:
     return tuple(Matched(step, labels[it]) for it, step in steps.items() if it in labels)
 
 
-class _Stops:
-    """Looks for longer and longer beginnings of a query in one capture."""
+class _StopFinder:
+    """Finds where a query stops in one capture, by ever longer beginnings of it."""
 
     def __init__(
         self, query: Query, capture: Capture, tracks: Mapping[str, Track], tolerance: Fraction

@@ -1,4 +1,4 @@
-"""From a query to hits that are nearly what it says."""
+"""Finds hits that nearly match a query."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def find(
     The parameters are those of `lanindex.search.match.Finder` and its `find`, but that overlaps
     ``none`` means the match that differs least of those that share frames. Hits come by capture,
     start and end, where they are not the best. Their fit is the smallest margin of the symbols that
-    are what was asked for, in proportion less for all that was edited.
+    match without an edit, lowered in proportion to the edits.
     """
     if query.rhythm or query.where:
         raise UsageError(
@@ -246,7 +246,7 @@ class FuzzyHits(HitColumns):
 
     @cached_property
     def fit(self) -> NDArray[np.float64]:
-        """The smallest margin of what was asked for, less in proportion for what was edited."""
+        """The smallest margin of symbols without an edit, lowered in proportion to the edits."""
         steps, found = np.array([*(it for _, it in self._search.lines), 1]), self._matches
         fit: NDArray[np.float64] = fits(found.cost, found.blur, steps[found.taken[:, 0, 0]])
         own, exact = self._exactly()

@@ -51,10 +51,10 @@ from lanindex.search.match.arrays import (
 from lanindex.search.plan import NEGATIONS, Program, State, followers, reached
 
 LARGE = 1 << 18
-"""Rows of a part in a library whose batches are as large as any: in smaller ones they are smaller,
-so that what a search takes stays little beside the columns that it reads."""
+"""Rows of a part from which on batches have their full size; smaller libraries get smaller batches,
+so that a search takes little memory beside the columns that it reads."""
 
-FEWEST_ROWS = 1 << 14  # that a batch may have in any library: each costs some time of its own
+FEWEST_ROWS = 1 << 14  # a batch may have in any library: each batch costs time of its own
 MOST_STATES = 32  # steps of a line that `possible` looks at
 
 
@@ -62,7 +62,7 @@ class Rows:
     """The rows of one part in some captures, which are counted from 0.
 
     `places` (N,) int64 are those captures in the roster, growing, and `frames` (N,) their lengths.
-    Rows are many and few are looked at, so their columns are as narrow as they can.
+    Their columns are narrow: rows are many, and few of them are looked at.
     """
 
     def __init__(self, columns: Columns, places: IntArray, frames: IntArray) -> None:
@@ -271,9 +271,9 @@ def _cells(fits: frozenset[tuple[str, frozenset[int]]]) -> BoolArray:
 
 
 def fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]:
-    """Return which rows are what a state asks of a member, and what is missing to a fit of 1.
+    """Return which rows fit a member of a state, and what each lacks to a fit of 1.
 
-    One may also be so by the cell across its nearest border, if that is near enough.
+    With `near` a row also fits by the cell across its nearest border, if that is near enough.
     """
     table, wanted = cells_of(state, member), state.fits[member]
     fits, cost = table[rows.cell], rows.cost
@@ -297,14 +297,14 @@ def fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]
 
 @lru_cache(64)
 def _amounts(codes: frozenset[int]) -> BoolArray:
-    """Return which amounts are among some codes; the last one is that of what has none."""
+    """Return which amounts are among some codes; the last entry is for rows without an amount."""
     table = np.zeros(MOST_AMOUNT + 2, bool)
     table[list(codes)] = True
     return frozen(table)
 
 
 def events_of(rows: Rows, state: State, member: int) -> Events:
-    """Return what a member of a state may match."""
+    """Return the events that may match a member of a state."""
     fits, cost = fitting(rows, state, member)
     if state.manner == "at":
         return _stays(rows, fits, cost)
@@ -415,7 +415,7 @@ class Batch:
         return self._rows[part]
 
     def events(self, state: State) -> Events:
-        """Return what may match a state, of the lengths that it may have."""
+        """Return the events that may match a state, of the lengths that it allows."""
         key = _key(state)
         if key not in self._events:
             members = [
@@ -486,9 +486,9 @@ def _key(state: State) -> object:
 
 
 def split(columns: Collection[Columns], places: IntArray, most: int) -> list[IntArray]:
-    """Return captures, some at once: those in which no part has more than `most` rows.
+    """Split captures into batches of at most `most` captures, and `most` rows of each part.
 
-    So many there are in a `LARGE` library, captures too; one capture may have more.
+    Batches are smaller in a library smaller than `LARGE`; a single capture may have more rows.
     """
     library = max(map(len, columns), default=0)
     rows = max(min(most, FEWEST_ROWS), most * min(library, LARGE) // LARGE)

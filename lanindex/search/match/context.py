@@ -44,7 +44,7 @@ class CompanionMatches(Table):
         return not (self.claims or self.unmet.size) and int(self.notes.max(initial=-1)) < 0
 
     def keys(self) -> list[IntArray]:
-        """Return the columns that tell them apart from outside."""
+        """Return the columns in which they differ for other lines."""
         lines = self.lines
         frames = [lines.capture, lines.start, lines.until, lines.low, lines.high]
         rest = [*self.claims.first, *self.claims.last, *self.unmet, *self.notes]
@@ -77,7 +77,7 @@ class Hulls(Table):
 
 
 class LineJoiner(Protocol):
-    """What finds the lines beside another."""
+    """Finds the lines beside another."""
 
     def close(
         self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool, since: IntArray | None

@@ -47,12 +47,12 @@ Recordings = Callable[[Sequence[int], Collection[str]], Iterable[Recording]]
 """Captures with the tracks of some parts, by their places in the roster."""
 
 Watch = Callable[[int, int], None]
-"""Is called now and then with how many captures are done, of how many; it may raise."""
+"""Called now and then with how many captures are done, and of how many; it may raise."""
 
 MANY = 1000  # captures from which on those that cannot have a hit are left out first
 MOST_ROWS = 1 << 15  # rows of a part, or captures, in a batch
 NARROWER = 'Bound what it tries: write "...[<5s]" for "...", or search fewer captures.'
-"""What to do where a search takes too much time or memory."""
+"""The remedy where a search takes too much time or memory."""
 
 Result = TypeVar("Result")
 
@@ -169,9 +169,9 @@ class Finder:
     def in_parts(
         self, work: Callable[[IntArray], Result], captures: IntArray
     ) -> Iterator[tuple[IntArray, Result | LanindexError]]:
-        """Yield what work makes of items in some captures: half at a time where it is too much.
+        """Yield the result of work on items, in halves of halves where all at once are too much.
 
-        Each comes with the places of its items; an item that is too much alone with an error.
+        Each result comes with the places of its items; an item that alone is too much has an error.
         """
         todo = [np.arange(len(captures))]
         while todo:
@@ -204,11 +204,11 @@ class Finder:
         return Batch(self._roster, self._columns, places, self._tolerance)
 
     def _captures(self, here: IntArray) -> Captures:
-        """Return what gives the captures of a batch by their places in it."""
+        """Return a function from places in a batch to captures."""
         return lambda places: self.captures(here[list(places)].tolist())
 
     def _tick(self, here: IntArray) -> Callable[[], None]:
-        """Return what says that the search is still at some captures."""
+        """Return a callback that reports that the search is at some captures."""
         if self._watch is None:
             return lambda: None
         return partial(self._watch, int(here[0]), len(self._roster))

@@ -29,9 +29,8 @@ from lanindex.search.match.arrays import (
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.plan import State
 
-ROUNDS, PATIENCE = 24, 1 << 12
-"""How often all knots are untied at once, what is left is gone through one by one; and after how
-many of these it is asked again whether to go on."""
+ROUNDS = 24  # in which all groups of overlapping matches are split at once; then one by one
+CHECK_EVERY = 1 << 12  # matches taken one by one between two calls of `ask`
 
 
 def staying(
@@ -46,18 +45,18 @@ def staying(
     left = np.argsort(begin, kind="stable")
     for _ in range(ROUNDS if len(left) else 0):
         ask()
-        # of what hangs together by overlaps the best one stays, which cuts it apart
+        # of matches joined by overlaps the best one stays, which splits them
         new = begin[left] >= np.append(0, np.maximum.accumulate(end[left])[:-1])
-        knot = np.cumsum(new) - 1
-        best = np.minimum.reduceat(rank[left], np.flatnonzero(new))[knot]
+        group = np.cumsum(new) - 1
+        best = np.minimum.reduceat(rank[left], np.flatnonzero(new))[group]
         stays = left[rank[left] == best]
         kept[stays] = True
-        left = left[(end[left] <= begin[stays[knot]]) | (begin[left] >= end[stays[knot]])]
+        left = left[(end[left] <= begin[stays[group]]) | (begin[left] >= end[stays[group]])]
         if not len(left):
             break
     taken: list[tuple[int, int]] = []
     for number, one in enumerate(left[np.argsort(rank[left])].tolist()):
-        if not number % PATIENCE:
+        if not number % CHECK_EVERY:
             ask()
         span = int(begin[one]), int(end[one])
         place = bisect_left(taken, span)

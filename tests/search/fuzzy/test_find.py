@@ -19,7 +19,7 @@ from lanindex.search.fuzzy import find as find_in_columns
 from lanindex.search.fuzzy.find import MORE, FuzzyHits, _Search
 from lanindex.search.hits import HitColumns
 from lanindex.search.language import parse
-from lanindex.search.match.hits import PATIENCE, ROUNDS, staying
+from lanindex.search.match.hits import CHECK_EVERY, ROUNDS, staying
 
 TRACKS = (
     "fps 10 frames 100; r_arm: place low 0 0, right mid 5 12, r_forward high 12 20, "
@@ -259,4 +259,4 @@ def test_what_overlaps_in_a_row_is_settled_without_comparing_all():
     asked = []
     kept = staying(low * 0, low, low + 8, np.arange(many), lambda: asked.append(1))
     assert kept.tolist() == [True, False] * (many // 2)
-    assert len(asked) <= ROUNDS + many // PATIENCE + 1
+    assert len(asked) <= ROUNDS + many // CHECK_EVERY + 1
