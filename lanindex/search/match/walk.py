@@ -424,7 +424,7 @@ class Walk:
         notes = context.clauses.noted(self._batch, own_state, events, rows.columns[self._notes :])
         rows.columns[self._notes :] = notes
         if self._timed:
-            rows, own = self._kept_in_time(rows, own.end - own.start), own
+            rows = self._kept_in_time(rows, own.end - own.start)
         if due.conditions:
             capture = self._batch.events(own_state).capture[rows.columns[EVENT]]
             rows = rows.at(context.met(due.conditions, capture, rows.columns[self._notes :]))
