@@ -1,7 +1,7 @@
 """A score as a picture: a staff of Labanotation, time upwards.
 
-Nothing here knows a file or a table: `draw` makes a `Picture` of a `Score`, `lanindex.draw.svg`
-writes it, `lanindex.draw.svg` makes an image of that.
+`draw` turns a `Score` into a `Picture`; `lanindex.draw.svg` writes it as SVG, PNG or PDF, and
+`lanindex.draw.text` shows a score in a terminal. Nothing here knows a format or a library.
 """
 
 from __future__ import annotations

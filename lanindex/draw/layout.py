@@ -295,7 +295,7 @@ def page_layout(
     return PageLayout(start, start + max(stop - start, 1.0), tuple(edges), own, tallest, beat=beat)
 
 
-def apart(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:
+def spread_heights(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:
     """Return the heights of successive symbols, the short ones grown to `least` if there is room.
 
     One that is too short grows into what is free above and below it; where nothing is, it takes

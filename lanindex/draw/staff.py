@@ -20,7 +20,7 @@ from lanindex.draw.layout import (
     START,
     PageLayout,
     TimeAxis,
-    apart,
+    spread_heights,
 )
 from lanindex.draw.picture import C, Circle, Label, Mark, MarkGroup, box, line
 from lanindex.draw.signs import BOW, SIGNS, bow, sign
@@ -211,7 +211,7 @@ class SymbolPainter:
             marks = self._sign(before, centre, base + START, START, (0, START))
             groups.append(_group(before, self.score, marks))
             self._band(before, centre + self.layout.columns.places[part], base + START, base)
-        spans = apart([(one.low, one.high) for one in found], LEAST)
+        spans = spread_heights([(one.low, one.high) for one in found], LEAST)
         return [*groups, *(self._placed(*both) for both in zip(found, spans, strict=True))]
 
     def _within(self, part: str) -> tuple[Symbol | None, list[_Drawn]]:

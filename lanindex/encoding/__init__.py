@@ -80,7 +80,7 @@ def encode(
     from lanindex.encoding.tempo import count
     from lanindex.encoding.whole import whole
     from lanindex.model import Score, Track
-    from lanindex.model.derived import worked_out
+    from lanindex.model.derived import with_derived
     from lanindex.model.score import HEADING_RATE
 
     chosen = _profile(profile)
@@ -107,7 +107,7 @@ def encode(
     parts = track.together((*of_limbs, *of_all))
     del of_limbs, of_all
     time = count(tempo, motion, chosen, {part: rows for part, (rows, _) in parts.items()})
-    tracks = worked_out({part: Track(part, *found) for part, found in parts.items()})
+    tracks = with_derived({part: Track(part, *found) for part, found in parts.items()})
     if chosen.rate != HEADING_RATE:
         turn = heading.heading(motion, Fraction(HEADING_RATE), body)
     degrees = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another

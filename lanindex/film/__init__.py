@@ -1,5 +1,5 @@
 """A motion as a moving figure, and the same beside its staff.
 
-Nothing here knows a file or a table. `lanindex.film.figure` takes the body out of a motion,
-`lanindex.film.figure` tells from where it is seen best.
+`lanindex.film.figure` takes the body out of a motion and chooses the view; `lanindex.film.film`
+writes films, `lanindex.film.hits` sheets and pages of hits. Nothing here knows formats.
 """

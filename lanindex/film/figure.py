@@ -91,10 +91,7 @@ class Figure:
         return len(self.places)
 
     def shown(self, tracks: Iterable[str]) -> NDArray[np.bool_]:
-        """Return which bones show tracks, (B,) bool.
-
-        returns (B,) bool.
-        """
+        """Return which bones show tracks, (B,) bool."""
         found: set[str] = set()
         for track in tracks:
             if track not in TRACKS:

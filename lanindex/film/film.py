@@ -62,7 +62,7 @@ def form_of(name: str) -> str:
     return ending
 
 
-def reel(frames: Iterable[Image], form: str, size: tuple[int, int], rate: Fraction) -> bytes:
+def film_bytes(frames: Iterable[Image], form: str, size: tuple[int, int], rate: Fraction) -> bytes:
     """Return frames as a film."""
     if rate > (most := FASTEST.get(form, 1000)):
         wanted = f"{most} at most: viewers of {form} show no more"
@@ -263,7 +263,7 @@ class Film:
     ) -> bytes:
         """Return it as a file."""
         try:
-            return reel(watched(self.pictures()), form, self.size, self.rate)
+            return film_bytes(watched(self.pictures()), form, self.size, self.rate)
         except ImportError as error:
             remedy = "It comes with: pip install 'lanindex[film]'."
             raise ExportError(

@@ -108,6 +108,6 @@ def _bent(limb: Track, bend: Track | None) -> Track:
     return Track(limb.part, rows, limb.known)
 
 
-def worked_out(tracks: dict[str, Track]) -> dict[str, Track]:
+def with_derived(tracks: dict[str, Track]) -> dict[str, Track]:
     """Return tracks with those derived from others: steps and degrees of bend."""
     return with_bends(with_steps(tracks))

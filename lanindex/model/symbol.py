@@ -78,9 +78,9 @@ class Field:
         return [None if it < 0 else round(it * self.scale) / self.scale for it in codes]
 
 
-def kept(type: str, column: str, default: Any = MISSING, **how: Any) -> Any:
+def stored(type: str, column: str, default: Any = MISSING, **how: Any) -> Any:
     """Return a dataclass field with its `Field`."""
-    return field(default=default, metadata={"kept": Field(type, column, **how)})
+    return field(default=default, metadata={"stored": Field(type, column, **how)})
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,22 +134,22 @@ class Symbol:
 
     part: str
     ordinal: int
-    direction: str | None = kept("i1", "sign", bits=4, least=-1, words=DIRECTIONS)
-    level: str | None = kept("i1", "sign", shift=4, bits=2, least=-1, words=LEVELS)
-    start: int = kept("i4", "start", shown="start_frame")
-    stop: int = kept("i4", "length", since="start", shown="end_frame")
-    tick: int = kept("i4", "tick")
-    ticks: int = kept("i4", "ticks")
-    passing: bool = kept("?", "sign", shift=12, bits=1)
-    rule: int = kept("i4", "notes", shift=24, bits=16)
-    swings: int = kept("i4", "notes", bits=24)
-    margin: float = kept("f4", "sign", shift=13, bits=10, scale=1000)
-    runner_direction: str | None = kept("i1", "sign", shift=6, bits=4, least=-1, words=DIRECTIONS)
-    runner_level: str | None = kept("i1", "sign", shift=10, bits=2, least=-1, words=LEVELS)
-    amount: int | None = kept("i2", "notes", shift=40, bits=15, least=-1)
-    speed: float | None = kept("f4", "sign", None, shift=23, bits=12, least=-1, scale=100)
-    size: int | None = kept("i2", "sign", None, shift=35, bits=11, least=-1)
-    straightness: float | None = kept("f4", "sign", None, shift=46, bits=7, least=-1, scale=100)
+    direction: str | None = stored("i1", "sign", bits=4, least=-1, words=DIRECTIONS)
+    level: str | None = stored("i1", "sign", shift=4, bits=2, least=-1, words=LEVELS)
+    start: int = stored("i4", "start", shown="start_frame")
+    stop: int = stored("i4", "length", since="start", shown="end_frame")
+    tick: int = stored("i4", "tick")
+    ticks: int = stored("i4", "ticks")
+    passing: bool = stored("?", "sign", shift=12, bits=1)
+    rule: int = stored("i4", "notes", shift=24, bits=16)
+    swings: int = stored("i4", "notes", bits=24)
+    margin: float = stored("f4", "sign", shift=13, bits=10, scale=1000)
+    runner_direction: str | None = stored("i1", "sign", shift=6, bits=4, least=-1, words=DIRECTIONS)
+    runner_level: str | None = stored("i1", "sign", shift=10, bits=2, least=-1, words=LEVELS)
+    amount: int | None = stored("i2", "notes", shift=40, bits=15, least=-1)
+    speed: float | None = stored("f4", "sign", None, shift=23, bits=12, least=-1, scale=100)
+    size: int | None = stored("i2", "sign", None, shift=35, bits=11, least=-1)
+    straightness: float | None = stored("f4", "sign", None, shift=46, bits=7, least=-1, scale=100)
 
     @property
     def span(self) -> Span:
@@ -183,7 +183,7 @@ def _words(part: str, direction: str | None, level: str | None, amount: int | No
 
 
 FIELDS: dict[str, Field] = {
-    one.name: one.metadata["kept"] for one in fields(Symbol) if "kept" in one.metadata
+    one.name: one.metadata["stored"] for one in fields(Symbol) if "stored" in one.metadata
 }
 """How each field of a symbol is stored, by name."""
 

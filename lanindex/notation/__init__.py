@@ -33,13 +33,13 @@ class Notation:
     name: str  # In the library and for ``--to``: the ending in small letters
     title: str  # For people
     suffix: str  # The ending as it is written; it is read in any case
-    gathered: bool = False  # Whether ingest looks for it in folders
+    ingested: bool = False  # Whether ingest looks for it in folders
     module: str = ""  # Of this package; by default its name
     text: bool = True  # Whether people can read it
     parts: bool = False  # Whether it has room for the ``PARTS`` of its module only
     table: str = ""  # Of a table: the end of the names of its functions in `tables`
 
-    def own(self, name: str) -> Any:
+    def member(self, name: str) -> Any:
         """Return a function or constant of its module, imported when it is first needed."""
         module = self.module or ("tables" if self.table else self.name)
         name = f"{name}_{self.table}" if self.table else name
@@ -49,10 +49,10 @@ class Notation:
 NOTATIONS = {
     it.name: it
     for it in (
-        Notation("lnd", "LND", ".lnd", gathered=True),
+        Notation("lnd", "LND", ".lnd", ingested=True),
         Notation("eaf", "ELAN", ".eaf"),
         Notation("textgrid", "Praat", ".TextGrid"),
-        Notation("laban", "MAE", ".laban", gathered=True, parts=True),
+        Notation("laban", "MAE", ".laban", ingested=True, parts=True),
         Notation("json", "LabanotationSuite", ".json", module="suite", parts=True),
         Notation("symbols.csv", "CSV", ".symbols.csv", table="csv"),
         Notation("symbols.jsonl", "JSON lines", ".symbols.jsonl", table="jsonl"),
@@ -77,7 +77,7 @@ def notation_of(path: str) -> Notation | None:
 def read(path: str, content: bytes | None = None) -> Score:
     """Read a score from a file in any notation."""
     form = notation_of(path) or NOTATIONS["lnd"]
-    score: Score = form.own("read")(content_of(path) if content is None else content, place=path)
+    score: Score = form.member("read")(content_of(path) if content is None else content, place=path)
     return score
 
 
@@ -97,9 +97,9 @@ def write(score: Score, name: str) -> bytes:
         from lanindex.notation.tables import rows_of
 
         file = BytesIO()
-        form.own("save")(rows_of(score), file)
+        form.member("save")(rows_of(score), file)
         return file.getvalue()
-    text: str | bytes = form.own("write")(score)
+    text: str | bytes = form.member("write")(score)
     return text.encode() if isinstance(text, str) else text
 
 
@@ -107,4 +107,4 @@ def left_out(score: Score, name: str) -> list[str]:
     """Return the parts of a score that a notation has no room for."""
     form = NOTATIONS[name]
     own = [part for part, track in score.tracks.items() if KINDS[track.kind].keyword and len(track)]
-    return [part for part in own if part not in form.own("PARTS")] if form.parts else []
+    return [part for part in own if part not in form.member("PARTS")] if form.parts else []

@@ -103,7 +103,7 @@ FOUND = "// tempo: "
 """How the comment begins of a score whose tempo was found in its movement."""
 
 
-def said(meter: Meter, lines: Iterable[str]) -> str:
+def describe_tempo(meter: Meter, lines: Iterable[str]) -> str:
     """Describe the tempo of a score."""
     lines = list(lines)
     found = next((line.removeprefix(FOUND) for line in lines if line.startswith(FOUND)), "")

@@ -45,7 +45,7 @@ from lanindex.alphabet import (
 )
 from lanindex.errors import NotationError, guess, shown
 from lanindex.model import Meter, Score, Span, Track
-from lanindex.model.derived import worked_out
+from lanindex.model.derived import with_derived
 from lanindex.model.symbol import blank
 from lanindex.notation import content_of
 from lanindex.notation.beats import Beats, in_time, ticks_at
@@ -295,7 +295,7 @@ class LndReader:
         last = max((symbol.stop for symbols in parts.values() for symbol in symbols), default=0)
         frames = max(self.total, -(-last // meter.division), 1) * meter.division
         tracks = {part: _track(part, _joined(parts[part]), frames) for part in parts}
-        tracks = worked_out(tracks)
+        tracks = with_derived(tracks)
         tracks = {part: tracks[part] for part in sorted(tracks, key=rank)}
         return Score(meter.tick_rate, frames, meter, tracks, other=tuple(self.other))
 

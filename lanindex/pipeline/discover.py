@@ -16,7 +16,7 @@ from lanindex.library.texts import printable
 from lanindex.notation import NOTATIONS
 
 SUFFIXES = {suffix: form.name for form in formats.FORMATS for suffix in form.suffixes} | {
-    form.suffix: form.name for form in NOTATIONS.values() if form.gathered
+    form.suffix: form.name for form in NOTATIONS.values() if form.ingested
 }
 """Endings that a folder is searched for, with the format each stands for."""
 

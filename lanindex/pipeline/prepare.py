@@ -16,7 +16,7 @@ from lanindex.formats.file import SUBJECT, together
 from lanindex.library.encoding import Encoding
 from lanindex.model.motion import Reading
 from lanindex.notation import notation_of, read
-from lanindex.notation.beats import AUTO, said
+from lanindex.notation.beats import AUTO, describe_tempo
 
 if TYPE_CHECKING:
     from lanindex.encoding.profile import Profile
@@ -165,7 +165,7 @@ def _prepared(task: Task, file: formats.File, sha256: str, encoding: Encoding) -
         warnings,
         seconds=float(score.frames / score.rate),
         division=score.meter.division,
-        tempo=said(score.meter, score.other) if task.reading.tempo else "",
+        tempo=describe_tempo(score.meter, score.other) if task.reading.tempo else "",
         score=score,
         format=form,
         sha256=sha256,

@@ -22,8 +22,8 @@ from lanindex.draw.layout import (
     NUMBERS,
     PITCH,
     STANCES,
-    apart,
     has_column,
+    spread_heights,
     staff_columns,
     usual_tracks,
 )
@@ -121,7 +121,7 @@ def test_heights_are_set_apart(steps: list[tuple[int, int]]) -> None:
     for rest, length in steps:
         spans.append((at + rest, at + rest + length))
         at += rest + length
-    found = apart(spans, 50)
+    found = spread_heights(spans, 50)
     assert all(one[1] <= other[0] for one, other in pairwise(found))
     assert all(it[1] > it[0] for it in found)
 

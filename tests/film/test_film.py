@@ -15,7 +15,7 @@ from lanindex.alphabet import JOINT_CODES
 from lanindex.draw import draw
 from lanindex.errors import ExportError, UsageError
 from lanindex.film.figure import Figure, View, figure
-from lanindex.film.film import FORMS, RATES, SIZE, Film, form_of, reel
+from lanindex.film.film import FORMS, RATES, SIZE, Film, film_bytes, form_of
 from lanindex.film.scene import INK, LEAST, LEFT, LIT, PAPER, scene
 from lanindex.film.staff import FilmStaff
 from lanindex.model import Motion, Score
@@ -252,7 +252,7 @@ def test_endings_tell_forms(tmp_path: Path) -> None:
         with pytest.raises(UsageError, match="an ending of mp4"):
             form_of(name)
     with pytest.raises(UsageError, match="50 at most"):
-        reel([], "gif", SIZE, Fraction(60))
+        film_bytes([], "gif", SIZE, Fraction(60))
 
 
 @pytest.mark.parametrize(("form", "lib"), [("mp4", "av"), ("gif", "PIL")])

@@ -53,5 +53,5 @@ def test_folders_are_searched_for_scores_of_movement_only(folder: Path) -> None:
     others: list[str] = []
     assert [Path(it).name for it in discover([folder], others)] == ["lnd.lnd", "wave.laban"]
     assert sorted(Path(it).name for it in others) == sorted(
-        f"{name}{NOTATIONS[name].suffix}" for name in WHOLE if not NOTATIONS[name].gathered
+        f"{name}{NOTATIONS[name].suffix}" for name in WHOLE if not NOTATIONS[name].ingested
     )

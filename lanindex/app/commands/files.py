@@ -143,10 +143,10 @@ def inspect(
     facts = _facts(motion)
     if tempo is not None:
         from lanindex.encoding import encode
-        from lanindex.notation.beats import said
+        from lanindex.notation.beats import describe_tempo
 
         score = encode(motion, tempo=tempo)
-        facts["tempo"] = said(score.meter, score.other)
+        facts["tempo"] = describe_tempo(score.meter, score.other)
         facts["warnings"] += score.warnings
     if out.json:
         rest = {key.replace(" ", "_"): facts[key] for key in facts if key not in ("file", "rate")}

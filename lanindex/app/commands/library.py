@@ -149,7 +149,7 @@ def _save(output: Path, form: str, captures: Captures, force: bool) -> int:
 
     def write(file: IO[bytes]) -> None:
         nonlocal count
-        count = TABLES[form].own("save")(rows, file)
+        count = TABLES[form].member("save")(rows, file)
         if not count:
             raise typer.Exit(1)
 
