@@ -105,9 +105,9 @@ def cached(name: str) -> bool:
     source = Path(__file__).parents[1].joinpath(*module.split(".")).with_suffix(".py")
     python = "".join(map(str, sys.version_info[:2]))
     index = f"{source.stem}.{kernel}-*.py{python}*.nbi"
-    told = os.environ.get("NUMBA_CACHE_DIR")
+    folder = os.environ.get("NUMBA_CACHE_DIR")
     of_user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "numba"
-    folders = [Path(told)] if told else [source.parent / "__pycache__", of_user]
+    folders = [Path(folder)] if folder else [source.parent / "__pycache__", of_user]
     return any(any((*one.glob(index), *one.glob(f"*/{index}"))) for one in folders)
 
 

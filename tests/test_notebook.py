@@ -103,7 +103,7 @@ def test_gaps_are_left_open(library) -> None:
 def test_a_file_is_read_as_it_was_ingested(library, tmp_path: Path) -> None:
     library.ingest(tmp_path / "raise.bvh", reading=Reading(unit="cm", rate=15))
     hit = library.search("r_arm high", Selection("*.bvh"))[0]
-    assert hit.capture.told == {"unit": "cm", "rate": "15"}
+    assert hit.capture.options == {"unit": "cm", "rate": "15"}
     body = notebook._figure(hit)
     wanted = lanindex.read(tmp_path / "raise.bvh", rate=15, unit="cm")
     assert body.rate == wanted.rate

@@ -121,7 +121,7 @@ def _figure(hit: Hit) -> Figure | str:
             return f"a file of {len(file.content) / 1e6:.0f} MB"
         if file.sha256() != capture.sha256:
             return "its file has changed since it was ingested"
-        motion = formats.read_file(file, Reading(**capture.told), formats.Wanted(body_only=True))
+        motion = formats.read_file(file, Reading(**capture.options), formats.Wanted(body_only=True))
         if len(motion) != capture.frames:
             return "its file reads otherwise than when it was ingested"
         return figure(motion)

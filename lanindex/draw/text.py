@@ -226,11 +226,11 @@ class TextStaff:
         ends, after = (_row(it, rate * step) for it in (span.start, span.stop - 1)), True
         for key, folded in _keys(shown, *ends):
             row, within = divmod(key, _WITHIN)
-            told = signs.fold if folded else _seconds(max(row * step, span.start / rate))
-            told = told if folded or after or row % every == within == 0 else ""
+            label_text = signs.fold if folded else _seconds(max(row * step, span.start / rate))
+            label_text = label_text if folded or after or row % every == within == 0 else ""
             after = folded
             cells = [it.cell(key, signs.hold) for it in shown]
-            yield _line(told.rjust(label), cells, lines, wide, signs.mark)
+            yield _line(label_text.rjust(label), cells, lines, wide, signs.mark)
         ended = span.stop == self.score.frames
         yield ((f"{blank} {(signs.double if ended else signs.rule) * across}", "dim"),)
         quiet = ", ".join(f"{it.part} {it.first()[0]}" for it in still if it.before)

@@ -93,11 +93,11 @@ def encode(
         from lanindex.encoding.written_fast import written
     else:
         from lanindex.encoding.track import written
-    told = joints.told(motion)
+    names = joints.known_parts(motion)
     # feet take the most memory beside their rows, which are the fewest: they come first
     of_all, doubts = whole(body, turn)
     of_limbs = list[track.Written]()
-    for group in limbs.limbs(body, turn, told, ways.curves):
+    for group in limbs.limbs(body, turn, names, ways.curves):
         of_limbs += written(group, chosen)
         del group
     if not of_limbs:
@@ -111,7 +111,7 @@ def encode(
     if chosen.rate != HEADING_RATE:
         turn = heading.heading(motion, Fraction(HEADING_RATE), body)
     degrees = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another
-    lost = joints.unmeasured(body, [part for part in told if part not in tracks])
+    lost = joints.unmeasured(body, [part for part in names if part not in tracks])
     said = (f"{part} is left out: how long it is was never seen" for part in lost)
     doubts = (*doubts, *time.doubts, *said)
     return Score(motion.rate, len(motion), time.meter, tracks, degrees, time.header, doubts)
@@ -159,7 +159,7 @@ def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") 
     chosen = _profile(profile)
     body = joints.Body(motion, chosen)
     turn = heading(motion, chosen.rate, body)
-    parts = [name for name in joints.told(motion) if name == part]
+    parts = [name for name in joints.known_parts(motion) if name == part]
     found = [one for group in limbs.limbs(body, turn, parts) for one in write_limbs(group, chosen)]
     if not found:
         raise EncodeError(f'no part "{part}" is known', place=motion.source.path)

@@ -362,10 +362,10 @@ def _edges(first, last, rests, behind):
 
 
 @numba.njit
-def _put(table, count, frames, told, margin, amount, speed):
+def _put(table, count, frames, direction, margin, amount, speed):
     """Write an event: see `lanindex.encoding.curves.Event`; return how many there are."""
     row = table[count]
-    row[0], row[1], row[2] = frames[0], frames[1], told
+    row[0], row[1], row[2] = frames[0], frames[1], direction
     row[3], row[4], row[5], row[6], row[7], row[8] = -1.0, margin, 0.0, amount, speed, -1.0
     return count + 1
 
@@ -410,8 +410,8 @@ def _bends(angle, width, rate, least):
 
 def bends(angles: Floats, profile: Profile) -> list[Floats]:
     """Return the bends of limbs: see `lanindex.encoding.curves.found`."""
-    told = window(CALM, profile.rate), float(profile.rate), round(LULL * profile.rate)
-    return [_bends(angle, *told) for angle in angles]
+    numbers = window(CALM, profile.rate), float(profile.rate), round(LULL * profile.rate)
+    return [_bends(angle, *numbers) for angle in angles]
 
 
 @numba.njit
@@ -469,6 +469,6 @@ def _arrivals(angles, width, rate, least, away, step):
 def arrivals(angles: Angles, away: float, profile: Profile, eighths: bool) -> Floats:
     """Return where angles are, and where they go: see `lanindex.encoding.curves.arrivals`."""
     rate = float(profile.rate)
-    told = window(STEADY, profile.rate), rate, round(BRIEF * rate)
-    found: Floats = _arrivals(angles, *told, away, 45 if eighths else 180)
+    numbers = window(STEADY, profile.rate), rate, round(BRIEF * rate)
+    found: Floats = _arrivals(angles, *numbers, away, 45 if eighths else 180)
     return found

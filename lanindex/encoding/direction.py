@@ -180,8 +180,8 @@ def margins(
     border, 1 at 22.5 degrees or one radius of place from every border; `runner_up` (N,) int64, the
     cell across the border that is nearest in this measure.
     """
-    found, told = numbers(around)
-    _, radius, mid, high = told[:, limb]
+    found, borders = numbers(around)
+    _, radius, mid, high = borders[:, limb]
     away, azimuth, elevation = _polar(points)
     direction, level = np.divmod(code, 3)
     placed = direction == PLACE

@@ -213,7 +213,7 @@ def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
     return Joints(ordered, places, unknown)
 
 
-def told(motion: Motion) -> list[str]:
+def known_parts(motion: Motion) -> list[str]:
     """Return the parts that a motion may have: palms only where it says how hands are turned."""
     return [
         name

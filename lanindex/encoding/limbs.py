@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import PARTS
 from lanindex.encoding.arithmetic import blocks, window
-from lanindex.encoding.joints import Body, told
+from lanindex.encoding.joints import Body, known_parts
 from lanindex.encoding.places import Stretch, together
 from lanindex.encoding.resample import Curves, curves
 from lanindex.model import Span
@@ -45,7 +45,7 @@ def limbs(
 
     `turn` (N,) float64, radians, as from `lanindex.encoding.heading.heading`.
     """
-    names = told(body.motion) if parts is None else list(parts)
+    names = known_parts(body.motion) if parts is None else list(parts)
     sizes = dict(zip(names, body.lengths(names).tolist(), strict=True))
     ends = {name: (PARTS[name].parent, PARTS[name].child) for name in names if sizes[name] > 0}
     for stretch, some in together(body, ends):

@@ -50,8 +50,8 @@ def measure(
     )
     moved = np.append(False, limb[1:] == limb[:-1])
     for some in _few(counts):
-        told = limb[some], first[some], last[some]
-        values = _measured(limbs, *told, float(profile.rate), look or looked)
+        chosen = limb[some], first[some], last[some]
+        values = _measured(limbs, *chosen, float(profile.rate), look or looked)
         for name, measured in zip(("speed", "size", "straightness"), values, strict=True):
             how = FIELDS[name]
             stored = np.rint(np.minimum(measured * how.scale, how.most)) / how.scale

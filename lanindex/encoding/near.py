@@ -164,31 +164,31 @@ def plan(joints: tuple[str, ...]) -> Plan:
     return Plan(joints, size, *made, np.array(arms), table, np.array(reaches), parts)
 
 
-def points(places: dict[str, Floats], arm: float, told: Plan) -> Floats:
+def points(places: dict[str, Floats], arm: float, plan: Plan) -> Floats:
     """Return joints, and room for what `fill` makes of them: (3, P, N), lengths of an arm.
 
     `places` (N, 3) mm, by joint.
     """
-    joints, frames = len(told.joints), len(places[told.joints[0]])
-    flat = np.empty((3, told.size * frames))
-    known = [places[name].T for name in told.joints]
+    joints, frames = len(plan.joints), len(places[plan.joints[0]])
+    flat = np.empty((3, plan.size * frames))
+    known = [places[name].T for name in plan.joints]
     np.concatenate(known, axis=1, out=flat[:, : joints * frames])
-    found = flat.reshape(3, told.size, frames)
+    found = flat.reshape(3, plan.size, frames)
     found[:, :joints] /= arm
     return found
 
 
-def fill(points: Floats, told: Plan) -> None:
+def fill(points: Floats, plan: Plan) -> None:
     """Write palms and what else lines go through where there is room for them."""
-    joints = len(told.joints)
-    start, end = points.take(told.tips, axis=1).swapaxes(0, 1)
+    joints = len(plan.joints)
+    start, end = points.take(plan.tips, axis=1).swapaxes(0, 1)
     way = end - start
     way /= np.maximum(_size(way), 1e-9)
-    way *= told.far
+    way *= plan.far
     way += start
-    points[:, joints : joints + len(told.far)] = way
-    if len(told.trunk):
-        right, left, neck, hip, waist, first = told.trunk
+    points[:, joints : joints + len(plan.far)] = way
+    if len(plan.trunk):
+        right, left, neck, hip, waist, first = plan.trunk
         hips = points.take((right, left), axis=1)
         middle = points[:, hip] = (hips[:, 0] + hips[:, 1]) / 2
         if waist >= joints:
@@ -198,15 +198,15 @@ def fill(points: Floats, told: Plan) -> None:
         points[:, first : first + 4] = sides.reshape(3, 4, -1)
 
 
-def nearest(points: Floats, told: Plan, rate: float) -> Near:
+def nearest(points: Floats, plan: Plan, rate: float) -> Near:
     """Return what hands are nearest to.
 
     `points` (3, P, N), as from `points`; it is filled.
     """
-    fill(points, told)
+    fill(points, plan)
     found = empty(points.shape[2])
     for part in blocks(points.shape[2], 1, MANY):
-        found.take(_nearest(np.ascontiguousarray(points[..., part.outer]), told, rate), part)
+        found.take(_nearest(np.ascontiguousarray(points[..., part.outer]), plan, rate), part)
     return found
 
 
@@ -216,34 +216,34 @@ def empty(frames: int) -> Near:
     return Near(np.empty((3, frames), np.int8), apart, pace)
 
 
-def _nearest(points: Floats, told: Plan, rate: float) -> Near:
+def _nearest(points: Floats, plan: Plan, rate: float) -> Near:
     frames = points.shape[2]
     line, along = np.empty((3, frames), np.int64), np.empty((3, frames))
     apart = np.empty((3, frames), np.float32)
     off = np.zeros((5, frames), bool)
-    off[NEVER], off[RIGHT_HANGS:] = True, _hangs(points, told.arms)
+    off[NEVER], off[RIGHT_HANGS:] = True, _hangs(points, plan.arms)
     for part in blocks(frames, size=FEW):
         some = part.inner
-        away, where = _gaps(points[..., some], told, off[:, some])
-        for whose, lines in enumerate(told.parts):
+        away, where = _gaps(points[..., some], plan, off[:, some])
+        for whose, lines in enumerate(plan.parts):
             away[lines].argmin(axis=0, out=line[whose, some])
             line[whose, some] += lines.start
         cell = line[:, some] * away.shape[1] + np.arange(away.shape[1])
         away.take(cell, out=apart[:, some])
         where.take(cell, out=along[:, some])
-    pace = _past(points, told.lines[2:5].take(line, axis=1), along, rate)
+    pace = _past(points, plan.lines[2:5].take(line, axis=1), along, rate)
     pace[apart == FAR] = FAR
-    return Near(told.lines[1].astype(np.int8).take(line), apart, pace)
+    return Near(plan.lines[1].astype(np.int8).take(line), apart, pace)
 
 
-def _gaps(points: Floats, told: Plan, off: Flags) -> tuple[NDArray[np.float32], Floats]:
+def _gaps(points: Floats, plan: Plan, off: Flags) -> tuple[NDArray[np.float32], Floats]:
     """Return how far palms are from lines, as a part of what touches, and from where on them.
 
     `points` (3, P, N); `off` (5, N) bool, when lines do not count; whether hands are clasped is
     found out; returned (L, N): `FAR` for lines that do not count; and 0 to 1 from one end to the
     other.
     """
-    way, start, line = (points.take(row, axis=1) for row in told.lines[2:5])
+    way, start, line = (points.take(row, axis=1) for row in plan.lines[2:5])
     way -= start
     line -= start
     along = _dot(way, line)
@@ -251,9 +251,9 @@ def _gaps(points: Floats, told: Plan, off: Flags) -> tuple[NDArray[np.float32], 
     along = np.minimum(np.maximum(along, 0), 1)
     line *= along
     way -= line
-    away = (_size(way) / told.reaches[:, None]).astype(np.float32)
+    away = (_size(way) / plan.reaches[:, None]).astype(np.float32)
     np.less(away[1], LEAVES, out=off[CLASPED])
-    away[off.take(told.lines[5], axis=0)] = FAR
+    away[off.take(plan.lines[5], axis=0)] = FAR
     return away, along
 
 

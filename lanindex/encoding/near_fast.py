@@ -141,10 +141,10 @@ def _nearest(
         _past(points, lines, nearest[near], along[near], apart[near], rate, most, pace[near])
 
 
-def nearest(points: Floats, told: Plan, rate: float) -> Near:
+def nearest(points: Floats, plan: Plan, rate: float) -> Near:
     """Return what hands are nearest to: see `lanindex.encoding.near.nearest`."""
     found = empty(points.shape[2])
     numbers = np.array((STRAIGHT, cos(radians(HANGS)), LEAVES, FAR))
-    made = len(told.joints), told.tips, told.far, told.trunk
-    _nearest(points, *made, told.arms, told.lines, told.reaches, rate, numbers, *found)
+    made = len(plan.joints), plan.tips, plan.far, plan.trunk
+    _nearest(points, *made, plan.arms, plan.lines, plan.reaches, rate, numbers, *found)
     return found

@@ -67,8 +67,8 @@ class Tempo(NamedTuple):
 
     def __str__(self) -> str:
         """Return it as reports and headers say it."""
-        told = f"confidence {self.confidence:.2f}, from {self.source}"
-        return f"{float(self.speed):g} beats a minute ({told})"
+        basis = f"confidence {self.confidence:.2f}, from {self.source}"
+        return f"{float(self.speed):g} beats a minute ({basis})"
 
 
 class Count(NamedTuple):

@@ -43,9 +43,9 @@ def touches(body: Body, arm: float) -> Iterator[tuple[str, Stretch, list[Event]]
     rate = float(body.profile.rate)
     core = [name for name in CORE if len(body.known[name])]
     for one in stretches(body, (*HANDS, *core), _OTHERS):
-        found, told = empty(len(one.frames)), plan(one.names)
+        found, lines = empty(len(one.frames)), plan(one.names)
         for block, places in one.blocks(1):
-            near = body.loops.nearest(points(places, arm, told), told, rate)
+            near = body.loops.nearest(points(places, arm, lines), lines, rate)
             found.take(near, block)
         for part, what, apart, pace in zip(_TRACKS, *found, strict=True):
             yield part, one, _events(what, apart, pace, rate, part == _TRACKS[0])

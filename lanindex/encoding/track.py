@@ -91,11 +91,11 @@ def together(written: Iterable[Written]) -> dict[str, tuple[NDArray[Any], tuple[
         found.setdefault(one.part, []).append(one)
     ordered = sorted(found.items(), key=lambda it: it[1][0].known)
     table = joined(one.rows for _, those in ordered for one in those)
-    told, first = {}, 0
+    parts, first = {}, 0
     for part, those in ordered:
         begin, first = first, first + sum(len(one.rows) for one in those)
-        told[part] = table[begin:first], tuple(one.known for one in those)
-    return told
+        parts[part] = table[begin:first], tuple(one.known for one in those)
+    return parts
 
 
 def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Iterator[Trace]:

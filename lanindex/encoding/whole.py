@@ -36,15 +36,15 @@ def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
 
     `turn` (N,) radians, as from `lanindex.encoding.heading.heading`.
     """
-    found, told, many = list[Written](), list[Told](), 0
+    found, tracks, many = list[Written](), list[Told](), 0
     doubts = dict[str, None]()
     for one in _tracks(body, turn, doubts):
-        told.append(one)
+        tracks.append(one)
         many += len(one[3])
         if many > TOGETHER:
-            found += _written(told, body)
-            told, many = [], 0
-    return found + _written(told, body), tuple(doubts)
+            found += _written(tracks, body)
+            tracks, many = [], 0
+    return found + _written(tracks, body), tuple(doubts)
 
 
 def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]:
@@ -91,11 +91,11 @@ def _weight(ground: Ground, places: Stretch, turn: Floats) -> Iterator[Told]:
     yield "other_support", ground.places.known, ground.places.frames.start, table(carried)
 
 
-def _written(told: Sequence[Told], body: Body) -> list[Written]:
+def _written(tracks: Sequence[Told], body: Body) -> list[Written]:
     """Return the rows of tracks; an event without frames is its track's starting position."""
-    if not told:
+    if not tracks:
         return []
-    parts, known, begun, each = zip(*told, strict=True)
+    parts, known, begun, each = zip(*tracks, strict=True)
     bare = np.array([not len(those) or those[0, 1] > 0 for those in each], np.int64)
     counts = np.array(list(map(len, each)))
     events = np.concatenate(each)

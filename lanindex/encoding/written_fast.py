@@ -716,8 +716,8 @@ def _passed(
     for column, value in enumerate(values):
         table[:, column] = value
     table[table[:, 4] == 0, 4] = inf
-    told = table, turned, orders, cells
-    moves, counts, unclear = moved(curves, float(profile.rate), profile.onset, *told)
+    tables = table, turned, orders, cells
+    moves, counts, unclear = moved(curves, float(profile.rate), profile.onset, *tables)
     if unclear:
         for part, one in enumerate(around):
             some = np.flatnonzero(cells[part] == UNCLEAR)

@@ -211,7 +211,7 @@ def read(
     skeleton : str, optional
         The ASF of an AMC file that has none beside it.
     body : str, optional
-        A file that says which joints or markers play the body (`lanindex.body.told`).
+        A file that says which joints or markers play the body (`body.mapping.read_body_file`).
     columns : str, optional
         A file that says what the columns of a table are.
     take : str, optional

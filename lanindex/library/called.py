@@ -94,8 +94,8 @@ def of_rows(
         held = read.read_captures(connection, some)
         wanted = read.read_wanted(connection, held) if "still" in found else None
         for name, values in found.items():
-            told = of_read(name, held, wanted)
-            values += [told.get(number, NOTHING[name]) for number in some]
+            texts = of_read(name, held, wanted)
+            values += [texts.get(number, NOTHING[name]) for number in some]
     return found
 
 

@@ -42,18 +42,18 @@ def check_connection(connection: Link) -> list[str]:
         return damage  # what a damaged file answers to the other questions means nothing
     found = _Found()
     found.go_through(connection)
-    told = [
+    lines = [
         found.sentences(),
         list(_spare_profiles(connection)),
         list(_view(connection)),
         found.unlike,
     ]
     loose = _loose(connection, found) if sqlite else []
-    return loose + [line for lines in told for line in _cut(lines)]
+    return loose + [line for lines in lines for line in _cut(lines)]
 
 
-def _cut(told: list[str]) -> list[str]:
-    return told[:_MOST] + ([f"… and {len(told) - _MOST} more like it"] if told[_MOST:] else [])
+def _cut(lines: list[str]) -> list[str]:
+    return lines[:_MOST] + ([f"… and {len(lines) - _MOST} more like it"] if lines[_MOST:] else [])
 
 
 def _damage(connection: Link) -> list[str]:
@@ -118,7 +118,7 @@ class _Found:
 
     def sentences(self) -> list[str]:
         """Return what is not as it was stored, capture by capture."""
-        return [self.state] * bool(self.state) + [told for _, told in sorted(self.damaged)]
+        return [self.state] * bool(self.state) + [line for _, line in sorted(self.damaged)]
 
     def go_through(self, connection: Link) -> None:
         """Read all rows once, and hold the columns against them."""
@@ -174,11 +174,11 @@ class _Found:
         if piece is None:
             return
         texts = {name: called.of_read(name, chosen, wanted) for name in called.NAMES}
-        told = {
+        listed = {
             name: [own.get(number, called.NOTHING[name]) for number in numbers]
             for name, own in texts.items()
         }
-        if not piece.same_as(rows, told):
+        if not piece.same_as(rows, listed):
             self.unlike.append(
                 f"the columns of captures {numbers[0]} to {numbers[-1]} in segment "
                 f"{piece.segment} are not those of their rows, wanted the same. Have them made "

@@ -134,7 +134,7 @@ def _stored(row: _Raw, metadata: Mapping[str, str]) -> Stored:
             metadata=metadata,
             location=location,
             warnings=_listed(warnings),
-            told=encoding.options,
+            options=encoding.options,
         )
     except _NONSENSE as error:
         raise checksums.damaged(number, location, f"{what} ({error})") from error
@@ -283,8 +283,8 @@ def read_tracks(
     wanted = read_wanted(connection, chosen, parts, listed=listed)
     symbols, first = codes.unpack(read_fields(connection, wanted, every=parts is None)), 0
     tracks: dict[int, dict[str, Track]] = {one.capture.id: {} for one in chosen}
-    told = zip(wanted.owners, wanted.part, wanted.kind, wanted.known, wanted.symbols, strict=True)
-    for capture, part, kind, spans, count in told:
+    rows = zip(wanted.owners, wanted.part, wanted.kind, wanted.known, wanted.symbols, strict=True)
+    for capture, part, kind, spans, count in rows:
         stretch = symbols[first : first + count]
         first += count
         known = known_of(capture, part, spans)
@@ -370,8 +370,8 @@ def _checked(numbers: NDArray[np.int64], wanted: Tracks) -> NDArray[np.int64]:
 
 def _culprit(numbers: NDArray[np.int64], wanted: Tracks) -> LibraryError:
     """Return the error that names the track whose rows are others, missing or too many."""
-    told = (wanted.owners, wanted.ordinal, wanted.part, wanted.symbols, wanted.checksum)
-    for capture, ordinal, part, count, checksum in zip(*told, strict=True):
+    columns = (wanted.owners, wanted.ordinal, wanted.part, wanted.symbols, wanted.checksum)
+    for capture, ordinal, part, count, checksum in zip(*columns, strict=True):
         own = numbers[(numbers[:, 0] == capture.id) & (numbers[:, 1] == ordinal), 1:]
         if len(own) != count or rows.of_tracks(own, [len(own)]) != [checksum]:
             what = f"its track {part}"

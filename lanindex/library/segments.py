@@ -250,8 +250,8 @@ def put(
             symbols += len(one)
     listing = json.dumps(entries)
     checksum = checksums.of_values(len(roster), symbols, listing)
-    told = {"symbols": symbols, "listing": listing, "checksum": checksum}
-    ask(connection, _LIST, {"segment": number, **told})
+    values = {"symbols": symbols, "listing": listing, "checksum": checksum}
+    ask(connection, _LIST, {"segment": number, **values})
     return int(number)
 
 

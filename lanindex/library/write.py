@@ -138,13 +138,17 @@ def _clear(connection: Connection, number: int) -> None:
 
 
 def _change(connection: Connection, number: int, values: Mapping[str, Any]) -> None:
-    told = ", ".join([f"{name} = :{name}" for name in values])
-    ask(connection, f"UPDATE capture SET {told} WHERE id = :number", {"number": number, **values})
+    changes = ", ".join([f"{name} = :{name}" for name in values])
+    ask(
+        connection,
+        f"UPDATE capture SET {changes} WHERE id = :number",
+        {"number": number, **values},
+    )
 
 
 def _inserted(connection: Connection, table: str, values: Mapping[str, Any]) -> int:
-    told = f"({', '.join(values)}) VALUES ({', '.join([f':{name}' for name in values])})"
-    ((number,),) = ask(connection, f"INSERT INTO {table} {told} RETURNING id", values).fetchall()
+    columns = f"({', '.join(values)}) VALUES ({', '.join([f':{name}' for name in values])})"
+    ((number,),) = ask(connection, f"INSERT INTO {table} {columns} RETURNING id", values).fetchall()
     return int(number)
 
 

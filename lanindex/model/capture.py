@@ -28,7 +28,7 @@ class Capture:
     location: str = ""  # The absolute path
     warnings: tuple[str, ...] = ()  # Of the reader
     # Options of the reader that the user gave, as in `Reading`
-    told: Mapping[str, str] = field(default_factory=dict, hash=False)
+    options: Mapping[str, str] = field(default_factory=dict, hash=False)
 
 
 def in_words(symbols: Iterable[Symbol]) -> list[str]:

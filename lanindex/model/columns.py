@@ -135,8 +135,8 @@ def cell_of(direction: int, level: int) -> int:
 
 def codes_of(cells: NDArray[np.uint8]) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
     """Return the directions and the levels of cells, flags or not; -1 where there is none."""
-    told = (cells & CELL).astype(np.int8)
-    return (told & 15) - 1, (told >> 4) - 1
+    directions = (cells & CELL).astype(np.int8)
+    return (directions & 15) - 1, (directions >> 4) - 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)

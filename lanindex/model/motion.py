@@ -32,7 +32,7 @@ class Reading:
     # How time is counted: ``auto``, by the movement's own beat, or a file of beats
     tempo: str | None = None
 
-    def told(self) -> dict[str, str]:
+    def given(self) -> dict[str, str]:
         """Return the options that were given, as text."""
         values = ((one.name, getattr(self, one.name)) for one in fields(self))
         return {name: str(value) for name, value in values if value is not None}

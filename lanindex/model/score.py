@@ -165,13 +165,13 @@ class Score:
     def columns(self) -> dict[str, Any]:
         """Return all symbols as columns, by what JSON calls them: lists, a row each."""
         rows = joined(track.symbols for track in self.tracks.values())
-        told = {how.shown or name: how.said(rows[name].tolist()) for name, how in FIELDS.items()}
+        texts = {how.shown or name: how.said(rows[name].tolist()) for name, how in FIELDS.items()}
         parts = [part for part, track in self.tracks.items() for _ in range(len(track))]
         seconds = {
             end: (rows[name] / float(self.rate)).round(6).tolist()
             for end, name in (("start", "start"), ("end", "stop"))
         }
-        return {"part": parts, **{name: (told | seconds)[name] for name in _COLUMNS}}
+        return {"part": parts, **{name: (texts | seconds)[name] for name in _COLUMNS}}
 
     def to_pandas(self) -> Any:
         """Return the symbols as a ``pandas.DataFrame``, a row each.

@@ -81,8 +81,8 @@ class Beats:
 
     def line(self) -> str:
         """Return the comment of LND that holds them."""
-        told = (f"{time:.6f}".rstrip("0").rstrip(".") for time in self.times)
-        return f"// beats from {self.first}: {' '.join(told)}"
+        times = (f"{time:.6f}".rstrip("0").rstrip(".") for time in self.times)
+        return f"// beats from {self.first}: {' '.join(times)}"
 
     @classmethod
     def of(cls, lines: Iterable[str]) -> Beats | None:
@@ -107,8 +107,8 @@ def describe_tempo(meter: Meter, lines: Iterable[str]) -> str:
     """Describe the tempo of a score."""
     lines = list(lines)
     found = next((line.removeprefix(FOUND) for line in lines if line.startswith(FOUND)), "")
-    told = Beats.of(lines)
-    many = f" (the mean of {len(told.times)} beats)" if told else ""
+    beats = Beats.of(lines)
+    many = f" (the mean of {len(beats.times)} beats)" if beats else ""
     return found or f"{float(meter.speed):g} beats a minute{many}"
 
 

@@ -68,11 +68,11 @@ def score_of(rows: Iterable[tuple[str, Mapping[str, Any]]], place: str) -> Score
                 _refuse(where, f"{name} {both}", "one score")
         one = _Row(where, row)
         parts[one.part].append(one)
-    rate, told = (next(iter(wholes[name]), None) for name in ("fps", "frames"))
+    rate, declared = (next(iter(wholes[name]), None) for name in ("fps", "frames"))
     if rate is not None and not 0 < rate < 100_000:
         _refuse(place, f"{rate:g} frames a second", "more than 0")
     last = max((one.stop for own in parts.values() for one in own), default=0)
-    frames = max(told or 0, last)
+    frames = max(declared or 0, last)
     exact = Fraction(str(rate)) if rate is not None else Meter().tick_rate
     try:
         tracks = {part: _track(part, own, frames, exact) for part, own in parts.items()}

@@ -40,11 +40,11 @@ def nearest(form: str) -> str:
     return found if found in TARGETS else "bvh"
 
 
-def target_of(path: str, told: str | None = None) -> str:
+def target_of(path: str, format_given: str | None = None) -> str:
     """Return the format that a file is to be written in, by its ending."""
     notation = notation_of(path)
     ending = notation.name if notation else PurePath(path).suffix.lower().removeprefix(".")
-    form = told or (BIDS if path.lower().endswith("_motion.tsv") else ending)
+    form = format_given or (BIDS if path.lower().endswith("_motion.tsv") else ending)
     if form not in (*TARGETS, BIDS, *WRITTEN):
         raise UsageError(
             f'"{shown(form)}" of {shown(path)}' if form else f"{shown(path)} has no ending",
@@ -54,19 +54,19 @@ def target_of(path: str, told: str | None = None) -> str:
 
 
 def motion_of(
-    file: Path, told: Reading, *, origin: bool = False, body_only: bool = False
+    file: Path, reading: Reading, *, origin: bool = False, body_only: bool = False
 ) -> Motion:
     """Read a capture, as it is or from the floor's origin on."""
     if notation_of(str(file)):
         wanted = f"one of {', '.join(WRITTEN)}"
         remedy = f"Let it be carried out: lanindex animate {file}"
         raise UsageError("a score", place=str(file), wanted=wanted, remedy=remedy)
-    motion = formats.read_file(formats.opened(file), told, formats.Wanted(body_only=body_only))
+    motion = formats.read_file(formats.opened(file), reading, formats.Wanted(body_only=body_only))
     return from_origin(motion) if origin else motion
 
 
 def score_of(
-    file: Path, told: Reading, profile: str, *, tempo: str | None = None, origin: bool = False
+    file: Path, reading: Reading, profile: str, *, tempo: str | None = None, origin: bool = False
 ) -> Score:
     """Read a score, or write a capture down; its warnings are those of both."""
     if notation_of(str(file)):
@@ -75,7 +75,7 @@ def score_of(
         return read(str(file))
     from lanindex.encoding import encode
 
-    motion = motion_of(file, told, origin=origin, body_only=True)
+    motion = motion_of(file, reading, origin=origin, body_only=True)
     score = encode(motion, profile, tempo=tempo)
     return replace(score, warnings=(*motion.warnings, *score.warnings))
 

@@ -116,7 +116,7 @@ class Alike:
     captures: int
     aligned: int
     sure: bool
-    told: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def alike(
@@ -195,7 +195,7 @@ def reranked(store: Store, found: Alike, deadline: Deadline | None = None) -> Al
     except LanindexError as error:
         place = f"--like {shown(one.named)} --rerank"
         raise UsageError(f"no joint positions: {error}", place=place) from error
-    told: list[str] = []
+    notes: list[str] = []
     apart: list[float] = []
     watch, best = deadline or Deadline(silent, None), hits[:MOST]
     for done, hit in enumerate(best):
@@ -204,13 +204,13 @@ def reranked(store: Store, found: Alike, deadline: Deadline | None = None) -> Al
             joints = _joints(hit.capture.location, hit.capture.sha256, known, hit.span)
             apart.append(warped(own, joints))
             if apart[-1] == inf:
-                told.append(f"{hit.path}: no joint is known in all frames of both")
+                notes.append(f"{hit.path}: no joint is known in all frames of both")
         except LanindexError as error:
-            told.append(str(error))
+            notes.append(str(error))
             apart.append(inf)
     order = sorted(range(len(apart)), key=apart.__getitem__)
     moved = [*(hits[index] for index in order), *hits[MOST:]]
-    return replace(found, hits=Hits(moved, hits.pattern), told=tuple(told))
+    return replace(found, hits=Hits(moved, hits.pattern), notes=tuple(notes))
 
 
 def _joints(
@@ -223,8 +223,8 @@ def _joints(
     _, encoding = known.get(location, ("", Encoding()))
     if digest and not as_ingested(file, digest, encoding):
         raise UsageError("has changed since it was ingested", place=location)
-    told = Reading(**encoding.options)
-    motion = formats.read_file(file, told, formats.Wanted(body_only=True))
+    reading = Reading(**encoding.options)
+    motion = formats.read_file(file, reading, formats.Wanted(body_only=True))
     body = motion.skeleton.body
     joints = np.asarray(motion.positions[max(span.start, motion.first) : span.stop])[:, body]
     joints[:, body < 0] = np.nan

@@ -256,16 +256,16 @@ class Clipper:
             )
         encoding = store.encoding(source.id)
         file = unchanged(source, encoding)
-        told = Reading(**encoding.options)
+        reading = Reading(**encoding.options)
         own = form in ("native", source.format) and not origin
-        cut = formats.cutter(file, told) if own else None
+        cut = formats.cutter(file, reading) if own else None
         if cut is not None:
             named = source.path.removesuffix(f"#{file.subject}")
             self.suffix = PurePath(named).suffix.lower()
-            self._clip = _cut(cut, self.suffix, formats.beside(file, told))
+            self._clip = _cut(cut, self.suffix, formats.beside(file, reading))
             return
         target = convert.nearest(source.format) if form == "native" else form
-        motion = formats.read_file(file, told, formats.Wanted())
+        motion = formats.read_file(file, reading, formats.Wanted())
         self.suffix = f".{target}"
         self._clip = _anew(motion, target, origin)
 

@@ -40,9 +40,9 @@ def ingest(
 ) -> Iterator[Outcome]:
     """Read files into a library."""
     held = store.known() if store else {}
-    moved, told = Moved(held), reading or Reading()
+    moved, options = Moved(held), reading or Reading()
     first = {(sha, how.beside, parted(place)[1]): place for place, (sha, how) in held.items()}
-    tasks = (moved.told(Task(path, profile, told), force=force) for path in paths)
+    tasks = (moved.known(Task(path, profile, options), force=force) for path in paths)
     for number, outcome in enumerate(prepared(tasks, jobs)):
         place = absolute(outcome.path)
         before = moved.found.get(place, "")
@@ -79,8 +79,8 @@ def _store(
     if metadata and outcome.held:
         metadata = {**store.capture(place).metadata, **metadata}
     if outcome.score is None:
-        told = label is not None or bool(metadata)
-        return replace(outcome, labelled=told and store.label(place, label, metadata or None))
+        described = label is not None or bool(metadata)
+        return replace(outcome, labelled=described and store.label(place, label, metadata or None))
     try:
         store.add(
             outcome.path,
@@ -109,7 +109,7 @@ class Moved:
             self._people.setdefault(file, {})[name] = one
         self._gone: dict[str, dict[str, list[str]]] | None = None
 
-    def told(self, task: Task, *, force: bool) -> Task:
+    def known(self, task: Task, *, force: bool) -> Task:
         """Return a task that knows what the library holds; with `force` it is read in any case."""
         held = self.held(task)
         return task if force else replace(task, held=held)

@@ -302,8 +302,10 @@ class Library:
         )
         self.refused = [*self.refused, *refused]
         found = Hits(hits, str(pattern))
-        told = piped(query.stages, found)
-        return told.by_fit(best)[:best] if best is not None and isinstance(told, Hits) else told
+        result = piped(query.stages, found)
+        return (
+            result.by_fit(best)[:best] if best is not None and isinstance(result, Hits) else result
+        )
 
     def explain(
         self,

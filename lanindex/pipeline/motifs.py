@@ -73,7 +73,7 @@ class Motifs:
     found: list[Recurring]
     captures: int
     of: int
-    told: list[str]
+    notes: list[str]
 
 
 def recurring(
@@ -97,7 +97,7 @@ def recurring(
     of, places = len(roster), sampled(len(roster), sample)
     roster = roster.taken(places)
     found: list[Motif] = []
-    told: list[str] = []
+    notes: list[str] = []
     for done, part in enumerate(names):
         watch("parts", done, len(names))
         own_columns = columns.pop(part)
@@ -106,7 +106,7 @@ def recurring(
         line = line_of(own_columns.taken(places), roster.number)
         own = motifs(part, line, least=least, shortest=shortest, watch=watch)
         if own.cut:
-            told.append(f"{part}: too many places for motifs of {own.cut} steps and more")
+            notes.append(f"{part}: too many places for motifs of {own.cut} steps and more")
         found += own.found
     numbers: set[int] = set()
     for motif in found:
@@ -123,4 +123,4 @@ def recurring(
         )
         for motif in ranked(found)
     ]
-    return Motifs(listed, len(roster), of, told)
+    return Motifs(listed, len(roster), of, notes)

@@ -178,12 +178,12 @@ def _values(store: Store, numbers: Sequence[int] | None, by: str) -> dict[int, s
         return dict.fromkeys(store.texts("path", numbers), "all")
     if by in ("label", "format", "path"):
         return {number: str(value or "") for number, value in store.texts(by, numbers).items()}
-    told = store.texts("metadata", numbers)
-    columns = sorted({name for one in told.values() for name in one})
+    metadata = store.texts("metadata", numbers)
+    columns = sorted({name for one in metadata.values() for name in one})
     if by not in columns:
         wanted = ", ".join(("label", "format", *columns))
         raise UsageError(f'no column "{shown(by)}"', place="--by", wanted=f"one of {wanted}")
-    return {number: one.get(by, "") for number, one in told.items()}
+    return {number: one.get(by, "") for number, one in metadata.items()}
 
 
 class _Table:
@@ -324,16 +324,16 @@ def by_chance(values: Floats, sides: IntArray) -> tuple[Floats, Floats, Floats, 
     Returns the means (2, M), the spread (M,) of their difference, p (M,) over all columns,
     and the number of spreads within which everything stays in `SURE` of the draws.
     """
-    told = np.isfinite(values)
-    filled = np.where(told, values, 0.0)
+    known = np.isfinite(values)
+    filled = np.where(known, values, 0.0)
     random = np.random.default_rng(0)
     drawn = np.stack([sides, *(random.permutation(sides) for _ in range(DRAWS))]).astype(float)
-    numbers = np.stack((1 - drawn, drawn)) @ told.astype(float)
+    numbers = np.stack((1 - drawn, drawn)) @ known.astype(float)
     sums = np.stack((1 - drawn, drawn)) @ filled
     means = np.divide(sums, numbers, out=np.zeros_like(sums), where=numbers > 0)
-    count = told.sum(axis=0)
+    count = known.sum(axis=0)
     middle = filled.sum(axis=0) / np.maximum(count, 1)
-    square = np.where(told, (values - middle) ** 2, 0.0).sum(axis=0) / np.maximum(count - 1, 1)
+    square = np.where(known, (values - middle) ** 2, 0.0).sum(axis=0) / np.maximum(count - 1, 1)
     spread = np.sqrt(square * (1 / np.maximum(numbers[:, 0], 1)).sum(axis=0))
     both = (numbers > 0).all(axis=0)
     apart = np.where(both, np.abs(means[1] - means[0]), 0.0)

@@ -134,18 +134,18 @@ def encoding_of(task: Task, beside: Iterable[formats.File]) -> Encoding:
     """Return how a file is going to be written down, with what lies beside it."""
     if _is_notated(task):
         return Encoding()
-    told = task.reading.told()
-    named = (name for name in _FILES if told.get(name, AUTO) != AUTO)
-    told |= {name: os.path.abspath(told[name]) for name in named}
-    return Encoding(task.profile.name, task.profile.digest, told, together(beside))
+    given = task.reading.given()
+    named = (name for name in _FILES if given.get(name, AUTO) != AUTO)
+    given |= {name: os.path.abspath(given[name]) for name in named}
+    return Encoding(task.profile.name, task.profile.digest, given, together(beside))
 
 
 def as_ingested(file: formats.File, sha256: str, encoding: Encoding) -> bool:
     """Tell whether a file is as it was, and what it was read with, as far as that was noted."""
     if file.sha256() != sha256:
         return False
-    told = Reading(**encoding.options)
-    return encoding.beside in ("", together(formats.companions(file, told)))
+    reading = Reading(**encoding.options)
+    return encoding.beside in ("", together(formats.companions(file, reading)))
 
 
 def _unchanged(file: formats.File, sha256: str, encoding: Encoding) -> Outcome:

@@ -40,7 +40,7 @@ def form_of(path: Path) -> str:
 
 
 def preview(
-    store: Store, hits: Hits, path: Path, watch: Watch = lambda *told: None
+    store: Store, hits: Hits, path: Path, watch: Watch = lambda *done: None
 ) -> Iterator[tuple[Path, bytes, list[str]]]:
     """Yield the files that show hits, and of each what cannot be seen."""
     form = form_of(path)
@@ -100,8 +100,8 @@ def stored_motion(store: Store, capture: Capture, rate: Fraction) -> Motion:
     if capture.format in NOTATIONS:
         return perform(store.score(capture.id), rate=rate)
     encoding = store.encoding(capture.id)
-    file, told = unchanged(capture, encoding), Reading(**encoding.options)
-    return formats.read_file(file, told, formats.Wanted(body_only=True))
+    file, reading = unchanged(capture, encoding), Reading(**encoding.options)
+    return formats.read_file(file, reading, formats.Wanted(body_only=True))
 
 
 class Previews:
@@ -129,11 +129,11 @@ class Previews:
         return film.written(self.form)
 
 
-def motion_of(found: Named, store: Callable[[], Store], told: Reading, rate: Fraction) -> Motion:
+def motion_of(found: Named, store: Callable[[], Store], reading: Reading, rate: Fraction) -> Motion:
     """Return the motion of what a person names."""
     if found.format in NOTATIONS:
         return perform(found.score, rate=rate)
     if found.capture is None:
-        return convert.motion_of(Path(found.path), told, body_only=True)
+        return convert.motion_of(Path(found.path), reading, body_only=True)
     with store() as opened:
         return stored_motion(opened, found.capture, rate)

@@ -138,7 +138,7 @@ def test_the_best_are_ranked_by_their_joints(library: Library, tmp_path: Path) -
     found = library.like("raise.bvh", rerank=True)
     assert "again.bvh" in names(found.hits)[:2]
     assert names(found.hits)[-1] == "raise.lnd"  # a score has no joints
-    assert [line for line in found.told if "a score has no joints" in line] == list(found.told)
+    assert [line for line in found.notes if "a score has no joints" in line] == list(found.notes)
 
 
 def test_files_that_are_gone_or_changed_are_told(library: Library, tmp_path: Path) -> None:
@@ -147,9 +147,9 @@ def test_files_that_are_gone_or_changed_are_told(library: Library, tmp_path: Pat
     dance(tmp_path / "bow.bvh", BOW, rate=25)
     found = library.like("raise.bvh", rerank=True)
     assert set(names(found.hits)) == set(names(before.hits))
-    assert len(found.told) == 3
-    assert any("again.bvh" in line for line in found.told)
-    assert any("bow.bvh: has changed since" in line for line in found.told)
+    assert len(found.notes) == 3
+    assert any("again.bvh" in line for line in found.notes)
+    assert any("bow.bvh: has changed since" in line for line in found.notes)
     (tmp_path / "raise.bvh").unlink()
     with pytest.raises(UsageError, match=r"--rerank: no joint positions: .*raise\.bvh"):
         library.like("raise.bvh", rerank=True)

@@ -197,7 +197,7 @@ def motifs(
     shown = motifs[: limit or (MOTIFS_ON_TERMINAL if out.terminal else None)]
     for motif in shown:
         _motif(out, motif, found)
-    for line in found.told:
+    for line in found.notes:
         out.note(line)
     if found.captures < found.of:
         sample = f"{found.captures:,} of {counted(found.of, 'capture')}"

@@ -363,10 +363,10 @@ def _like(
 
 
 def _like_summary(out: Output, found: Alike, shown: int) -> None:
-    for line in found.told[:3]:
+    for line in found.notes[:3]:
         out.note(f"not ranked by its joints: {line}")
-    if len(found.told) > 3:
-        out.note(f"and {len(found.told) - 3} more")
+    if len(found.notes) > 3:
+        out.note(f"and {len(found.notes) - 3} more")
     if not found.sure:
         out.note(f"{found.aligned:,} captures were looked at closely; others might be as like")
     out.note(f"the {shown} most like of {counted(found.captures, 'capture')}, the likest first")

@@ -66,11 +66,11 @@ class Counts:
 
     def add(self, row: Mapping[str, Any], unit: str, form: str) -> None:
         """Count one clip, by its line in the index."""
-        told = row["capture_id"], unit, row["frames"], row["seconds"]
+        counted = row["capture_id"], unit, row["frames"], row["seconds"]
         keys = {**{name: row[name] for name in ("split", "label", "licence")}, "format": form}
         for name, key in keys.items():
-            self.by[name].setdefault(key, Tally()).add(*told)
-        self.whole.add(*told)
+            self.by[name].setdefault(key, Tally()).add(*counted)
+        self.whole.add(*counted)
         self.label_splits.setdefault(row["label"], Counter())[row["split"]] += 1
 
     def record(self) -> dict[str, Any]:

@@ -23,11 +23,15 @@ PERFORMERS = ("performer", "subject", "actor", "dancer", "participant", "signer"
 
 def performers(captures: Sequence[Capture], column: str | None = None) -> str:
     """Return the column that tells who moves; empty where none does."""
-    told = {name for one in captures for name, value in one.metadata.items() if value}
+    columns = {name for one in captures for name, value in one.metadata.items() if value}
     if column is None:
-        return next((name for name in PERFORMERS if name in told), "")
-    if column not in told:
-        wanted = f"one of {', '.join(sorted(told))}" if told else "captures with columns (--labels)"
+        return next((name for name in PERFORMERS if name in columns), "")
+    if column not in columns:
+        wanted = (
+            f"one of {', '.join(sorted(columns))}"
+            if columns
+            else "captures with columns (--labels)"
+        )
         raise UsageError(f'no column "{shown(column)}"', place="--split-by", wanted=wanted)
     return column
 

@@ -176,7 +176,7 @@ class _Job:
         self.card = self._card()
         if self.index:
             last = [*self.layout.last(), (INDEX, bytes(self.index))]
-            for name, content in (*last, *self._told()):
+            for name, content in (*last, *self._texts()):
                 self.written.add(name)
                 yield name, content
 
@@ -271,7 +271,7 @@ class _Job:
             said.append(f"No clip is in {' and '.join(empty)}.")
         return " ".join(said)
 
-    def _told(self) -> Iterator[tuple[str, bytes]]:
+    def _texts(self) -> Iterator[tuple[str, bytes]]:
         text = json.dumps(self.card, ensure_ascii=False, indent=1) + "\n"
         yield CARD, text.encode()
         yield PAGE, page(self.card, self.layout.said).encode()
@@ -285,8 +285,8 @@ def _read(store: Store, held: Capture) -> tuple[NDArray[np.float64], Score]:
     """Return the joints of a capture, (T, 20, 3) mm, and its score."""
     encoding = store.encoding(held.id)
     file = unchanged(held, encoding)
-    told = Reading(**encoding.options)
-    motion = formats.read_file(file, told, formats.Wanted(body_only=True))
+    reading = Reading(**encoding.options)
+    motion = formats.read_file(file, reading, formats.Wanted(body_only=True))
     return body(motion).places, store.score(held.id)
 
 

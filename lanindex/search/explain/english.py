@@ -297,9 +297,9 @@ def _verb(step: Step) -> tuple[str, str]:
     if _kind(step) == "stance":
         return f"hold{s} weight", ""
     if _kind(step) == "bend":
-        told = {it.split()[0] for word in step.words if not word.negated for it in word.values}
+        said = {it.split()[0] for word in step.words if not word.negated for it in word.values}
         verbs = {"bend": f"bend{s}", "stretch": "stretch" if many else "stretches"}
-        verb = verbs[told.pop()] if told in ({"bend"}, {"stretch"}) else " or ".join(verbs.values())
+        verb = verbs[said.pop()] if said in ({"bend"}, {"stretch"}) else " or ".join(verbs.values())
         return f"{verb}{passing}", ""
     goes = f"go{'' if many else 'es'}" if passing else f"move{s}"
     bent = " anywhere," if {it.kind for it in step.words} == {"bend"} else ""
@@ -308,9 +308,9 @@ def _verb(step: Step) -> tuple[str, str]:
 
 def _where(step: Step) -> str:
     kind = _kind(step)
-    told = {word.kind: word.values for word in step.words if not word.negated}
-    level = told.get("level", ())
-    at_joint = kind == "gesture" and told.get("direction") == ("place",)
+    values = {word.kind: word.values for word in step.words if not word.negated}
+    level = values.get("level", ())
+    at_joint = kind == "gesture" and values.get("direction") == ("place",)
     if at_joint and len(level) == 1 and len(step.words) == 2:
         return _PLACES[level[0]]
     curves = "on a way that curves " if kind == "travel" else ""
