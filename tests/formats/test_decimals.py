@@ -4,10 +4,12 @@ import struct
 
 import numpy as np
 import pytest
+from both_loops import plain_and_compiled
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lanindex import compiled
 from lanindex.formats import decimals
 
 digits = st.text("0123456789", min_size=0, max_size=9)
@@ -35,33 +37,40 @@ def read(text: str, separator: str, columns: int):
 def test_what_is_read_is_what_float_reads(row, separator):
     if separator == " ":
         row = [cell for cell in row if cell.strip()] or ["0"]
-    values, done = read(separator.join(row) + "\r\n", separator, len(row))
-    if done:
-        wanted = [float(cell.strip() or "nan") for cell in row]
-        assert struct.pack(f"{len(row)}d", *values) == struct.pack(f"{len(row)}d", *wanted)
+    line = separator.join(row) + "\r\n"
+    for values, done in plain_and_compiled(lambda: read(line, separator, len(row))):
+        if done:
+            wanted = [float(cell.strip() or "nan") for cell in row]
+            assert struct.pack(f"{len(row)}d", *values) == struct.pack(f"{len(row)}d", *wanted)
 
 
 @pytest.mark.parametrize(
     "number", ["0", "-0", "12345678", "-1234567.7654321", ".5", "5.", "1e-7", "-2.5E-3", "00012.50"]
 )
 def test_plain_numbers_are_read(number):
-    values, done = read(f" {number} ,,{number}\n", ",", 3)
-    assert done
-    assert values[[0, 2]].tolist() == [float(number)] * 2
-    assert np.isnan(values[1])
+    for values, done in plain_and_compiled(lambda: read(f" {number} ,,{number}\n", ",", 3)):
+        assert done
+        assert values[[0, 2]].tolist() == [float(number)] * 2
+        assert np.isnan(values[1])
 
 
-@pytest.mark.parametrize("text", ["1,2", "1,2,3,4", "1,x,3", "1,1_0,3", "1,123456789,3", "1,1\0,3"])
+@pytest.mark.parametrize(
+    "text", ["1,2", "1,2,3,4", "1,x,3", "1,1_0,3", "1,1234567890123456,3", "1,1\0,3"]
+)
 def test_what_is_not_plain_is_left(text):
-    assert not read(text + "\n", ",", 3)[1]
+    for _, done in plain_and_compiled(lambda: read(text + "\n", ",", 3)):
+        assert not done
 
 
 def test_a_byte_that_is_no_blank_does_not_part_numbers():
-    assert not read("1\x002 3\n", " ", 3)[1]
-    assert read("1\t2 \v3\n", " ", 3)[1]
+    for _, done in plain_and_compiled(lambda: read("1\x002 3\n", " ", 3)):
+        assert not done
+    for _, done in plain_and_compiled(lambda: read("1\t2 \v3\n", " ", 3)):
+        assert done
 
 
 def test_long_texts_go_piece_by_piece_and_hopeless_ones_no_further(monkeypatch):
+    monkeypatch.setattr(compiled, "chosen", lambda name, size: False)
     monkeypatch.setattr(decimals, "PIECE", 40)
     rows = [f"{n},{n / 8}\n" for n in range(100)]
     data = "".join(rows).encode()
