@@ -1,4 +1,4 @@
-"""Random choreographies, and what comes back of them."""
+"""Random choreographies, performed and encoded again."""
 
 from fractions import Fraction
 from functools import cache

@@ -1,4 +1,4 @@
-"""Lines and symbols as they are followed with costs, for tests."""
+"""Lines and symbols for tests of fuzzy search."""
 
 from fractions import Fraction
 

@@ -1,4 +1,4 @@
-"""Small C3D files, written number by number: an implementation of its own beside the package's."""
+"""Small C3D files, written independently of the package."""
 
 import math
 import struct

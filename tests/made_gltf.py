@@ -1,4 +1,4 @@
-"""glTF files made up for tests, part by part, and what they mean, frame by frame."""
+"""glTF files for tests, and their positions frame by frame."""
 
 import base64
 import json

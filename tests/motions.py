@@ -1,4 +1,4 @@
-"""Motions made up for tests: swinging bones, people who walk as told, and changes to either."""
+"""Synthetic motions: swinging bones, walking people, and changes to either."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What conditions say of the ways that the twin has tried, worked out word by word."""
+"""Conditions of `where`, evaluated one by one on the matches of the plain matcher."""
 
 from fractions import Fraction
 
-from plain_things import AMOUNTS
+from plain_events import AMOUNTS
 
 from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, MIRRORED, kind_of, mirrored_part
 from lanindex.search.language.clauses import Constant, Mirrors, Reference

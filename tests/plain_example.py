@@ -1,4 +1,4 @@
-"""Search by example, word for word and one clip at a time: what the fast way must agree with."""
+"""Search by example as plain loops, one clip at a time."""
 
 import math
 from functools import cache

@@ -1,4 +1,4 @@
-"""Kinematics as plain loops: one joint of one frame after the other, matrices spelt out."""
+"""Kinematics as plain loops over frames and joints."""
 
 import math
 from collections.abc import Sequence

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from plain_conditions import is_true, names_of, symbols_of
-from plain_things import Thing, Things
+from plain_events import Thing, Things
 
 from lanindex.search.language.query import NEXT, ONCE, Bracket, Item, Line, Lines, Step
 

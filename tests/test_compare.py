@@ -1,4 +1,4 @@
-"""What two scores differ in: laws, and edits that are known."""
+"""Differences of two scores: laws, and known edits."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scores import scores
+from random_scores import scores
 
 import lanindex
 from lanindex.compare import DEGREES, Comparison, compare

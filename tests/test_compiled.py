@@ -1,4 +1,4 @@
-"""One place decides, by the work of the process, whether loops are plain or compiled."""
+"""`lanindex.compiled` chooses plain or compiled loops by the work of the process."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The habits of the house, as far as a program can hold them."""
+"""Static checks, imports and start-up."""
 
 import ast
 import subprocess
@@ -84,6 +84,23 @@ def test_import_starts_fast() -> None:
     code = "import lanindex, sys; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert set(done.stdout.split()) & SLOW_TO_IMPORT == set()
+
+
+def test_every_benchmark_can_be_imported(repository: Path) -> None:
+    code = (
+        "import runpy, sys\n"
+        "from pathlib import Path\n"
+        "here = Path(sys.argv[1])\n"
+        "sys.path.insert(0, str(here))\n"
+        "for path in sorted(here.glob('*.py')):\n"
+        "    if path.name != 'blender.py':  # which Blender runs\n"
+        "        runpy.run_path(str(path), run_name='imported')\n"
+    )
+    benchmarks = repository / "tests" / "benchmarks"
+    done = subprocess.run(
+        [sys.executable, "-c", code, benchmarks], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_encode_is_a_function_whatever_is_imported_first() -> None:

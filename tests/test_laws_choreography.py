@@ -1,4 +1,4 @@
-"""METHOD's law: rendered choreography comes back symbol for symbol.
+"""METHOD's law: a performed choreography is encoded as the same symbols.
 
 Neighbouring symbols are less than 60 degrees apart: a longer reach passes through other cells.
 """

@@ -4,7 +4,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from motions import motion_of, swung
-from sample import sample_score
+from sample_library import sample_score
 
 from lanindex.encoding import encode
 from lanindex.errors import EncodeError, UsageError

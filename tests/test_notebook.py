@@ -1,4 +1,4 @@
-"""In a notebook: what is shown, how large it gets, and the notebook that comes along."""
+"""Notebooks: what objects display, how large that is, and the notebook that ships."""
 
 import re
 import shutil

@@ -1,4 +1,4 @@
-"""The pages do what they show: sessions are typed on a terminal, Python is run."""
+"""The sessions and the Python on the pages run as shown."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Rotations from places: what keeps one direction, and half turns, which have many ways."""
+"""Rotations from positions: one fixed direction, and half turns, which have many axes."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The objects that flow through the house cannot be changed, and refuse what does not fit."""
+"""The shared types are immutable and refuse invalid values."""
 
 from dataclasses import FrozenInstanceError, fields, replace
 from fractions import Fraction
@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from motions import motion_of, swung
-from sample import sample_score
+from sample_library import sample_score
 
 from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, MOST_AMOUNT, kind_of, mirrored_part
 from lanindex.errors import EncodeError, LanindexError

@@ -74,7 +74,7 @@ def torso_twist(places: dict[str, Floats]) -> Angles:
 
 
 def head_turn(places: dict[str, Floats]) -> Angles:
-    """Return how far the head_turn is turned to the right of the shoulders, (N,) degrees."""
+    """Return how far the head is turned to the right of the shoulders, (N,) degrees."""
     shoulders = places["RShoulder"] - places["LShoulder"]
     return between(shoulders, places["Head right"], trunk_line(places))
 

@@ -15,7 +15,7 @@ import command
 import pytest
 from command import Done
 from dances import BOW, RAISE, dance
-from sample import sql
+from sample_library import sql
 
 from lanindex.alphabet import MEASURES
 from lanindex.app.cli import VERBS

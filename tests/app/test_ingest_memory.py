@@ -1,9 +1,9 @@
-"""``lanindex ingest --jobs``: fewer processes where the memory has no room, and said so."""
+"""``lanindex ingest --jobs`` starts fewer processes where memory is short, and says so."""
 
 from pathlib import Path
 
 import pytest
-from bodies import person
+from bvh_bodies import person
 from typer.testing import CliRunner
 
 from lanindex.app.cli import app

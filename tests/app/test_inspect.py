@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from bodies import SCHEMES, named, person
+from bvh_bodies import SCHEMES, named, person
 from typer.testing import CliRunner
 
 from lanindex.app.cli import app

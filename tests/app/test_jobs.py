@@ -1,4 +1,4 @@
-"""The verbs that go through many files: what they say of what they left out."""
+"""Verbs that read many files say which they left out."""
 
 import json
 import subprocess

@@ -1,12 +1,12 @@
-"""Where memory runs out: a sentence that says where, and what to do."""
+"""Errors of memory name the capture and the remedy."""
 
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from bodies import person
-from sample import sample_score
+from bvh_bodies import person
+from sample_library import sample_score
 from typer.testing import CliRunner
 
 from lanindex import errors

@@ -7,7 +7,7 @@ from pathlib import Path
 import command
 import pytest
 from dances import RAISE, dance
-from films import seen
+from film_frames import seen
 
 
 @pytest.fixture(scope="module")

@@ -1,10 +1,10 @@
-"""Captures that are too rich for a pattern: named, and the others answered."""
+"""Captures that cost a pattern too much are named; the others are searched."""
 
 import json
 from pathlib import Path
 
 import pytest
-from sample import sample_score
+from sample_library import sample_score
 from typer.testing import CliRunner
 
 from lanindex import write_lnd

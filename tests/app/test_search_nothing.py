@@ -1,4 +1,4 @@
-"""A search that finds nothing says why, and what would be found."""
+"""A search that finds nothing says why, and which patterns would find something."""
 
 from pathlib import Path
 

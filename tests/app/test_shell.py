@@ -1,4 +1,4 @@
-"""Around the command: completion by a shell, other locales, ``python -m``."""
+"""Shell completion, locales, ``python -m``."""
 
 import os
 import subprocess

@@ -1,10 +1,10 @@
-"""``--tempo``: what is counted, stored, shown and asked for."""
+"""``--tempo``: found, stored, shown and searched."""
 
 import json
 from pathlib import Path
 
 import pytest
-from tempos import RATE, walked
+from random_tempos import RATE, walked
 from typer.testing import CliRunner
 
 from lanindex.app.cli import app

@@ -1,4 +1,4 @@
-"""What people see: nothing of a file can steer their terminal, and lines fit it."""
+"""Output on a terminal: no control characters of files, lines that fit."""
 
 import json
 import re

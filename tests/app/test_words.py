@@ -1,4 +1,4 @@
-"""The dictionary of movement as a user meets it: ``words``, and a word as a query."""
+"""The dictionary of movement: ``words``, and a word as a query."""
 
 import json
 from pathlib import Path

@@ -15,7 +15,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from tempos import RATE, danced, verdict, walked
+from random_tempos import RATE, danced, verdict, walked
 
 import lanindex
 from lanindex.encoding.tempo import estimated

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from touchings import RATE, Tally, compared, drawn
+from random_touches import RATE, Tally, compared, drawn
 
 from lanindex import encode
 from lanindex.perform import perform

@@ -14,7 +14,7 @@ from collections import defaultdict
 import numpy as np
 from places import CAPTURES
 
-from lanindex.encoding.angles import TRUNK, TWISTED, head, leaning, torso, trunk
+from lanindex.encoding.angles import TRUNK, TWISTED, head_turn, leaning, torso_twist, trunk_line
 from lanindex.encoding.heading import heading
 from lanindex.encoding.joints import Body
 from lanindex.encoding.places import stretches
@@ -33,10 +33,10 @@ def measured(path: str, profile) -> dict[str, np.ndarray]:
             front = turn[over.frames.start : over.frames.stop]
             for block, places in over.blocks():
                 if len(needed) > len(TRUNK):
-                    found["head"].append(head(places).real)
+                    found["head"].append(head_turn(places).real)
                 else:
-                    found["twist"].append(torso(places).real)
-                    found["lean"].append(np.abs(leaning(trunk(places), front[block.inner])))
+                    found["twist"].append(torso_twist(places).real)
+                    found["lean"].append(np.abs(leaning(trunk_line(places), front[block.inner])))
     return {name: np.concatenate(parts) for name, parts in found.items()}
 
 

@@ -1,10 +1,10 @@
-"""Which joint plays which: naming schemes, and shape where names say nothing."""
+"""Joints map by naming scheme, or by shape where names say nothing."""
 
 import random
 
 import numpy as np
 import pytest
-from bodies import SCHEMES, SIMPLE, hierarchy, named, person, played, still
+from bvh_bodies import SCHEMES, SIMPLE, hierarchy, named, person, played, still
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st

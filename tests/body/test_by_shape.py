@@ -1,4 +1,4 @@
-"""Which side is right, where neither names nor feet tell: knees and hands lie in front."""
+"""Left and right by shape, where neither names nor feet tell them."""
 
 import numpy as np
 import pytest

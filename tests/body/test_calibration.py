@@ -1,11 +1,11 @@
-"""Unit, vertical axis, calibration pose and rate, declared or told from the body."""
+"""Unit, vertical axis, calibration pose and rate, declared or derived from the body."""
 
 import math
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from bodies import SIMPLE, hierarchy, motion, person, played, still
+from bvh_bodies import SIMPLE, hierarchy, motion, person, played, still
 from hypothesis import given
 from hypothesis import strategies as st
 

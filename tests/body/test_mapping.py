@@ -1,10 +1,10 @@
-"""Joints without a hierarchy, as markers come: the same body by name; and joints made of others."""
+"""Joints without a hierarchy map to the same body by name; derived joints."""
 
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from bodies import SCHEMES, SIMPLE, named, person
+from bvh_bodies import SCHEMES, SIMPLE, named, person
 
 from lanindex import formats
 from lanindex.alphabet import JOINTS

@@ -1,4 +1,4 @@
-"""Where palms face: of knuckles, thumbs, markers and a suit's segments."""
+"""Palm directions from knuckles, thumbs, markers and a suit's segments."""
 
 from dataclasses import replace
 from importlib import import_module

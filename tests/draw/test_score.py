@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sample import sample_score
-from scores import scores
+from random_scores import scores
+from sample_library import sample_score
 
 import lanindex
 from lanindex.alphabet import TRACKS, kind_of

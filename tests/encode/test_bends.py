@@ -1,4 +1,4 @@
-"""Elbows and knees that bend: the law, on angles made for it, on random scores and captures."""
+"""Bends of elbows and knees: synthetic angles, random scores, captures."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -6,7 +6,7 @@ from fractions import Fraction
 import motions
 import numpy as np
 import pytest
-from bends import RATE, drawn, said
+from random_bends import RATE, drawn, said
 
 from lanindex import encode, read, read_lnd, write_lnd
 from lanindex.alphabet import BENDS, JOINT_CODES

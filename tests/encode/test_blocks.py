@@ -1,4 +1,4 @@
-"""A capture worked out part by part and in blocks of a few frames: bit for bit the same score."""
+"""A capture encoded part by part and in small blocks gives the same score, bit for bit."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""What lies exactly on a border of the method: it belongs to one side, always the same."""
+"""Values exactly on a border of the method always belong to the same side."""
 
 from fractions import Fraction
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What lies low: frames that are left out have nothing to tell."""
+"""Frames that the search for other supports leaves out hold none."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""How one curve goes, plain and compiled: equal numbers, whatever the curve."""
+"""Curves: plain and compiled loops give equal numbers."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""How fast, how far and how straight: movements of known measures, and a plain twin."""
+"""Speed, size and straightness of known movements, and a plain twin."""
 
 import math
 from itertools import pairwise

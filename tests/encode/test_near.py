@@ -1,4 +1,4 @@
-"""What hands are near to: the compiled loop against the plain one, and both against one by one."""
+"""What hands are near: compiled loop, plain loop and one frame at a time agree."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Motions that are odd at their edges: what is unknown, unclear or without length."""
+"""Motions with unknown joints, unclear headings or parts without length."""
 
 from fractions import Fraction
 

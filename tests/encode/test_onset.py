@@ -1,4 +1,4 @@
-"""When movements are seen to begin and to end, on curves made for it."""
+"""Beginnings and ends of movements on synthetic curves."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Kneeling, sitting, lying and going on all fours: something else than feet carries."""
+"""Supports other than feet: kneeling, sitting, lying, on all fours."""
 
 from fractions import Fraction
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Small hand-made cases of each stage; the twin and the laws test the whole."""
+"""Small cases of each stage, made by hand."""
 
 from dataclasses import replace
 from fractions import Fraction

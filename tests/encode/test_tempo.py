@@ -1,4 +1,4 @@
-"""The beat of a movement: found where it has one, refused where it has none; and told ones."""
+"""The tempo of a movement: found, refused where there is none, or given."""
 
 import random
 from dataclasses import replace
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from effort import seeds
 from motions import mirrored, moved, scaled, turned
-from tempos import RATE, danced, verdict, walked
+from random_tempos import RATE, danced, verdict, walked
 
 import lanindex
 from lanindex import encode

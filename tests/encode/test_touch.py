@@ -1,4 +1,4 @@
-"""Hands that touch each other, the head, the trunk and the legs, and hands that only pass."""
+"""Touches of hands, head, trunk and legs, and hands that only pass."""
 
 from fractions import Fraction
 from itertools import pairwise
@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from motions import mirrored, motion_of, noisy, scaled, thinned, turned
-from touchings import RATE, Tally, compared, drawn
+from random_touches import RATE, Tally, compared, drawn
 
 from lanindex import encode, read_lnd
 from lanindex.alphabet import JOINT_CODES

@@ -1,4 +1,4 @@
-"""Twists and inclines: bodies that turn and lean as told are written down so."""
+"""Bodies that twist and lean by plan are encoded as planned."""
 
 from dataclasses import replace
 from itertools import pairwise

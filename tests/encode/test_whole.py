@@ -1,4 +1,4 @@
-"""What the whole body does: bodies that step, jump and turn as told are written down so."""
+"""Bodies that step, jump and turn by plan are encoded as planned."""
 
 import tracemalloc
 from dataclasses import replace

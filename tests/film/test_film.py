@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import REPOSITORY
-from films import seen
+from film_frames import seen
 
 import lanindex
 from lanindex.alphabet import JOINT_CODES

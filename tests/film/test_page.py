@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from shots import SCORE, hit_of, shot_of
+from sample_hits import SCORE, hit_of, shot_of
 
 from lanindex.film.hits import FRAMES, HitPreview, page
 from lanindex.model import Span

@@ -3,7 +3,7 @@
 from xml.etree import ElementTree
 
 import pytest
-from shots import SCORE, hit_of, shot_of
+from sample_hits import SCORE, hit_of, shot_of
 
 from lanindex.draw.svg import image
 from lanindex.film.hits import HitPreview, sheet

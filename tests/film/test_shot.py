@@ -6,7 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from motions import swung
-from shots import BODY, SCORE, hit_of, shot_of
+from sample_hits import BODY, SCORE, hit_of, shot_of
 
 import lanindex
 from lanindex.alphabet import JOINT_CODES

@@ -1,4 +1,4 @@
-"""Captures in archives: found, read, exported again; and what is refused."""
+"""Captures in archives: found, read, exported, refused."""
 
 import _compression
 import io

@@ -1,4 +1,4 @@
-"""Many numbers at once are what `float` reads, to the bit, or are left to it."""
+"""Numbers read in bulk equal those of `float`, to the bit, or are left to it."""
 
 import struct
 

@@ -1,4 +1,4 @@
-"""Files that are read piece by piece, and how little memory they take."""
+"""Files that are read in pieces, and their memory."""
 
 import hashlib
 import itertools
@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from bodies import hierarchy, motion, person
+from bvh_bodies import hierarchy, motion, person
 
 from lanindex import formats
 from lanindex.errors import CaptureError

@@ -1,4 +1,4 @@
-"""A long capture is read in three times its size: what it takes besides what it gives is small."""
+"""Reading a long capture takes at most three times its size in memory."""
 
 import tracemalloc
 

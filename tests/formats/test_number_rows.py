@@ -1,4 +1,4 @@
-"""Rows of numbers: read as Python reads them, bit for bit."""
+"""Rows of numbers equal those that Python reads, bit for bit."""
 
 import math
 import struct

@@ -1,4 +1,4 @@
-"""Points by name → Motion: units and axes held against the body, gaps kept, loose joints hung."""
+"""Named points → Motion: units and axes checked by the body, gaps, a hierarchy for loose joints."""
 
 from fractions import Fraction
 

@@ -1,4 +1,4 @@
-"""The front door: which reader, what comes out, and what goes wrong with files."""
+"""`read` chooses a reader and reports bad files."""
 
 import os
 import re
@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from bodies import SIMPLE, hierarchy, motion, person
+from bvh_bodies import SIMPLE, hierarchy, motion, person
 
 from lanindex import formats
 from lanindex.errors import BodyError, CaptureError, UsageError

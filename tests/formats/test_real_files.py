@@ -1,4 +1,4 @@
-"""The real captures: what the reader sees, beside pybvh, scipy and joints made by others."""
+"""Real captures, compared with pybvh, scipy and joints from other programs."""
 
 import warnings
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""One movement in two formats: the same places at the same times, and the same symbols."""
+"""One movement in two formats gives the same positions, times and symbols."""
 
 from dataclasses import replace
 from difflib import SequenceMatcher

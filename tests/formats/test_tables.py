@@ -1,4 +1,4 @@
-"""Tables of numbers: against a plain loop, rows, and what is damaged."""
+"""Tables of numbers: a plain loop, rows, damage."""
 
 import random
 

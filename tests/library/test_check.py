@@ -1,9 +1,9 @@
-"""Each thing that can be wrong inside a library is found and named."""
+"""`db check` finds and names every kind of damage."""
 
 from fractions import Fraction
 
 import pytest
-from sample import add_sample, fill, sample_score, sql
+from sample_library import add_sample, fill, sample_score, sql
 
 from lanindex.library import rows
 from lanindex.library.migrate import check, upgrade

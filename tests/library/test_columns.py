@@ -1,11 +1,11 @@
-"""What a library gives as columns is what its rows say, from wherever it comes."""
+"""Columns equal the rows of a library, wherever they come from."""
 
 import json
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from sample import add_sample, fill, sample_score, sql
+from sample_library import add_sample, fill, sample_score, sql
 
 from lanindex.library import checksums, derive, gather
 from lanindex.library.migrate import check, status, upgrade

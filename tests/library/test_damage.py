@@ -11,7 +11,7 @@ from contextlib import closing
 
 import numpy as np
 import pytest
-from sample import ENCODING, sample_score, sql
+from sample_library import ENCODING, sample_score, sql
 
 from lanindex import records
 from lanindex.errors import LibraryError

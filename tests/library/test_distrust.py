@@ -1,4 +1,4 @@
-"""Whatever becomes of the segments, what a library gives as columns is what its rows say."""
+"""Columns equal the rows of a library, whatever happens to its segments."""
 
 import os
 import random
@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sample import add_sample, fill, sample_score, sql
+from sample_library import add_sample, fill, sample_score, sql
 
 from lanindex.errors import LibraryError
 from lanindex.library.migrate import check
@@ -293,7 +293,7 @@ def test_a_damaged_capture_is_told_not_laundered(path):
 BROKEN_OFF = """
 import os, signal, sys
 sys.path[:0] = [sys.argv[2]]
-from sample import add_sample
+from sample_library import add_sample
 from lanindex.library import segments
 from lanindex.library.store import Store
 
@@ -326,7 +326,7 @@ def test_killed_while_a_segment_is_written_or_joined(path, repository, moment):
 INGEST = """
 import sys
 sys.path[:0] = [sys.argv[2]]
-from sample import add_sample
+from sample_library import add_sample
 from lanindex.library.store import Store
 with Store.open(sys.argv[1]) as library:
     for number in range(7, 70):

@@ -1,4 +1,4 @@
-"""What a verb asks of a library does not grow with it, where the answer does not."""
+"""Verbs read no more of a larger library than their answer needs."""
 
 import random
 from contextlib import contextmanager
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from effort import seeds
-from sample import ENCODING, add_sample, fill, sample_score, sql
+from sample_library import ENCODING, add_sample, fill, sample_score, sql
 
 from lanindex.library import read
 from lanindex.library.migrate import check

@@ -1,10 +1,10 @@
-"""Whatever a library went through, it holds and answers what one clean ingest gives."""
+"""After any history a library holds and answers what one clean ingest gives."""
 
 import numpy as np
 from effort import examples
 from hypothesis import example, given
 from hypothesis import strategies as st
-from sample import sample_score
+from sample_library import sample_score
 
 from lanindex.alphabet import TRACKS
 from lanindex.library.migrate import check

@@ -7,7 +7,7 @@ import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sample import fill, sample_score, sql
+from sample_library import fill, sample_score, sql
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryError, LibraryVersionError

@@ -1,4 +1,4 @@
-"""What is no library, or may not be used, is refused with a word that helps, and left alone."""
+"""Files that are no library, or may not be used, are refused with a remedy and left alone."""
 
 import os
 import sqlite3
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from sample import add_sample, fill, sample_score, sql
+from sample_library import add_sample, fill, sample_score, sql
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryBusyError, LibraryError, LibraryVersionError

@@ -1,4 +1,4 @@
-"""Whatever is stored comes back, field by field."""
+"""Stored captures come back, field by field."""
 
 from effort import examples
 from hypothesis import given

@@ -5,7 +5,7 @@ a process of an ingest.
 import subprocess
 import sys
 
-from sample import fill
+from sample_library import fill
 
 LOOK = """
 import sys

@@ -1,4 +1,4 @@
-"""What a library keeps, tells apart, finds and counts."""
+"""Storing, finding and counting captures."""
 
 import json
 import os
@@ -9,7 +9,7 @@ from unicodedata import normalize
 import numpy as np
 import pytest
 import sqlalchemy
-from sample import ENCODING, add_sample, fill, sample_score, sql
+from sample_library import ENCODING, add_sample, fill, sample_score, sql
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryError, UsageError

@@ -1,4 +1,4 @@
-"""A library of an earlier revision, of real captures, becomes what ingesting them anew makes.
+"""An upgraded library of real captures equals one that is ingested anew.
 
 ``revision_0001.sql`` holds two choreographies of the corpus and a score, as revision 0001 kept
 them.
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sample import sql
+from sample_library import sql
 
 from lanindex.alphabet import PARTS
 from lanindex.errors import LibraryError, LibraryVersionError

@@ -1,4 +1,4 @@
-"""Beats that are told: how they are read, and how scores count by them and keep them."""
+"""Given beats: reading them, counting by them, keeping them in scores."""
 
 from fractions import Fraction
 

@@ -1,4 +1,4 @@
-"""ELAN's files: as its schema and pympi want them, added to without touching what is there."""
+"""ELAN files: valid by schema and pympi, extended without changing what is there."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -8,7 +8,7 @@ import pytest
 from effort import examples
 from hypothesis import given
 from pympi.Elan import Eaf
-from scores import scores
+from random_scores import scores
 
 import lanindex
 from lanindex.errors import ExportError, LanindexError, NotationError

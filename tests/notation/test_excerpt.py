@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scores import scores
+from random_scores import scores
 
 from lanindex.alphabet import BODY
 from lanindex.model import Meter, Score, Span, Track

@@ -1,11 +1,11 @@
-"""MAE's scores are read: columns, measures, and the slips of those who drew them."""
+"""MAE's scores: columns, measures, and slips of their authors."""
 
 from xml.etree import ElementTree
 
 import pytest
 from effort import examples
 from hypothesis import assume, given
-from scores import scores, shown
+from random_scores import scores, shown
 
 import lanindex
 from lanindex.errors import NotationError

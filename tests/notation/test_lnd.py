@@ -8,7 +8,7 @@ import pytest
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from scores import scores, seconds
+from random_scores import scores, seconds
 
 from lanindex.alphabet import BODY, CONTACTS, kind_of
 from lanindex.errors import NotationError

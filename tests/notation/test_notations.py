@@ -1,4 +1,4 @@
-"""Laws of every notation: what is written is read, what is bad is refused with a word."""
+"""Laws of every notation: written scores read back equal, bad ones are refused."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 from effort import examples
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scores import scores, shown
+from random_scores import scores, shown
 
 import lanindex
 from lanindex.alphabet import BODY

@@ -1,4 +1,4 @@
-"""LabanotationSuite's gestures: positions at times, read as movements and written back."""
+"""LabanotationSuite's gestures: timed positions, read as movements and written back."""
 
 import json
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from effort import examples
 from hypothesis import assume, given
-from scores import scores, shown
+from random_scores import scores, shown
 
 import lanindex
 from lanindex.errors import NotationError

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from effort import examples
 from hypothesis import given
-from scores import scores
+from random_scores import scores
 
 import lanindex
 from lanindex import records

@@ -6,7 +6,7 @@ import pytest
 from effort import examples
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scores import scores
+from random_scores import scores
 
 from lanindex.alphabet import JOINT_CODES, PARTS
 from lanindex.errors import UsageError

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from goings import RATE, Tally, compared
-from goings import drawn as steps_drawn
-from restings import OTHER, TRACKS, drawn
+from random_steps import RATE, Tally, compared
+from random_steps import drawn as steps_drawn
+from random_supports import OTHER, TRACKS, drawn
 
 from lanindex import encode, read_lnd
 from lanindex.alphabet import CARRIERS, JOINT_CODES

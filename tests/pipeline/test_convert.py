@@ -1,4 +1,4 @@
-"""Motions in other formats than they came in: joints where they were, whatever the source."""
+"""Converted motions keep the positions of their joints."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Data sets: what is in them, which clip is in which split, what is refused."""
+"""Data sets: contents, splits, refusals."""
 
 import io
 import json

@@ -1,4 +1,4 @@
-"""Search by example through a library: what may be an example, and what is told of what is like."""
+"""Search by example in a library: what may be an example, and what results say."""
 
 import json
 from dataclasses import replace

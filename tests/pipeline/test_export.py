@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dances import BOW, RAISE, dance
-from films import seen
+from film_frames import seen
 
 from lanindex.errors import ExportError, UsageError
 from lanindex.film.scene import LIT

@@ -1,9 +1,9 @@
-"""Several processes only as far as their files fit into what is free; a fast reader if worth it."""
+"""The number of processes follows free memory."""
 
 from pathlib import Path
 
 import pytest
-from bodies import person
+from bvh_bodies import person
 
 from lanindex import compiled
 from lanindex.encoding.profile import load

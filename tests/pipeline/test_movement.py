@@ -1,4 +1,4 @@
-"""Statistics of movement: what is counted, and what is told apart from chance."""
+"""Statistics of movement: counts, and what differs from chance."""
 
 import re
 from collections import Counter

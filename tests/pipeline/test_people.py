@@ -1,4 +1,4 @@
-"""Several people in a file: opened once, told apart once, and never lost from sight."""
+"""Several people in a file are read once and kept apart."""
 
 import importlib
 import importlib.util

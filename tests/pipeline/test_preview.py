@@ -1,4 +1,4 @@
-"""Hits of a library to look at: what is gone or changed is said, all else is drawn."""
+"""Previews of hits: missing and changed sources are named, the others drawn."""
 
 from pathlib import Path
 

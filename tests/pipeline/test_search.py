@@ -1,10 +1,10 @@
-"""Search through a library: which parts a pattern may name."""
+"""Search in a library: which parts a pattern may name."""
 
 from pathlib import Path
 
 import pytest
 from dances import BOW
-from sample import sample_score
+from sample_library import sample_score
 
 from lanindex.alphabet import TRACKS
 from lanindex.errors import LibraryError, PatternError, UsageError

@@ -1,4 +1,4 @@
-"""A library in groups, and what recurs in it."""
+"""Groups of similar captures, and motifs."""
 
 from pathlib import Path
 

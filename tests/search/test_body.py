@@ -1,4 +1,4 @@
-"""Steps, jumps, ways and turns: what the hand-worked cases of the page leave out."""
+"""Steps, jumps, travels and turns in patterns, beyond the cases of the page."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pytest
 from fast_search import find_fast
 from plain_matcher import find
 from query_cases import recordings_of, track
-from sample import ENCODING
+from sample_library import ENCODING
 
 from lanindex.alphabet import DIRECTIONS
 from lanindex.errors import PatternError, UsageError

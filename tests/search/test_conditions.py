@@ -1,4 +1,4 @@
-"""Conditions of ``where``: what they compare, and what is false because it is missing."""
+"""Conditions of ``where``: comparisons, and missing values, which are false."""
 
 from dataclasses import replace
 from fractions import Fraction

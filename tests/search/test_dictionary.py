@@ -1,4 +1,4 @@
-"""The dictionary of movement: every entry is sound, and finds what we made ourselves."""
+"""Every entry of the dictionary is valid and finds its movement in the corpus."""
 
 from pathlib import Path
 

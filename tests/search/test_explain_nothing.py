@@ -1,4 +1,4 @@
-"""Why a pattern finds nothing, and what is offered instead."""
+"""Why a pattern finds nothing, and which patterns are offered instead."""
 
 from collections import Counter
 from fractions import Fraction

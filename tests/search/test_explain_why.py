@@ -1,4 +1,4 @@
-"""One capture under the glass: what matched step by step, or where the walk ended."""
+"""`--why`: the steps that matched in one capture, or where matching stopped."""
 
 import json
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Random patterns of the whole grammar are read, and printed as patterns that read the same."""
+"""Random patterns of the whole grammar parse, print and parse to the same pattern."""
 
 import re
 from random import Random

@@ -1,4 +1,4 @@
-"""Hits as people and notebooks see them, and as tables."""
+"""Hits as text, in notebooks and as tables."""
 
 import sys
 from dataclasses import replace

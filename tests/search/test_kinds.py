@@ -1,4 +1,4 @@
-"""Words belong to kinds of tracks, and a symbol may lack a direction or a level."""
+"""Words of each kind of track; symbols without direction or level."""
 
 from fractions import Fraction
 

@@ -1,11 +1,11 @@
-"""How fast and how large: what the hand-worked cases of the page leave out."""
+"""Speed and size in patterns, beyond the cases of the page."""
 
 import json
 
 import numpy as np
 import pytest
 from query_cases import recordings_of, track
-from sample import ENCODING
+from sample_library import ENCODING
 
 from lanindex import records
 from lanindex.errors import PatternError, UsageError

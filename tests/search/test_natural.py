@@ -1,4 +1,4 @@
-"""What people type first: plain words, and the pattern that says it, or none."""
+"""Plain English queries and the patterns they become."""
 
 import pytest
 from effort import examples

@@ -1,4 +1,4 @@
-"""Where a pattern cannot be understood: what is pointed at, and what is said."""
+"""Errors in patterns: the marked text and the message."""
 
 import pytest
 from effort import examples

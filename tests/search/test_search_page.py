@@ -1,4 +1,4 @@
-"""The page on how a search works: its example is what the matcher does."""
+"""The example of search/README.md is what the matcher does."""
 
 import re
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Words as people speak them find their entry of the dictionary, and nothing else does."""
+"""Spoken forms of words find their entry of the dictionary."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""AMC and ASF written out: what is read, what is refused, and where the skeleton is looked for."""
+"""AMC and ASF: reading, refusals, and where the skeleton is found."""
 
 import os
 from fractions import Fraction

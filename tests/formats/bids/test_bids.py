@@ -1,4 +1,4 @@
-"""Motion-BIDS: positions without a header, what they are told by the files beside them."""
+"""Motion-BIDS: positions without a header, described by the files beside them."""
 
 import json
 import shutil

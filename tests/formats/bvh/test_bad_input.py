@@ -1,11 +1,11 @@
-"""Damaged files: each with its line, what was found, what was wanted; and nothing else, ever."""
+"""Damaged files raise errors with line, found and wanted."""
 
 import random
 import re
 import time
 
 import pytest
-from bodies import hierarchy, motion, person
+from bvh_bodies import hierarchy, motion, person
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st

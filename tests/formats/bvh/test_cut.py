@@ -1,7 +1,7 @@
-"""Clips: the lines of their frames, byte for byte, and nothing of what stands between."""
+"""Clips hold the lines of their frames, byte for byte."""
 
 import pytest
-from bodies import hierarchy
+from bvh_bodies import hierarchy
 
 from lanindex import formats
 from lanindex.formats import file as files

@@ -1,7 +1,7 @@
-"""Hierarchies as they are met, and as they must not be."""
+"""Valid and invalid hierarchies."""
 
 import pytest
-from bodies import hierarchy, person
+from bvh_bodies import hierarchy, person
 
 from lanindex.errors import CaptureError
 from lanindex.formats.bvh.hierarchy import parse

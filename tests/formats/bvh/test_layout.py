@@ -1,8 +1,8 @@
-"""Where the bytes lie: clips made from the layout are what they have to be."""
+"""Byte offsets of a file: clips cut by them hold the right bytes."""
 
 import numpy as np
 import pytest
-from bodies import hierarchy, motion, person
+from bvh_bodies import hierarchy, motion, person
 from hypothesis import given
 from hypothesis import strategies as st
 

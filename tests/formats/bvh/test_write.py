@@ -8,8 +8,8 @@ import pytest
 from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
+from random_scores import scores
 from scipy.spatial.transform import Rotation
-from scores import scores
 
 from lanindex.errors import ExportError
 from lanindex.formats import bvh

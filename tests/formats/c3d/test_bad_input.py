@@ -1,4 +1,4 @@
-"""Damaged C3D files: an error that says what is wrong, or a motion; never anything else."""
+"""Damaged C3D files give a motion or an error that says what is wrong."""
 
 import random
 import time

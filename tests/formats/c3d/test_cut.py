@@ -1,4 +1,4 @@
-"""Clips of C3D files: the bytes of their frames, and counts that say so."""
+"""Clips of C3D files hold the bytes and the counts of their frames."""
 
 import numpy as np
 import pytest

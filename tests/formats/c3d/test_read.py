@@ -1,4 +1,4 @@
-"""C3D files of all processors and both kinds of numbers; what is unknown, what is believed."""
+"""C3D files of all processors, integers and floats; unknown points; trusted parameters."""
 
 import sys
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""The real C3D files: what is seen in them, their clips, and what other readers see."""
+"""Real C3D files, their clips, and what other readers see."""
 
 import warnings
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Motions written as C3D: read back as they were, here and by others."""
+"""Motions written as C3D read back equal, here and in other programs."""
 
 from fractions import Fraction
 

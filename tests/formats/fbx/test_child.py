@@ -1,4 +1,4 @@
-"""How many frames the child process gives, at the edges of what it may."""
+"""Limits of the child process that reads FBX."""
 
 import sys
 from array import array

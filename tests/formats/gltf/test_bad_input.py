@@ -1,4 +1,4 @@
-"""Damaged files: what was found, what was wanted; and nothing else, ever."""
+"""Damaged files raise errors with found and wanted."""
 
 import random
 import struct

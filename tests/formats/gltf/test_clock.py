@@ -1,4 +1,4 @@
-"""Where frames of an animation are, at the edges of each rule."""
+"""Frame times of an animation, at the edges of each rule."""
 
 from fractions import Fraction
 

@@ -1,4 +1,4 @@
-"""Clips: the animation's frames, and everything else of the file."""
+"""Clips keep the animation's frames and everything else of the file."""
 
 import json
 import struct

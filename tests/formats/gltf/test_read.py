@@ -1,4 +1,4 @@
-"""What a glTF file means: its numbers, its nodes, its people, its takes."""
+"""Reading glTF: accessors, nodes, people, takes."""
 
 import zipfile
 from fractions import Fraction

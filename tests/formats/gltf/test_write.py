@@ -1,4 +1,4 @@
-"""Motions as GLB: what is read back, and what another program is shown."""
+"""Motions written as GLB read back equal, here and in other programs."""
 
 import json
 import struct
@@ -12,7 +12,7 @@ from effort import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from made_gltf import plain_places
-from scores import scores
+from random_scores import scores
 
 from lanindex import formats
 from lanindex.formats import gltf

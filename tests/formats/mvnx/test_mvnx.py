@@ -1,4 +1,4 @@
-"""MVNX written out: segments, people, damage, clips; and the real file."""
+"""MVNX: segments, people, damage, clips, and the real file."""
 
 import re
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Arrays of joints, and of turns; what is refused, and why; clips; motions written as arrays."""
+"""Arrays of joints and of rotations: reading, refusals, clips, writing."""
 
 import io
 import os

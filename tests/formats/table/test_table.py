@@ -1,4 +1,4 @@
-"""Tables of points, whosesoever; clips of them; motions written as one."""
+"""Tables of points from several programs; their clips; motions written as tables."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""TRC as programs write it, well and badly; clips of it; motions written in it."""
+"""TRC, good and bad; its clips; motions written as TRC."""
 
 from fractions import Fraction
 

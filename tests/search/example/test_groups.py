@@ -1,4 +1,4 @@
-"""Groups of clips that are alike: average linkage against its definition, and the few pairs."""
+"""Groups of similar clips: average linkage against its definition."""
 
 from itertools import combinations
 

@@ -1,4 +1,4 @@
-"""What recurs: every motif that is told has just the hits that a search for it has."""
+"""Every motif has exactly the hits of a search for it."""
 
 from fractions import Fraction
 from itertools import pairwise, product

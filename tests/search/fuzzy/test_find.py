@@ -1,4 +1,4 @@
-"""What is nearly a pattern, over captures and lines."""
+"""Fuzzy search over captures and lines."""
 
 import weakref
 from itertools import pairwise

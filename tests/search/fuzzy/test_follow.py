@@ -1,4 +1,4 @@
-"""What a line costs in a track: against every way of choosing symbols for its steps."""
+"""The cost of a line in a track, against every choice of symbols for its steps."""
 
 from itertools import combinations
 

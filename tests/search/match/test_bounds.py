@@ -1,4 +1,4 @@
-"""Too much at once, time that runs out, and hits that are looked at when all has changed."""
+"""Budgets, deadlines, and hits of a library that has changed."""
 
 from fractions import Fraction
 from random import Random

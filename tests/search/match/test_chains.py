@@ -1,4 +1,4 @@
-"""Lines of linked movements, alone and side by side, in captures whose rows are many."""
+"""Lines of linked steps, alone and simultaneous, in long captures."""
 
 from dataclasses import replace
 from random import Random

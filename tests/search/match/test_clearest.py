@@ -1,4 +1,4 @@
-"""The clearest of many hits: those that sorting all of them would put first, without making all."""
+"""The clearest hits equal the first of all hits sorted."""
 
 from dataclasses import replace
 from random import Random

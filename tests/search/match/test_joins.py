@@ -1,4 +1,4 @@
-"""How lines side by side are joined, and which hits stay, against loops over all pairs."""
+"""Joins of simultaneous lines, against loops over all pairs."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Hits of the engine know what the labels of a pattern name, as those of the plain matcher do."""
+"""Hits of the engine and of the plain matcher give labels the same events."""
 
 import pytest
 from fast_search import find_fast

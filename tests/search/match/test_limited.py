@@ -1,4 +1,4 @@
-"""Lines of which only the length of all is limited: told as lines alone, and no longer ones."""
+"""Lines with a limit on their whole length."""
 
 from random import Random
 

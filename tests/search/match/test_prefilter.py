@@ -1,4 +1,4 @@
-"""Which captures are looked at closer."""
+"""The prefilter: which captures remain candidates."""
 
 import numpy as np
 import pytest

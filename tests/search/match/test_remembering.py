@@ -1,4 +1,4 @@
-"""What ways have to remember: clauses, companions of inner brackets, repeats that take and last."""
+"""State that partial matches keep: clauses, companions of brackets, repeats."""
 
 from dataclasses import replace
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""What need not be remembered: ends that others are better than, lines that cannot be abreast."""
+"""Partial matches that may be dropped: dominated ends, lines that cannot overlap."""
 
 from random import Random
 

@@ -1,4 +1,4 @@
-"""A library with something in it, the same each time."""
+"""A library with fixed contents."""
 
 import sqlite3
 from contextlib import closing, contextmanager

@@ -1,4 +1,4 @@
-"""A long job shows how far it is, on a terminal alone; broken off, it says how far it came."""
+"""A long job shows progress on a terminal; interrupted, it says how far it came."""
 
 import subprocess
 import sys

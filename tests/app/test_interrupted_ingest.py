@@ -1,4 +1,4 @@
-"""An ingest that is broken off, or not alone: whole captures or none, and the next run finishes."""
+"""An ingest that is interrupted or not alone stores whole captures; the next run finishes."""
 
 import os
 import signal

@@ -1,14 +1,14 @@
-"""Steps, jumps and turns drawn at random, carried out, and written down again."""
+"""Random steps, jumps and turns, performed and encoded again."""
 
 import numpy as np
 import pytest
-from goings import RATE, Tally, compared, drawn
+from random_steps import RATE, Tally, compared, drawn
 
 from lanindex import encode, read_lnd, write_lnd
 from lanindex.alphabet import FACING
 from lanindex.perform import perform
 from lanindex.perform.limbs import TURNED
-from tests import palmings, turnings
+from tests import random_palms, random_twists
 
 SEEDS = range(6)
 
@@ -64,7 +64,7 @@ def test_what_goes_through_lnd_is_carried_out_the_same():
 def test_twists_and_inclines_come_back(noise, least):
     tally: dict[str, Tally] = {}
     for seed in SEEDS:
-        score = turnings.drawn(seed)
+        score = random_twists.drawn(seed)
         found = encode(perform(score, rate=RATE, noise=noise, seed=seed))
         compared(score, found, tally, TURNED)
     for part, counts in tally.items():
@@ -80,7 +80,7 @@ def test_twists_and_inclines_come_back(noise, least):
 def test_palms_come_back(noise, least, most):
     tally: dict[str, Tally] = {}
     for seed in SEEDS:
-        score = palmings.drawn(seed)
+        score = random_palms.drawn(seed)
         motion = perform(score, rate=RATE, noise=noise, seed=seed)
         assert motion.warnings == ()
         compared(score, encode(motion), tally, FACING)

@@ -1,6 +1,6 @@
-"""What the whole body does, drawn at random, carried out, and written down again.
+"""Random scores of the whole body, performed and encoded again.
 
-    python tests/benchmarks/goings.py [SCORES]
+    python tests/benchmarks/performing.py [SCORES]
 
 Steps, jumps and turns; the same between other supports (*); twists and inclines; bends. Prints,
 without noise and with 2 mm on every coordinate: how many symbols there were, how many came back
@@ -13,16 +13,19 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from goings import RATE, Tally, compared, drawn
+import random_bends
+import random_palms
+import random_supports
+import random_twists
+from random_steps import RATE, Tally, compared, drawn
 
 from lanindex import encode
 from lanindex.alphabet import BENDS, FACING
 from lanindex.perform import perform
 from lanindex.perform.limbs import TURNED
 from lanindex.perform.travel import WEIGHT
-from tests import bends, palmings, restings, turnings
 
 
 def main() -> int:
@@ -32,10 +35,10 @@ def main() -> int:
         for seed in range(count):
             for score, parts, into in (
                 (drawn(seed), WEIGHT, tally),
-                (restings.drawn(seed), restings.TRACKS, between),
-                (turnings.drawn(seed), TURNED, tally),
-                (bends.drawn(seed), BENDS.values(), tally),
-                (palmings.drawn(seed), FACING, tally),
+                (random_supports.drawn(seed), random_supports.TRACKS, between),
+                (random_twists.drawn(seed), TURNED, tally),
+                (random_bends.drawn(seed), BENDS.values(), tally),
+                (random_palms.drawn(seed), FACING, tally),
             ):
                 motion = perform(score, rate=RATE, noise=noise, seed=seed)
                 compared(score, encode(motion), into, parts)

@@ -1,4 +1,4 @@
-"""Scores in other notations go into a library as LND does."""
+"""Scores in other notations are ingested as LND is."""
 
 from pathlib import Path
 

@@ -1,10 +1,10 @@
-"""Scores of steps and other supports, drawn at random: who kneels, sits, lies, and goes on."""
+"""Random scores of steps and other supports: kneeling, sitting, lying."""
 
 from __future__ import annotations
 
 import random
 
-from goings import RATE, Draft, score_of
+from random_steps import RATE, Draft, score_of
 
 from lanindex.alphabet import CARRIERS, DIRECTIONS
 from lanindex.model import Score

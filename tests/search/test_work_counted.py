@@ -1,4 +1,4 @@
-"""How much a search tries: counted, not timed."""
+"""The work of a search, counted and not timed."""
 
 import pytest
 from fast_search import find_fast

@@ -1,4 +1,4 @@
-"""Scores of elbows and knees that bend and stretch, drawn at random."""
+"""Random scores of elbows and knees that bend and stretch."""
 
 from __future__ import annotations
 

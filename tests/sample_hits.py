@@ -1,4 +1,4 @@
-"""Hits made up for tests, to look at."""
+"""Hits for tests of previews."""
 
 from fractions import Fraction
 

@@ -1,4 +1,4 @@
-"""Files that are read with a capture count in its content: skeletons, numbers, what is told."""
+"""The digest of a capture covers the files that are read with it."""
 
 import shutil
 from pathlib import Path

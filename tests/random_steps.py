@@ -1,4 +1,4 @@
-"""Scores of steps, jumps and turns, drawn at random: what a person could do in that time."""
+"""Random scores of steps, jumps and turns that a person could perform in that time."""
 
 from __future__ import annotations
 

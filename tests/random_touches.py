@@ -1,4 +1,4 @@
-"""Scores of touches drawn at random: hands at the head, the trunk, an arm and each other."""
+"""Random scores of touches: hands at the head, the trunk, an arm and each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""BVH texts for tests: a person in a T-pose, 1.7 m, facing +z, y up, with joints called at will."""
+"""BVH texts for tests: a person in a T-pose, 1.7 m, facing +z, y up, with any joint names."""
 
 import re
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""A symbol near the border of its cell, where a search is told to be generous."""
+"""`--near`: symbols near the border of their cell."""
 
 from dataclasses import replace
 

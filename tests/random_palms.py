@@ -1,4 +1,4 @@
-"""Scores of palms, drawn at random: forearms that turn in arms that stay where they point."""
+"""Random scores of palms: forearms turn, arms keep their directions."""
 
 from __future__ import annotations
 

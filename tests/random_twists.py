@@ -1,4 +1,4 @@
-"""Scores of twists and inclines, drawn at random: what a trunk and a head could do in that time."""
+"""Random scores of twists and inclines of trunk and head."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Films taken apart again, by PyAV and Pillow."""
+"""Decodes films with PyAV and Pillow."""
 
 from dataclasses import dataclass
 from io import BytesIO

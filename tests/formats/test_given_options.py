@@ -1,4 +1,4 @@
-"""What a user says of files is refused before any is read."""
+"""Options about files are checked before any file is read."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Each score of the corpus, pasted whole, finds itself; with its timing as well."""
+"""Each score of the corpus, pasted as a pattern, finds itself, with and without timing."""
 
 from pathlib import Path
 

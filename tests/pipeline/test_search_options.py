@@ -1,4 +1,4 @@
-"""Whatever is asked of a library, it is searched in the same way: near, fuzzy, in time."""
+"""Search options (near, fuzzy, deadline) reach every kind of search."""
 
 import json
 import os

@@ -1,6 +1,6 @@
-"""Break off processes that fill a library, at random moments; each time look what is left.
+"""Interrupts processes that fill a library at random moments, and checks what is left.
 
-Run as ``break_off.py FOLDER kill|interrupt TIMES SEED``; fails if a capture is not whole.
+Run as ``interrupt.py FOLDER kill|interrupt TIMES SEED``; fails if a capture is not whole.
 """
 
 import os
@@ -11,7 +11,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from sample import add_sample, sample_score
+from sample_library import add_sample, sample_score
 
 from lanindex.errors import LibraryError
 from lanindex.library.migrate import check

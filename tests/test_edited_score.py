@@ -1,4 +1,4 @@
-"""The loop of a score's editor: a score, edited anywhere, moves, and is written down again."""
+"""An edited score is performed and encoded as the same score."""
 
 from pathlib import Path
 
@@ -9,18 +9,26 @@ from lanindex.alphabet import BENDS, kind_of
 from lanindex.compare import compare
 from lanindex.notation import read, write
 from lanindex.pipeline.convert import written
-from tests import bends, choreography, goings, palmings, restings, touchings, turnings
+from tests import (
+    choreography,
+    random_bends,
+    random_palms,
+    random_steps,
+    random_supports,
+    random_touches,
+    random_twists,
+)
 
 RATE = 60
 BOTH_ARMS = ("r_arm", "l_arm")
 SCORES = {
     "limbs": lambda: choreography.choreography(3, BOTH_ARMS),
-    "goings": lambda: goings.drawn(2),
-    "bends": lambda: bends.drawn(1),
-    "palms": lambda: palmings.drawn(1),
-    "twists and inclines": lambda: turnings.drawn(1),
-    "touches": lambda: touchings.drawn(1),
-    "other supports": lambda: restings.drawn(2),
+    "steps": lambda: random_steps.drawn(2),
+    "bends": lambda: random_bends.drawn(1),
+    "palms": lambda: random_palms.drawn(1),
+    "twists and inclines": lambda: random_twists.drawn(1),
+    "touches": lambda: random_touches.drawn(1),
+    "other supports": lambda: random_supports.drawn(2),
 }
 
 

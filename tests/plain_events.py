@@ -1,4 +1,4 @@
-"""What tracks hold and what arrows join, read from the page by trying every row."""
+"""Events and arrows of the language, found by trying every row."""
 
 from dataclasses import dataclass, field, replace
 from fractions import Fraction

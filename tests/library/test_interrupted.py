@@ -1,4 +1,4 @@
-"""Whatever breaks off an ingest, the library holds whole captures, and the next run goes on."""
+"""An interrupted ingest leaves whole captures, and the next run goes on."""
 
 import contextlib
 import os
@@ -8,14 +8,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from sample import add_sample, fill, sample_score
+from sample_library import add_sample, fill, sample_score
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryError
 from lanindex.library.migrate import check
 from lanindex.library.store import Store
 
-BREAK_OFF = Path(__file__).with_name("break_off.py")
+BREAK_OFF = Path(__file__).with_name("interrupt.py")
 
 
 @pytest.mark.parametrize("how", ["kill", "interrupt"])
@@ -29,7 +29,7 @@ def test_broken_off_at_any_moment(tmp_path, how):
 HALF_WRITTEN = """
 import os, sys
 sys.path[:0] = [sys.argv[2]]
-from sample import add_sample
+from sample_library import add_sample
 from lanindex.library import write
 from lanindex.library.store import Store
 write.describe = lambda connection, *_: (
@@ -147,7 +147,7 @@ def add_endlessly(library):
 TOGETHER = """
 import sys
 sys.path[:0] = [sys.argv[2]]
-from sample import add_sample
+from sample_library import add_sample
 from lanindex.library.store import Store
 print("ready", flush=True)
 sys.stdin.readline()

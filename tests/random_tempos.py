@@ -1,4 +1,4 @@
-"""Scores in time to a beat, drawn at random, and how near to it what was found comes."""
+"""Random scores in time to a beat, and how near to it the found tempo comes."""
 
 import random
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Which of several ways is told: the clearest of those that end first and begin last."""
+"""Which of several matches is the hit: the clearest of those that end first and begin last."""
 
 from plain_matcher import find
 from query_cases import recordings_of

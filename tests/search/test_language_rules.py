@@ -1,4 +1,4 @@
-"""Sentences of the page that the hand-worked cases leave out, one by one."""
+"""Rules of the language beyond the cases of the page."""
 
 from fractions import Fraction
 
