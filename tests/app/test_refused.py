@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from lanindex import write_lnd
 from lanindex.app.cli import app
 from lanindex.errors import LanindexError
+from lanindex.notation import eaf
 from lanindex.pipeline import open_library
 from lanindex.search.fuzzy import follow
 from lanindex.search.match import arrays, context
@@ -45,6 +46,16 @@ def test_a_search_names_them_and_answers_the_others(db: Path) -> None:
     assert "1 more captures are too rich for this pattern" in told[5]
     assert "a.lnd" in done.stdout
     assert "z.lnd" in done.stdout
+
+
+def test_a_tier_is_written_and_they_are_named(db: Path, tmp_path: Path) -> None:
+    path = tmp_path / "a.eaf"
+    path.write_bytes(eaf.write(sample_score(0, ("r_arm", "l_arm"), 6)))
+    words = ["search", PATTERN, "--db", str(db), "--in", "[a2].lnd", "--into", str(path)]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 2
+    assert done.stderr.startswith("2.lnd: the pattern fits in too many ways")
+    assert " in the tier hits" in done.stderr.splitlines()[-1]
 
 
 @pytest.mark.parametrize("pattern", FUZZY)

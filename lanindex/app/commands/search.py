@@ -33,15 +33,14 @@ TIER = "hits"
 
 
 def run(
-    pattern: Annotated[
-        str | None,
+    patterns: Annotated[
+        list[str] | None,
         typer.Argument(
-            metavar="PATTERN",
+            metavar="[PATTERN]",
             help="r_arm right mid -> high",
             autocompletion=completion.patterns,
         ),
     ] = None,
-    second: Annotated[str | None, typer.Argument(hidden=True)] = None,
     like: Annotated[
         str | None,
         typer.Option("--like", metavar="CLIP[:FROM-TO]", help="Find what is like a capture."),
@@ -119,11 +118,13 @@ def run(
     """
     choice("--sort", sort, ("fit", "time"))
     choice("--overlaps", overlaps, ("none", "all"))
-    if explain and pattern == "plan" and second is not None:
-        pattern, second = second, pattern
-    plan = explain and second == "plan"
-    if second is not None and not plan:
-        raise UsageError(f'"{second}" behind the pattern', remedy="Quote the pattern.")
+    arguments = list(patterns or ())
+    plan = explain and len(arguments) == 2 and "plan" in arguments
+    if plan:
+        arguments.remove("plan")
+    if len(arguments) > 1:
+        raise UsageError(f'"{arguments[1]}" behind the pattern', remedy="Quote the pattern.")
+    pattern = arguments[0] if arguments else None
     others = {"--like": like, "--explain": explain, "--why": why, "--json": out.json}
     others |= {"--count": count}
     _refuse("--context", context, {**others, "--into": into})
@@ -139,7 +140,7 @@ def run(
         if like is None:
             given = "nothing to search for" if pattern is None else "--rerank"
             raise UsageError(given, wanted="--like" if rerank else "a pattern or --like")
-        beside = {"a pattern": pattern, "--explain": explain, "--count": count}
+        beside = {"a pattern": pattern, "--explain": explain, "--why": why, "--count": count}
         _refuse("--like", like, beside)
         return _like(out, db, options.one_line(like), rerank, limit, timeout, among)
     _refuse("--why", why, {"--fuzzy": fuzzy is not None})
@@ -172,7 +173,7 @@ def run(
                 remedy = "Choose one with --in."
                 raise UsageError(several, place="--into", wanted="one", remedy=remedy)
             hits = (found.by_fit(limit) if by_fit else found)[:limit]
-            return _write_tier(out, hits, into, tier or TIER, typed, force=force)
+            _write_tier(out, hits, into, tier or TIER, typed, force=force)
         elif count:
             tally = dict(found.tally())
             for number, path in library.store.texts("path", tally).items():
