@@ -13,11 +13,11 @@ from functools import partial
 from typing import Any
 
 from lanindex.errors import LibraryError
-from lanindex.library import gather, segments, state
-from lanindex.library.called import read_all_texts
-from lanindex.library.columns import read_whole
+from lanindex.library import compaction, segments, state
+from lanindex.library.capture_texts import read_all_texts
+from lanindex.library.columns import read_all_columns
+from lanindex.library.compaction import Step
 from lanindex.library.connect import opened, writing
-from lanindex.library.gather import Step
 from lanindex.library.link import Link, translated
 from lanindex.library.segments import Distrust, Spine
 from lanindex.library.session import Session
@@ -110,7 +110,7 @@ class ColumnCache:
             self._columns, self._columns_stamp = {}, None
         missing = self._missing(parts, extra)
         if missing or self._columns_stamp is None:
-            whole = read_whole(connection, _spine(connection, trusted), missing)
+            whole = read_all_columns(connection, _spine(connection, trusted), missing)
             for part in missing:
                 loaded = self._columns[part].rows if part in self._columns else ()
                 self._columns[part] = whole.columns(connection, part, {*extra, *loaded})
@@ -156,21 +156,21 @@ class ColumnCache:
         """Remember that the segments are to be mended."""
         self._fault = error.found
 
-    def gather(self) -> None:
-        """Put all captures into segments, and join those that are small.
+    def compact(self) -> None:
+        """Write segments of the captures that are in none, and join small segments.
 
-        Whatever breaks it off, what is there is true; where it cannot be done, that is noted, and
+        An interruption loses nothing. Where the segments cannot be written, a note says so, and
         searches take longer.
         """
         with self._session.reading() as connection:
-            idle = gather.is_gathered(connection)
+            idle = compaction.is_compacted(connection)
         if not idle:
             self._mend("")
 
     def _mend(self, fault: str) -> None:
-        """Make the segments what they should be, if that can be written.
+        """Rewrite the segments where the library can be written.
 
-        A library that is only to be read is written for a moment, by a connection of its own.
+        A library that is open for reading is written by a connection of its own.
         """
         session, target = self._session, self._session.target
         if fault:
@@ -201,14 +201,14 @@ class ColumnCache:
         self._session.note(f"the library's columns were {fault}: {_ANEW}")
 
     def _settle(self, step: Callable[[Step], bool], fault: str) -> None:
-        """Cover and join segments; where one is found to be wrong, now or before, purge first."""
+        """Cover and join segments; purge them first if one is damaged."""
         if fault:
-            step(gather.purge)
+            step(compaction.purge)
         try:
             self._cover_and_join(step)
         except Distrust as error:
             self._note_fault(error.found)
-            step(gather.purge)
+            step(compaction.purge)
             self._cover_and_join(step)
 
     def _cover_and_join(self, step: Callable[[Step], bool]) -> None:
@@ -218,9 +218,9 @@ class ColumnCache:
             left.append(count)
             self._session.progress("captures", left[0] - count, left[0])
 
-        while step(partial(gather.cover, waiting=waiting)):
+        while step(partial(compaction.cover, waiting=waiting)):
             pass
         if left:
             waiting(0)
-        while step(gather.join):
+        while step(compaction.join):
             pass

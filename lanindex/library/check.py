@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
 from lanindex.library import (
-    called,
+    capture_texts,
     checksums,
     codes,
     columns,
@@ -40,7 +40,7 @@ def check_connection(connection: Link) -> list[str]:
     sqlite = is_sqlite(connection)
     if sqlite and (damage := _damage(connection)):
         return damage  # what a damaged file answers to the other questions means nothing
-    found = _Found()
+    found = _Findings()
     found.go_through(connection)
     lines = [
         found.sentences(),
@@ -66,7 +66,7 @@ def _damage(connection: Link) -> list[str]:
     return [f"the file is damaged: {line}" for (line,) in pages if line != "ok"]
 
 
-def _loose(connection: Link, found: _Found) -> list[str]:
+def _loose(connection: Link, found: _Findings) -> list[str]:
     """Return which rows hang on others that do not exist.
 
     Rows of symbols, which are many, are asked only where there are others than those of whole
@@ -95,7 +95,7 @@ class _Piece(NamedTuple):
         roster, columns = read
         return (
             roster.same_as(self.roster.taken(self.places))
-            and called.together([self.texts], called.NAMES, self.places) == texts
+            and capture_texts.together([self.texts], capture_texts.NAMES, self.places) == texts
             and all(
                 same_columns(self._taken(part), columns.get(part))
                 for part in self.columns.keys() | columns.keys()
@@ -107,7 +107,7 @@ class _Piece(NamedTuple):
         return self.columns[part].taken(self.places) if part in self.columns else None
 
 
-class _Found:
+class _Findings:
     """What has been found wrong with captures, as they are gone through."""
 
     def __init__(self) -> None:
@@ -133,7 +133,7 @@ class _Found:
             columns.read_rosters(connection, spine)
             for segment in spine.segments:
                 order, roster, held = columns.alive(connection, spine, segment)
-                texts = called.read_texts(connection, segment)
+                texts = capture_texts.read_texts(connection, segment)
                 for first in range(0, len(order), _BATCH):
                     some = order[first : first + _BATCH]
                     self._look(connection, roster.number[some].tolist(),
@@ -173,9 +173,9 @@ class _Found:
         self.symbols += len(fields)
         if piece is None:
             return
-        texts = {name: called.of_read(name, chosen, wanted) for name in called.NAMES}
+        texts = {name: capture_texts.of_read(name, chosen, wanted) for name in capture_texts.NAMES}
         listed = {
-            name: [own.get(number, called.NOTHING[name]) for number in numbers]
+            name: [own.get(number, capture_texts.EMPTY[name]) for number in numbers]
             for name, own in texts.items()
         }
         if not piece.same_as(rows, listed):

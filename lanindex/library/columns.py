@@ -28,7 +28,7 @@ from lanindex.model.columns import (
 
 
 @dataclass(slots=True)
-class Whole:
+class AllColumns:
     """All captures of a library, and how their columns are put together."""
 
     segments: list[Segment]
@@ -48,17 +48,19 @@ class Whole:
         return found if self.order is None else found.taken(self.order)
 
 
-def read_whole(connection: Link, spine: Spine, parts: Sequence[str] | None = None) -> Whole:
+def read_all_columns(
+    connection: Link, spine: Spine, parts: Sequence[str] | None = None
+) -> AllColumns:
     """Return the captures of a library."""
     rosters, order = read_rosters(connection, spine)
     extra = derive.derived(connection, spine.pending, parts)
     check_pending(extra[0].number.tolist(), spine.pending)
     whole = enrolled([*rosters, extra[0]])
-    return Whole(spine.segments, extra, order, whole if order is None else whole.taken(order))
+    return AllColumns(spine.segments, extra, order, whole if order is None else whole.taken(order))
 
 
 def read_rosters(connection: Link, spine: Spine) -> tuple[list[Roster], NDArray[np.int64] | None]:
-    """Return the captures of each segment, and the order as in `Whole`."""
+    """Return the captures of each segment, and the order as in `AllColumns`."""
     rosters = [read_roster(connection, one) for one in spine.segments]
     number = np.concatenate([*(one.number for one in rosters), np.array(spine.pending, np.int64)])
     order = order_of(spine, number)

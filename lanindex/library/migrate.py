@@ -120,7 +120,7 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
             connection.exec_driver_sql(view_sql())
     if status(named).fault:
         with Store.open(named) as store:
-            store.cache.gather()
+            store.cache.compact()
     return status(named)
 
 

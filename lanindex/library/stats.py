@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.library import called, columns, read, segments, state
+from lanindex.library import capture_texts, columns, read, segments, state
 from lanindex.library.link import Link
 from lanindex.library.segments import Segment, Spine
 from lanindex.model.columns import Roster
@@ -100,7 +100,7 @@ class _Tally:
 
         self.frames += by_rate(alive, roster.frames[alive])
         names = {"label": self.labels, "profile": self.profiles, "format": self.formats}
-        texts = called.read_texts(connection, segment, (*names, "still"))
+        texts = capture_texts.read_texts(connection, segment, (*names, "still"))
         for name, counter in names.items():
             counter.update(compress(texts[name], alive))
         for part in segment.parts:

@@ -17,7 +17,7 @@ from lanindex.alphabet import TRACKS
 from lanindex.errors import LibraryError, UsageError
 from lanindex.library import read, rows, segments, state
 from lanindex.library.cache import ColumnCache
-from lanindex.library.called import texts_of
+from lanindex.library.capture_texts import texts_of
 from lanindex.library.columns import chosen
 from lanindex.library.connect import DEFAULT, target
 from lanindex.library.encoding import Encoding

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lanindex.encoding.profile import Profile
 
 
-GATHER = 4096
+COMPACT_EVERY = 4096
 """Files after which an ingest puts what it has stored into columns; and after the last one."""
 
 
@@ -50,10 +50,10 @@ def ingest(
         outcome = _noticed(outcome, place, first)
         done = outcome if dry_run else _store(store, outcome, labels or {})
         yield replace(done, score=None)
-        if store and not dry_run and (number + 1) % GATHER == 0:
-            store.cache.gather()
+        if store and not dry_run and (number + 1) % COMPACT_EVERY == 0:
+            store.cache.compact()
     if store and not dry_run:
-        store.cache.gather()
+        store.cache.compact()
 
 
 def _noticed(outcome: Outcome, place: str, first: dict[tuple[str, str, str], str]) -> Outcome:

@@ -59,7 +59,7 @@ def profile(paths: list[Path]) -> None:
         "read": ("lanindex/formats/bvh/read.py", "read"),
         "encode": ("lanindex/encoding/__init__.py", "encode"),
         "store": ("lanindex/library/store.py", "add"),
-        "columns": ("lanindex/library/cache.py", "gather"),
+        "columns": ("lanindex/library/cache.py", "compact"),
     }
     chosen, named = load("default"), [str(path) for path in paths]
 

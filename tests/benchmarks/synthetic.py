@@ -215,7 +215,7 @@ def library(path: Path, count: int, seed: int = 0) -> Path:
             with made.store.session.changing() as connection:
                 for place in range(len(block.roster)):
                     put(connection, found, block, place)
-            made.store.cache.gather()
+            made.store.cache.compact()
     return path
 
 

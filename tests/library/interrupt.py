@@ -30,7 +30,7 @@ def fill_until(path: Path, how: str, after: float) -> None:
         for number in range(CAPTURES):
             if os.path.abspath(f"{number}.bvh") not in known:
                 add_sample(library, number)
-                library.cache.gather()
+                library.cache.compact()
 
 
 def left_empty(path: Path) -> bool:

@@ -102,7 +102,7 @@ def test_what_is_wrong_is_named(tmp_path, change, monkeypatch):
     monkeypatch.chdir(tmp_path)
     fill(tmp_path / "some.db", 1)
     with Store.open("some.db") as library:
-        library.cache.gather()
+        library.cache.compact()
         add_sample(library, 1)
     with sql(tmp_path / "some.db") as connection:
         connection.execute(change)
@@ -117,7 +117,7 @@ def test_columns_of_other_symbols_are_found(tmp_path):
             for place in range(3):
                 score = sample_score(number * (place == 1))
                 library.add(f"{place}.bvh", score, format="bvh", sha256="0")
-            library.cache.gather()
+            library.cache.compact()
     (tmp_path / "1.db").rename(path)
     with sql(path) as connection:
         connection.execute("ATTACH ? AS other", (str(tmp_path / "0.db"),))
@@ -132,7 +132,7 @@ def test_columns_of_other_symbols_are_found(tmp_path):
     with sql(path) as connection:
         connection.execute("UPDATE state SET columns = -1")
     with Store.open(path) as library:
-        library.cache.gather()
+        library.cache.compact()
     assert check(path) == []
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from sample_library import add_sample, fill, sample_score, sql
 
-from lanindex.library import checksums, derive, gather
+from lanindex.library import checksums, compaction, derive
 from lanindex.library.migrate import check, status, upgrade
 from lanindex.library.segments import TEXTS, read_spine
 from lanindex.library.store import Store
@@ -86,7 +86,7 @@ def test_columns_are_what_the_rows_say(library):
     for number in range(30):
         library.add(f"{number}.bvh", odd_score(number), format="bvh", sha256="0")
     assert_true(library)
-    library.cache.gather()
+    library.cache.compact()
     assert segments(library) == [30]
     assert_true(library)
     assert_true(library, numbers=[3, 7, 29, 30, 99])
@@ -95,14 +95,14 @@ def test_columns_are_what_the_rows_say(library):
 
 def test_an_empty_library_has_columns(library):
     assert_true(library)
-    library.cache.gather()
+    library.cache.compact()
     assert_true(library)
     assert segments(library) == []
 
 
 def test_what_is_added_later_is_found_without_a_segment(library):
     fill(library.place, 3)
-    library.cache.gather()
+    library.cache.compact()
     add_sample(library, 3)
     assert segments(library) == [3]
     assert_true(library)
@@ -111,15 +111,15 @@ def test_what_is_added_later_is_found_without_a_segment(library):
 def test_what_is_replaced_removed_moved_or_labelled_counts_once(library):
     for number in range(12):
         add_sample(library, number)
-    library.cache.gather()
-    for gathered in (False, True):
-        library.add("4.bvh", odd_score(1 + gathered), format="bvh", sha256="1")
-        library.label(2, f"walk {gathered}", {"who": f"\u00e9 {gathered}"})
-        library.move(3, f"/elsewhere/{gathered}.bvh")
-        library.remove(6 + gathered)
+    library.cache.compact()
+    for compacted in (False, True):
+        library.add("4.bvh", odd_score(1 + compacted), format="bvh", sha256="1")
+        library.label(2, f"walk {compacted}", {"who": f"\u00e9 {compacted}"})
+        library.move(3, f"/elsewhere/{compacted}.bvh")
+        library.remove(6 + compacted)
         assert_true(library)
-        if gathered:
-            library.cache.gather()
+        if compacted:
+            library.cache.compact()
             assert_true(library)
     library.remove("4.bvh")
     add_sample(library, 4)
@@ -131,7 +131,7 @@ def test_segments_of_an_earlier_version_are_made_anew(library, upgraded):
     for number in range(5):
         add_sample(library, number)
         if number in (1, 3):
-            library.cache.gather()
+            library.cache.compact()
     library.remove(2)
     new = (*TEXTS, "swings")
     with sql(library.place) as connection:
@@ -162,7 +162,7 @@ def test_segments_are_joined_as_they_grow(library):
     sizes = []
     for number in range(16):
         add_sample(library, number)
-        library.cache.gather()
+        library.cache.compact()
         sizes.append(segments(library))
         assert_true(library)
     assert sizes[:6] == [[1], [2], [2, 1], [4], [4, 1], [4, 2]]
@@ -172,12 +172,12 @@ def test_segments_are_joined_as_they_grow(library):
 def test_dead_captures_leave_when_they_are_many(library):
     for number in range(8):
         add_sample(library, number)
-    library.cache.gather()
+    library.cache.compact()
     library.remove(1, 2)
-    library.cache.gather()
+    library.cache.compact()
     assert segments(library) == [8]
     library.remove(3)
-    library.cache.gather()
+    library.cache.compact()
     assert segments(library) == [5]
     assert_true(library)
 
@@ -185,33 +185,33 @@ def test_dead_captures_leave_when_they_are_many(library):
 def test_a_large_segment_is_left_alone(library, monkeypatch):
     for number in range(6):
         add_sample(library, number)
-        library.cache.gather()
-        monkeypatch.setattr(gather, "LARGEST", 4 * (3 * 6 + 1))
+        library.cache.compact()
+        monkeypatch.setattr(compaction, "LARGEST", 4 * (3 * 6 + 1))
     assert segments(library) == [4, 2]
     for number in range(6, 10):
         add_sample(library, number)
-        library.cache.gather()
+        library.cache.compact()
     assert segments(library) == [4, 4, 2]
     library.remove(1, 2, 3, 5)
-    library.cache.gather()
+    library.cache.compact()
     assert segments(library) == [4, 4, 2]
     assert_true(library)
 
 
 def test_a_segment_holds_no_more_than_a_chunk(library, monkeypatch):
-    monkeypatch.setattr(gather, "CHUNK", 40)
+    monkeypatch.setattr(compaction, "CHUNK", 40)
     monkeypatch.setattr(derive, "BATCH", 1)
-    monkeypatch.setattr(gather, "join", lambda connection: False)
+    monkeypatch.setattr(compaction, "join", lambda connection: False)
     for number in range(7):
         add_sample(library, number)
-    library.cache.gather()
+    library.cache.compact()
     assert segments(library) == [3, 3, 1]
     assert_true(library)
 
 
 def test_columns_are_read_once(library):
     fill(library.place, 3)
-    library.cache.gather()
+    library.cache.compact()
     _, first = library.columns(["head"])
     _, again = library.columns(["head", "r_arm"])
     assert first["head"] is again["head"]
@@ -220,11 +220,11 @@ def test_columns_are_read_once(library):
 
 
 def test_the_names_of_the_parts_come_from_wherever_they_are(library):
-    for gathered, parts in ((True, ("head", "r_arm")), (False, ("l_leg",))):
+    for compacted, parts in ((True, ("head", "r_arm")), (False, ("l_leg",))):
         score = sample_score(0, parts)
         library.add(f"{parts}.bvh", score, format="bvh", sha256="0")
-        if gathered:
-            library.cache.gather()
+        if compacted:
+            library.cache.compact()
     assert library.parts(checked=False) == library.parts() == ["r_arm", "l_leg", "head"]
     library.remove(2)
     assert library.parts(checked=False) == ["r_arm", "head"]

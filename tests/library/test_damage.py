@@ -43,7 +43,7 @@ def whole(tmp_path):
                 metadata={"who": "x", "take": str(number)},
                 warnings=("its unit is a guess",),
             )
-        library.store.cache.gather()
+        library.store.cache.compact()
         again = library.score(2)
         library.store.add("1.bvh", again, format="bvh", sha256=f"{1:064}", encoding=ENCODING)
     return tmp_path / "whole.db"
@@ -233,7 +233,7 @@ def test_no_hit_is_told_of_another_track(tmp_path, change):
         for number in range(3):
             score = Score(one.rate, one.frames, Meter(), tracks)
             library.store.add(f"{number}.bvh", score, format="bvh", sha256="0")
-        library.store.cache.gather()
+        library.store.cache.compact()
         wanted = library.search("r_arm left").numpy().tolist()
     with sql(path) as connection:
         connection.execute(f"{change} WHERE capture_id = 2 AND part IN ('r_arm', 'l_arm')")

@@ -62,9 +62,9 @@ def path(tmp_path):
     path = tmp_path / "some.db"
     fill(path, 6)
     with Store.open(path) as library:
-        library.cache.gather()
+        library.cache.compact()
         add_sample(library, 6)
-        library.cache.gather()
+        library.cache.compact()
         library.add("2.bvh", sample_score(8), format="bvh", sha256="1")
     with sql(path) as connection:
         asked = "SELECT (SELECT count(*) FROM segment), (SELECT count(*) FROM segment_dead)"
@@ -198,7 +198,7 @@ def test_a_library_held_open_sees_what_others_change(path):
         library.columns(PARTS)
         with Store.open(path) as other:
             other.remove(1)
-            other.cache.gather()
+            other.cache.compact()
         assert given(library) == by_rows(path)
         assert library.session.notes == []
 
@@ -234,7 +234,7 @@ def test_a_library_that_may_not_be_written(folder, common_user, change, said):
     path = folder / "some.db"
     fill(path, 3)
     with Store.open(path) as library:
-        library.cache.gather()
+        library.cache.compact()
         add_sample(library, 3)
     with sql(path) as connection:
         connection.execute(change)
@@ -273,7 +273,7 @@ def test_many_captures_that_wait_while_another_process_writes(path, monkeypatch)
 def test_a_library_in_memory_has_columns():
     with Store.open(":memory:", create=True) as library:
         add_sample(library, 1)
-        library.cache.gather()
+        library.cache.compact()
         assert len(library.columns(PARTS)[1]["head"]) == 6
 
 
@@ -284,7 +284,7 @@ def test_a_damaged_capture_is_told_not_laundered(path):
     with pytest.raises(LibraryError, match="capture 5 is damaged in the library: its track"):
         found(path)
     with Store.open(path) as library:
-        library.cache.gather()
+        library.cache.compact()
         assert "capture 5 is damaged" in library.session.notes[0]
         add_sample(library, 4)
     assert found(path) == (by_rows(path), [])
@@ -306,7 +306,7 @@ with Store.open(sys.argv[1]) as library:
     library.session.connection.connection.driver_connection.execute("PRAGMA cache_size = 2")
     for number in range(7, 12):
         add_sample(library, number)
-    library.cache.gather()
+    library.cache.compact()
 """
 
 
@@ -319,7 +319,7 @@ def test_killed_while_a_segment_is_written_or_joined(path, repository, moment):
     assert (answer, notes) == (by_rows(path), [])
     assert check(path) == []
     with Store.open(path) as library:
-        library.cache.gather()
+        library.cache.compact()
     assert found(path) == (by_rows(path), [])
 
 
@@ -332,7 +332,7 @@ with Store.open(sys.argv[1]) as library:
     for number in range(7, 70):
         add_sample(library, number)
         if number % 5 == 0:
-            library.cache.gather()
+            library.cache.compact()
 """
 
 

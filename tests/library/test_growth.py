@@ -31,7 +31,7 @@ def grown(tmp_path_factory):
         paths.append(tmp_path_factory.mktemp("grown") / f"{size}.db")
         fill(paths[-1], size)
         with Store.open(paths[-1]) as library:
-            library.cache.gather()
+            library.cache.compact()
     return paths
 
 
@@ -136,7 +136,7 @@ def test_counts_are_those_of_the_rows_after_any_history(tmp_path, seed):
             else:
                 library.label(path, choice.choice(("walk", "bow")))
             if choice.random() < 0.3:
-                library.cache.gather()
+                library.cache.compact()
             with library.session.reading() as connection:
                 wanted = count(connection, 7, trusted=False)
                 assert count(connection, 7) == wanted, turn
@@ -148,7 +148,7 @@ def test_counts_are_those_of_the_rows_after_any_history(tmp_path, seed):
 def test_counts_do_not_trust_what_is_out_of_date(tmp_path):
     fill(tmp_path / "some.db", 3)
     with Store.open(tmp_path / "some.db") as library:
-        library.cache.gather()
+        library.cache.compact()
         add_sample(library, 3)
         whole = library.stats()
     assert (whole.captures, whole.profiles) == (4, {"default": 4})

@@ -53,7 +53,7 @@ def played(library: Library, history) -> None:
         elif what == "remove" and path in {one.path for one in library.captures()}:
             library.remove(path)
         elif what == "gather":
-            library.store.cache.gather()
+            library.store.cache.compact()
 
 
 def told(library: Library) -> list[object]:
@@ -89,7 +89,7 @@ def test_any_history_gives_what_a_clean_ingest_gives(tmp_path_factory, history):
                 held[more[0]] = more[1]
         with open_library(folder / "clean.db", create=True) as clean:
             played(clean, [("add", *one) for one in sorted(held.items())])
-            clean.store.cache.gather()
+            clean.store.cache.compact()
             assert told(lived) == told(clean)
     assert check(folder / "lived.db") == check(folder / "clean.db") == []
 
@@ -99,14 +99,14 @@ def test_segments_that_list_parts_without_symbols_say_the_same(tmp_path, monkeyp
     history = [("add", file, 0) for file in FILES]
     with open_library(tmp_path / "now.db", create=True) as now:
         played(now, history)
-        now.store.cache.gather()
+        now.store.cache.compact()
         with (
             monkeypatch.context() as patched,
             open_library(tmp_path / "then.db", create=True) as then,
         ):
             patched.setattr(Columns, "blank", False)
             played(then, history)
-            then.store.cache.gather()
+            then.store.cache.compact()
             with then.store.session.reading() as connection:
                 assert "body_turn" in read_spine(connection).segments[0].parts
         with open_library(tmp_path / "then.db") as then:

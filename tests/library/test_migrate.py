@@ -176,7 +176,7 @@ def test_the_status_tells_of_the_columns(tmp_path):
     found = migrate.status(path)
     assert (found.segments, found.symbols, found.pending, found.fault) == (0, 0, 2, "")
     with Store.open(path) as library:
-        library.cache.gather()
+        library.cache.compact()
     found = migrate.status(path)
     assert (found.segments, found.symbols, found.pending, found.fault) == (1, 36, 0, "")
     with sql(path) as connection:

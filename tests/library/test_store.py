@@ -487,7 +487,7 @@ def test_a_database_without_a_driver_of_its_own(monkeypatch):
         number = add(library, "a.bvh", metadata={"who": "x"})
         assert_same_score(library.score(number), sample_score())
         add(library, "a.bvh", label="again")
-        library.cache.gather()
+        library.cache.compact()
         assert [capture.label for capture in library.captures()] == ["again"]
 
 
@@ -513,6 +513,6 @@ def test_a_track_without_symbols_comes_back(tmp_path):
     with Store.open(tmp_path / "l.db", create=True) as library:
         number = library.add("a.bvh", score, format="bvh", sha256="0" * 64)
         assert [len(one) for one in library.score(number).tracks.values()] == [0, 0, 0]
-        library.cache.gather()
+        library.cache.compact()
         assert len(library.columns(["head"], more=["swings"])[1]["head"]) == 0
         assert library.session.notes == []

@@ -86,7 +86,7 @@ def test_captures_are_laid_out_as_their_rows_would_be(library: Library) -> None:
     symbols["passing"] = np.arange(len(symbols)) % 4 == 2
     tracks = {**score.tracks, "r_arm": replace(score.tracks["r_arm"], symbols=symbols)}
     library.store.add("own.lnd", replace(score, tracks=tracks), format="lnd", sha256="0")
-    library.store.cache.gather()
+    library.store.cache.compact()
     held = list(library.tracks())
     rows = [{part: one.symbols for part, one in tracks.items()} for _, tracks in held]
     rates = [float(capture.rate) for capture, _ in held]

@@ -73,7 +73,7 @@ def library(tmp_path_factory: pytest.TempPathFactory):
         for number in range(3):
             said = {"format": "bvh", "sha256": f"{number:064}", "encoding": ENCODING}
             store.add(f"{number}.bvh", recording.score(), **said)
-        store.cache.gather()
+        store.cache.compact()
     with open_library(path) as found:
         yield found
 

@@ -17,7 +17,7 @@ from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
     from lanindex.pipeline import Library
-    from lanindex.pipeline.dataset import Found, Made
+    from lanindex.pipeline.dataset import ClipGroup, Made
 
     Stretch = tuple[str | None, int | None, int | None]  # a capture, its first frame and its end
 
@@ -248,7 +248,7 @@ def _on_card(how: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield name, f"{value:g} s" if name == "tolerance" else str(value)
 
 
-def _of_pattern(out: Output, library: Library, what: str, how: dict[str, Any]) -> Found:
+def _of_pattern(out: Output, library: Library, what: str, how: dict[str, Any]) -> ClipGroup:
     """Return the hits of one pattern, with a sentence for it."""
     from lanindex.pipeline.dataset import of_hits
     from lanindex.pipeline.dataset.texts import of_pattern
@@ -264,7 +264,7 @@ def _of_pattern(out: Output, library: Library, what: str, how: dict[str, Any]) -
     return of_hits(found, sentence=entry.sentence if entry else sentence)
 
 
-def _of_labels(library: Library, patterns: Path, how: dict[str, Any]) -> Iterator[Found]:
+def _of_labels(library: Library, patterns: Path, how: dict[str, Any]) -> Iterator[ClipGroup]:
     """Yield the hits of each pattern in a file, and the captures that should have some."""
     from lanindex.evaluate import read_patterns
     from lanindex.pipeline.dataset import of_hits
@@ -280,7 +280,7 @@ def _of_labels(library: Library, patterns: Path, how: dict[str, Any]) -> Iterato
         yield replace(found, expected=wanted)
 
 
-def _of_requests(library: Library, stretch: Stretch) -> list[Found]:
+def _of_requests(library: Library, stretch: Stretch) -> list[ClipGroup]:
     """Return a stretch of a capture, or the hits on standard input by their pattern."""
     from lanindex.pipeline.dataset import of_requests
     from lanindex.pipeline.dataset.texts import of_pattern

@@ -3,8 +3,8 @@
 from lanindex.pipeline.dataset.splits import PERFORMERS, SPLITS, read_shares
 from lanindex.pipeline.dataset.write import (
     COLUMNS,
+    ClipGroup,
     DatasetOptions,
-    Found,
     Made,
     of_captures,
     of_hits,
@@ -16,8 +16,8 @@ __all__ = [
     "COLUMNS",
     "PERFORMERS",
     "SPLITS",
+    "ClipGroup",
     "DatasetOptions",
-    "Found",
     "Made",
     "of_captures",
     "of_hits",

@@ -51,8 +51,8 @@ COLUMNS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """What is to be in a data set under one label."""
+class ClipGroup:
+    """Clips of a data set that share a label and a pattern."""
 
     label: str
     pattern: str
@@ -62,25 +62,25 @@ class Found:
     expected: frozenset[int] | None = None
 
 
-def of_hits(hits: Hits, label: str = "", sentence: str = "") -> Found:
-    """Return the hits of a pattern as what is to be in a data set."""
+def of_hits(hits: Hits, label: str = "", sentence: str = "") -> ClipGroup:
+    """Return the hits of a pattern as a group."""
     numbers = [capture.id for capture, _ in hits.spans()]
     if any(one > other for one, other in pairwise(numbers)):
         hits = hits.arranged(sorted(range(len(numbers)), key=numbers.__getitem__))
     tally = list(Counter(numbers).items())
-    return Found(label, hits.pattern, sentence, tally, from_hits(hits, hits.pattern))
+    return ClipGroup(label, hits.pattern, sentence, tally, from_hits(hits, hits.pattern))
 
 
-def of_requests(wanted: Iterable[Request], label: str = "", sentence: str = "") -> Found:
-    """Return clips that are listed as what is to be in a data set."""
+def of_requests(wanted: Iterable[Request], label: str = "", sentence: str = "") -> ClipGroup:
+    """Return listed clips as a group."""
     ordered = sorted(wanted, key=lambda one: one.capture.id)
     patterns = {one.pattern for one in ordered}
     tally = list(Counter(one.capture.id for one in ordered).items())
-    return Found(label, " or ".join(sorted(patterns - {""})), sentence, tally, ordered)
+    return ClipGroup(label, " or ".join(sorted(patterns - {""})), sentence, tally, ordered)
 
 
-def of_captures(captures: Iterable[Capture], label: str = "") -> Found:
-    """Return whole captures as what is to be in a data set."""
+def of_captures(captures: Iterable[Capture], label: str = "") -> ClipGroup:
+    """Return whole captures as a group."""
     return of_requests((Request(one, Span(0, one.frames)) for one in captures), label)
 
 
@@ -106,9 +106,9 @@ class Made:
     card: Mapping[str, Any]
 
 
-def write(store: Store, found: Sequence[Found], folder: Path, options: DatasetOptions) -> Made:
+def write(store: Store, groups: Sequence[ClipGroup], folder: Path, options: DatasetOptions) -> Made:
     """Write a data set, all or nothing; where there is no clip, nothing."""
-    job = _Job(store, found, options)
+    job = _Job(store, groups, options)
     before = _before(folder, options.force)
     write_all(
         ((folder / name, content) for name, content in job.files()),
@@ -124,8 +124,8 @@ def write(store: Store, found: Sequence[Found], folder: Path, options: DatasetOp
 class _Job:
     """One data set while it is made."""
 
-    def __init__(self, store: Store, found: Sequence[Found], options: DatasetOptions) -> None:
-        self.store, self.found, self.options = store, found, options
+    def __init__(self, store: Store, groups: Sequence[ClipGroup], options: DatasetOptions) -> None:
+        self.store, self.groups, self.options = store, groups, options
         self.layout: Layout = layout_of(options.layout)
         rate, own = options.rate, self.layout.rate
         if rate and own and rate != own:
@@ -135,7 +135,7 @@ class _Job:
         pad_frames(options.pad, Fraction(1))
         shares = read_shares(options.shares)
         numbers: Counter[int] = Counter()
-        for one in found:
+        for one in groups:
             numbers.update(dict(one.tally))
         chosen = [capture for capture in store.captures() if capture.id in numbers]
         self.column = performers(chosen, options.split_by)
@@ -156,7 +156,7 @@ class _Job:
     def files(self) -> Iterator[tuple[str, bytes]]:
         """Yield each file's name and content; what tells of all of them comes last."""
         taken: set[str] = set()
-        streams = [_numbered(number, one.requests) for number, one in enumerate(self.found)]
+        streams = [_numbered(number, one.requests) for number, one in enumerate(self.groups)]
         ordered = merge(*streams, key=lambda one: one[1].capture.id)
         groups = groupby(ordered, key=lambda one: one[1].capture.id)
         for done, (_, group) in enumerate(groups):
@@ -186,7 +186,7 @@ class _Job:
         places, score = _read(self.store, held)
         pad = pad_frames(self.options.pad, held.rate)
         for source, request in wanted:
-            found = self.found[source]
+            group = self.groups[source]
             hit = request.hit
             if not 0 <= hit.start < hit.stop <= held.frames:
                 wanted_range = f"a range inside 0 to {held.frames}, not empty"
@@ -197,8 +197,8 @@ class _Job:
             here, rate = places[span.start : span.stop] / 1000, held.rate
             if self.rate:
                 here, rate = resample(here, 0, rate, self.rate)[1], self.rate
-            label = found.label or held.label
-            texts = several((label, of_what_is_done(found.sentence), of_symbols(request.symbols)))
+            label = group.label or held.label
+            texts = several((label, of_what_is_done(group.sentence), of_symbols(request.symbols)))
             name = free(f"{safe_stem(held.path)}_{span.start}-{span.stop}", taken)
             part = self.split[self.unit[held.id]]
             yield Clip(name, part, here, rate, score, span, texts, label), source, request
@@ -234,7 +234,7 @@ class _Job:
         self.index += json.dumps(row, ensure_ascii=False).encode() + b"\n"
         self.counts.add(row, self.unit[held.id], held.format)
         self.clips[source] += 1
-        self.expected[source] += held.id in (self.found[source].expected or ())
+        self.expected[source] += held.id in (self.groups[source].expected or ())
 
     def _card(self) -> dict[str, Any]:
         found = [
@@ -245,7 +245,7 @@ class _Job:
                 "clips": self.clips[number],
                 "expected": None if one.expected is None else self.expected[number],
             }
-            for number, one in enumerate(self.found)
+            for number, one in enumerate(self.groups)
         ]
         return {
             "made_by": f"LanIndex {version('lanindex')}",

@@ -1,8 +1,7 @@
-"""What captures are called, as columns: paths, labels and whatever else the user says of them.
+"""Texts of captures as columns of a segment: paths, labels, metadata.
 
-Which captures somebody means is asked of all of them. So what names them stands in the segments,
-too, a list of JSON for each column, and is trusted as the others are: whoever changes it of a
-capture says that the segments do not hold that one any more.
+Filters look at the texts of all captures, so segments hold them too: one list of JSON a column,
+with a checksum. Whoever changes a text marks the capture as not covered by its segment.
 """
 
 from __future__ import annotations
@@ -24,20 +23,20 @@ from lanindex.model import Capture
 NAMES = segments.TEXTS
 """The columns."""
 
-_SAID = ("path", "location", "format", "label", "metadata")
-"""Those that are attributes of a capture."""
+_ATTRIBUTES = ("path", "location", "format", "label", "metadata")
+"""Those that are attributes of a `Capture`."""
 
-NOTHING: dict[str, Any] = dict.fromkeys(NAMES, "") | {"metadata": {}, "still": []}
-"""What they say where there is nothing to be said."""
+EMPTY: dict[str, Any] = dict.fromkeys(NAMES, "") | {"metadata": {}, "still": []}
+"""The values of a capture that has none."""
 
 
 def texts_of(captures: Sequence[Capture]) -> dict[str, list[Any]]:
-    """Return what captures are called."""
-    return {name: [getattr(capture, name) for capture in captures] for name in _SAID}
+    """Return the texts of captures by column."""
+    return {name: [getattr(capture, name) for capture in captures] for name in _ATTRIBUTES}
 
 
 def spelled(texts: Texts) -> list[tuple[str, NDArray[np.uint8]]]:
-    """Return what captures are called as the columns that a segment keeps."""
+    """Return texts as the JSON columns of a segment."""
     lists = ((name, json.dumps(list(texts[name]), ensure_ascii=False)) for name in NAMES)
     return [
         (name, np.frombuffer(text.encode("utf-8", "surrogatepass"), np.uint8))
@@ -59,19 +58,19 @@ def read_all_texts(
 def together(
     pieces: Sequence[Texts], names: Iterable[str], order: NDArray[np.int64] | None
 ) -> dict[str, Sequence[Any]]:
-    """Return what captures are called, one piece after the other, those that count in order."""
+    """Return the texts of all pieces, joined; `order` selects and sorts the captures."""
     return {
         name: taken([value for piece in pieces for value in piece[name]], order) for name in names
     }
 
 
 def taken(values: list[Any], order: NDArray[np.int64] | None) -> list[Any]:
-    """Return those values that count, in order; None: all, as they are."""
+    """Return the values at the places of `order`, or all of them."""
     return values if order is None else [values[place] for place in order.tolist()]
 
 
 def read_texts(connection: Link, segment: Segment, names: Iterable[str] = NAMES) -> Texts:
-    """Return what the captures of a segment are called, dead ones too."""
+    """Return the texts of a segment's captures, dead ones included."""
     return {name: _column(connection, segment, name) for name in names}
 
 
@@ -87,7 +86,7 @@ def _column(connection: Link, segment: Segment, name: str) -> Sequence[Any]:
 def of_rows(
     connection: Link, numbers: Sequence[int], names: Iterable[str] = NAMES
 ) -> dict[str, list[Any]]:
-    """Return what captures are called by their rows; of those that are gone, nothing."""
+    """Return the texts of captures from their rows; `EMPTY` for deleted captures."""
     found: dict[str, list[Any]] = {name: [] for name in names}
     for first in range(0, len(numbers), state.MOST):
         some = numbers[first : first + state.MOST]
@@ -95,16 +94,16 @@ def of_rows(
         wanted = read.read_wanted(connection, held) if "still" in found else None
         for name, values in found.items():
             texts = of_read(name, held, wanted)
-            values += [texts.get(number, NOTHING[name]) for number in some]
+            values += [texts.get(number, EMPTY[name]) for number in some]
     return found
 
 
 def of_read(
     name: str, held: Iterable[read.Stored], wanted: read.Tracks | None
 ) -> Mapping[int, Any]:
-    """Return what one column says of captures that have been read, for "still" with their tracks.
+    """Return one column of captures by number; "still" needs their tracks.
 
-    By their numbers; of those that have nothing to say of it there is none.
+    Captures without a value are left out.
     """
     if name == "profile":
         return {one.capture.id: one.encoding.profile for one in held}

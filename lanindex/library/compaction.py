@@ -1,6 +1,6 @@
-"""Segments are written, joined, held against themselves: each step a transaction of its own.
+"""Writing, joining and verifying segments, each step in a transaction of its own.
 
-Whatever breaks off a step, the one before it stands; nothing here changes what a library says.
+An interrupted step leaves the library as it was before it; no step changes what the rows say.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.library import called, derive, segments
+from lanindex.library import capture_texts, derive, segments
 from lanindex.library.columns import check_pending, order_of, read_roster, read_rosters, stored
 from lanindex.library.link import Link
 from lanindex.library.segments import Distrust, Segment, Spine
@@ -21,13 +21,13 @@ CHUNK = 1 << 20
 
 LARGEST = 1 << 27
 """Symbols of the largest segment that is made by joining: SQLite keeps a billion bytes in one place
-and no more, and joining holds up whoever wants to read."""
+and no more, and readers wait while segments are joined."""
 
 Step = Callable[[Link], bool]
 """Work in a transaction of its own; returns whether there may be more of it."""
 
 
-def is_gathered(connection: Link) -> bool:
+def is_compacted(connection: Link) -> bool:
     """Return whether there is nothing to write for `cover` and `join`."""
     try:
         spine = segments.read_spine(connection)
@@ -42,7 +42,7 @@ def verify(connection: Link) -> None:
     read_rosters(connection, spine)
     nothing = derive.derived(connection, [])
     for segment in spine.segments:
-        called.read_texts(connection, segment)
+        capture_texts.read_texts(connection, segment)
         for part in segment.parts:
             stored(connection, [segment], nothing, part, EXTRA)
 
@@ -75,7 +75,7 @@ def cover(connection: Link, waiting: Callable[[int], None] = lambda count: None)
         return False
     roster, columns = derive.together(pieces)
     check_pending(roster.number.tolist(), pending[:covered])
-    texts = called.spelled(called.of_rows(connection, pending[:covered]))
+    texts = capture_texts.spelled(capture_texts.of_rows(connection, pending[:covered]))
     segments.put(connection, roster, texts, columns.values())
     segments.mark_covered(connection, pending[:covered])
     return covered < len(pending)
@@ -99,8 +99,8 @@ def join(connection: Link) -> bool:
     order = order_of(Spine(old, dead, []), rosters.number)
     roster = rosters if order is None else rosters.taken(order)
     parts = list(dict.fromkeys(part for one in old for part in one.parts))
-    pieces = [called.read_texts(connection, one) for one in old]
-    texts = called.spelled(called.together(pieces, called.NAMES, order))
+    pieces = [capture_texts.read_texts(connection, one) for one in old]
+    texts = capture_texts.spelled(capture_texts.together(pieces, capture_texts.NAMES, order))
     segments.put(connection, roster, texts, _moved(connection, old, parts, order))
     segments.drop(connection, old)
     return True
