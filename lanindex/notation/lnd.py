@@ -20,14 +20,17 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from itertools import pairwise
 from math import ceil, lcm
 from os import PathLike, fspath
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.alphabet import (
     DIRECTION_CODES,
@@ -39,7 +42,6 @@ from lanindex.alphabet import (
     MOST_AMOUNT,
     PARTS,
     TRACKS,
-    Kind,
     amounts_of,
     kind_of,
 )
@@ -54,49 +56,47 @@ from lanindex.notation.text import DECIMAL, decoded, fraction, number
 UNITS_PER_LINE = "#unit_per_line 4"
 """Default line for how many units stand in a row on paper."""
 
-_HEADING = re.compile(r"#\s*(speed|rhythm|unit_total|unit)(?![a-z_])\s*=?\s*(.*)", re.IGNORECASE)
 UNIT = re.compile(r"#unit(\d+)")
 """The line before the kept lines of a unit."""
 
+PART = re.compile(r"[a-z_]+")
+_HEADING = re.compile(r"#\s*(speed|rhythm|unit_total|unit)(?![a-z_])\s*=?\s*(.*)", re.IGNORECASE)
+_ONE_LINE = re.compile(r"[^\r\n]+")
 _COUNT = re.compile(r"\d{1,9}")
 _RHYTHM = re.compile(r"([1-9]\d?)\s*/\s*([1-9]\d?)")
-PART = re.compile(r"[a-z_]+")
-
-
-def _codes(kind: Kind) -> dict[str, dict[str, int]]:
-    """Return the fields of a symbol's line in order, with their words; degrees have none."""
-    codes = {
-        "direction": {name: DIRECTION_CODES[name] for name in kind.directions},
-        "level": LEVEL_CODES,
-    }
-    amounts = {name: code for code, name in enumerate(kind.amounts)}
-    return {name: codes.get(name, amounts) for name in kind.names}
-
-
-_FIELDS = {keyword: _codes(kind) for keyword, kind in LINES.items()}
-_COUNTED = {1: "four", 2: "five"}
-"""Number of words behind a keyword, by its number of fields."""
-
 _KEYWORDS = (*LINES, "#speed", "#rhythm")
-_LAST_TICK = int(np.iinfo(np.int32).max)
-_SLOWEST, _FASTEST = Fraction(1, 10), Fraction(1000)
-_HOURS = 24
-"""How long a score may last: one that is longer holds a slip of the pen."""
-
-_Ends = tuple[Fraction, Fraction]
-_RANKS = {part: rank for rank, part in enumerate(TRACKS)}
-
+_WHOLE_BODY = ("support", "jump", "travel", "rotation")
+"""Keywords of the whole body; lines with them for a limb are kept, not read."""
 
 _AS_WELL = {("direction", "support")}
 """Keywords that also begin symbols of another kind."""
 
-_RESERVED = ("support", "jump", "travel", "rotation")
-"""Keywords of the whole body; lines with them for a limb are kept, not read."""
+_LAST_TICK = int(np.iinfo(np.int32).max)
+_SLOWEST, _FASTEST = Fraction(1, 10), Fraction(1000)
+_HOURS = 24
+"""Longest duration of a score: one that is longer holds a slip of the pen."""
+
+_RANKS = {part: rank for rank, part in enumerate(TRACKS)}
 
 
 def rank(part: str) -> tuple[int, str]:
     """Return the sort key of a part: the alphabet's order, unknown ones last."""
     return _RANKS.get(part, len(_RANKS)), part
+
+
+@lru_cache(maxsize=256)
+def fields_of(part: str) -> dict[str, dict[str, int]]:
+    """Return the fields of a part's symbols in order, and the codes of their words.
+
+    Degrees have no words.
+    """
+    kind = KINDS[kind_of(part)]
+    codes = {
+        "direction": {word: DIRECTION_CODES[word] for word in kind.directions},
+        "level": LEVEL_CODES,
+        "amount": {word: kind.amounts.index(word) for word in amounts_of(part)},
+    }
+    return {name: codes[field] for name, field in zip(kind.names, kind.fields, strict=True)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,28 +115,11 @@ class SymbolLine:
         if self.unit == 0:
             return Fraction(0), Fraction(0)
         before = (self.unit - 1) * beats
-        return _over(self.start, before, beats), _over(self.stop, before, beats)
-
-
-def _over(time: Fraction, before: int, beats: int) -> Fraction:
-    """Return ``(before + time) / beats``, which is slow with fractions, of which there are many."""
-    size = time.denominator
-    return Fraction(before * size + time.numerator, beats * size)
-
-
-@dataclass(slots=True)
-class _Placed:
-    """A symbol in ticks."""
-
-    cell: tuple[int, ...]
-    tick: int
-    stop: int
-    written: SymbolLine
-
-    @property
-    def opens_unit(self) -> bool:
-        """Whether it can be the second half of a symbol across a bar line."""
-        return self.written.start == 0 and self.stop > self.tick
+        start, stop = (  # (before + time) / beats, which is slow with fractions
+            Fraction(before * time.denominator + time.numerator, beats * time.denominator)
+            for time in (self.start, self.stop)
+        )
+        return start, stop
 
 
 class LndReader:
@@ -168,29 +151,27 @@ class LndReader:
         content, mark, comment = line.partition("//")
         heading, words = _HEADING.fullmatch(content.strip()), content.lower().split()
         if heading:
-            _HEADINGS[heading[1].lower()](self, heading[2].strip())
-        elif words and words[0] in LINES and not self._reserved(*words):
+            self._take_heading(heading[1].lower(), heading[2].strip())
+        elif not words:
+            pass
+        elif words[0] not in LINES:
+            self._refuse_misspelt(words[0])
+            return self._keep(line)
+        elif words[0] in _WHOLE_BODY and words[1:2] and words[1] in PARTS:
+            return self._keep(line)
+        else:
             self.written.append(self._symbol(*words))
-        elif words:
-            if words[0] not in LINES:
-                self._guard(words[0])
-            self._keep(line)
-            return
         if mark:
             self._keep(mark + comment)
         self.understood |= bool(words)
 
-    def _reserved(self, keyword: str, part: str = "", *_: str) -> bool:
-        """Return whether a line has a keyword of the whole body for a limb."""
-        return keyword in _RESERVED and part in PARTS
-
-    def _guard(self, word: str) -> None:
+    def _refuse_misspelt(self, word: str) -> None:
         """Refuse a misspelt keyword: its line would be kept, its symbol lost in silence."""
         from rapidfuzz.distance import OSA
 
-        for meant in _KEYWORDS:
-            if OSA.distance(word.partition("=")[0], meant) <= len(meant) // 4:
-                raise self.fault(f'"{shown(word)}"', f'"{meant}"')
+        for keyword in _KEYWORDS:
+            if OSA.distance(word.partition("=")[0], keyword) <= len(keyword) // 4:
+                raise self.fault(f'"{shown(word)}"', f'"{keyword}"')
 
     def _keep(self, line: str) -> None:
         if line.split() == UNITS_PER_LINE.split():
@@ -200,29 +181,27 @@ class LndReader:
             self.kept_in = self.unit
         self.other.append(line)
 
-    def _speed(self, word: str) -> None:
-        speed = self._number(word, "speed")
-        if not _SLOWEST <= speed <= _FASTEST:
-            wanted = f"{float(_SLOWEST)} to {_FASTEST} beats a minute"
-            raise self.fault(f"a speed of {shown(word)}", wanted)
-        if self.speed not in (None, speed):
-            raise self.fault("a second speed", "one for the whole score")
-        self.speed = speed
-
-    def _rhythm(self, word: str) -> None:
-        match = _RHYTHM.fullmatch(word)
-        if not match:
-            raise self.fault(f'the rhythm "{shown(word)}"', "beats/note like 4/4")
-        rhythm = int(match[1]), int(match[2])
-        if self.rhythm not in (None, rhythm):
-            raise self.fault("a second rhythm", "one for the whole score")
-        self.rhythm = rhythm
-
-    def _total(self, word: str) -> None:
-        self.total = max(self.total, self._count(word, "total"))
-
-    def _unit(self, word: str) -> None:
-        self.unit = self._count(word, "unit")
+    def _take_heading(self, name: str, word: str) -> None:
+        if name == "unit":
+            self.unit = self._count(word, "unit")
+        elif name == "unit_total":
+            self.total = max(self.total, self._count(word, "total"))
+        elif name == "speed":
+            speed = self._number(word, "speed")
+            if not _SLOWEST <= speed <= _FASTEST:
+                wanted = f"{float(_SLOWEST)} to {_FASTEST} beats a minute"
+                raise self.fault(f"a speed of {shown(word)}", wanted)
+            if self.speed not in (None, speed):
+                raise self.fault("a second speed", "one for the whole score")
+            self.speed = speed
+        else:
+            match = _RHYTHM.fullmatch(word)
+            if not match:
+                raise self.fault(f'the rhythm "{shown(word)}"', "beats/note like 4/4")
+            rhythm = int(match[1]), int(match[2])
+            if self.rhythm not in (None, rhythm):
+                raise self.fault("a second rhythm", "one for the whole score")
+            self.rhythm = rhythm
 
     def _count(self, word: str, what: str) -> int:
         if not _COUNT.fullmatch(word):
@@ -235,13 +214,13 @@ class LndReader:
         return fraction(word)
 
     def _symbol(self, keyword: str, *words: str) -> SymbolLine:
-        """Read what stands behind ``direction``, or another word that begins a symbol."""
-        kind, fields = LINES[keyword], _FIELDS[keyword]
-        if len(words) != len(fields) + 3:
-            found = f"{len(words)} words behind {keyword}"
-            wanted = f"{_COUNTED[len(fields)]}: part {' '.join(fields)} start end"
-            raise self.fault(found, wanted)
-        part, *said, start, stop = words
+        """Read the line of a symbol."""
+        kind = LINES[keyword]
+        if len(words) != len(kind.names) + 3:
+            count = {1: "four", 2: "five"}[len(kind.names)]
+            wanted = f"{count}: part {' '.join(kind.names)} start end"
+            raise self.fault(f"{len(words)} words behind {keyword}", wanted)
+        part, *values, start, stop = words
         if self.unit is None:
             raise self.fault("a symbol before any unit", "a line like #unit1 above it")
         if not PART.fullmatch(part):
@@ -250,31 +229,20 @@ class LndReader:
         if own != kind and (keyword, own.name) not in _AS_WELL:
             wanted = f'"{own.keyword}"' if own.keyword else "the supports that it is made of"
             raise self.fault(f'"{keyword}" of {shown(part)}', wanted)
-        cell = tuple(
-            self._code(word, name, codes) if codes else self._degrees(word)
-            for word, (name, codes) in zip(said, fields.items(), strict=True)
-        )
-        name = kind.amounts[cell[-1]] if kind.amounts else ""
-        if name and name not in amounts_of(part):
-            raise self.fault(f'the {kind.names[-1]} "{name}"', " ".join(amounts_of(part)))
+        cell = []
+        for word, (name, codes) in zip(values, fields_of(part).items(), strict=True):
+            if codes and word not in codes:
+                near = guess(word, codes)
+                remedy = f'Did you mean "{near}"?' if near else ""
+                raise self.fault(f'the {name} "{shown(word)}"', " ".join(codes), remedy)
+            cell.append(codes[word] if codes else self._count(word, "degrees"))
+            if not codes and cell[-1] > MOST_AMOUNT:
+                raise self.fault(f"a turn by {cell[-1]} degrees", f"at most {MOST_AMOUNT}")
         times = self._number(start, "start"), self._number(stop, "end")
         if times[1] < times[0]:
             wanted = f"at {shown(start)} or later, where it starts"
             raise self.fault(f"an end at {shown(stop)}", wanted)
-        return SymbolLine(part, cell, self.unit, *times, self.line)
-
-    def _degrees(self, word: str) -> int:
-        degrees, most = self._count(word, "degrees"), MOST_AMOUNT
-        if degrees > most:
-            raise self.fault(f"a turn by {degrees} degrees", f"at most {most}")
-        return degrees
-
-    def _code(self, word: str, what: str, codes: dict[str, int]) -> int:
-        if word in codes:
-            return codes[word]
-        near = guess(word, codes)
-        remedy = f'Did you mean "{near}"?' if near else ""
-        raise self.fault(f'the {what} "{shown(word)}"', " ".join(codes), remedy)
+        return SymbolLine(part, tuple(cell), self.unit, *times, self.line)
 
     def score(self) -> Score:
         """Return the score, once all lines are taken."""
@@ -282,28 +250,12 @@ class LndReader:
             raise self.fault("no line of LND", "lines like #unit1", line=0)
         beats, beat = self.rhythm or (4, 4)
         speed = self.speed or Fraction(60)
-        times = [written.units(beats) for written in self.written]
-        self._check_length(times, beats, speed)
-        meter = Meter(speed, beats, beat, self._division(times))
-        parts: dict[str, list[_Placed]] = defaultdict(list)
-        for written, ends in zip(self.written, times, strict=True):
-            start, stop = (it.numerator * (meter.division // it.denominator) for it in ends)
-            parts[written.part].append(_Placed(written.cell, start, stop, written))
-        for symbols in parts.values():
-            symbols.sort(key=lambda symbol: (symbol.tick, symbol.stop, symbol.written.line))
-            self._check(symbols)
-        last = max((symbol.stop for symbols in parts.values() for symbol in symbols), default=0)
-        frames = max(self.total, -(-last // meter.division), 1) * meter.division
-        tracks = {part: _track(part, _joined(parts[part]), frames) for part in parts}
-        tracks = with_derived(tracks)
-        tracks = {part: tracks[part] for part in sorted(tracks, key=rank)}
-        return Score(meter.tick_rate, frames, meter, tracks, other=tuple(self.other))
-
-    def _check_length(self, times: list[_Ends], beats: int, speed: Fraction) -> None:
-        """Refuse a score that would last for longer than a day."""
-        ends = zip(times, self.written, strict=True)
-        last = max(ends, key=lambda it: it[0][1], default=None)
-        units, line = (last[0][1], last[1].line) if last else (Fraction(0), 0)
+        symbols = [(*written.units(beats), written) for written in self.written]
+        units, line = max(
+            ((stop, written.line) for _, stop, written in symbols),
+            key=lambda it: it[0],
+            default=(Fraction(0), 0),
+        )
         if units <= self.total:
             units, line = Fraction(self.total), 0
         hours = units * beats / speed / 60
@@ -311,68 +263,53 @@ class LndReader:
             found = f"{ceil(units)} units of {beats} beats at {float(speed):g} beats a minute"
             wanted = f"at most {_HOURS} hours"
             raise self.fault(f"{found}, {float(hours):.3g} hours", wanted, line=line)
-
-    def _division(self, times: list[_Ends]) -> int:
-        """Return the coarsest grid that holds all times."""
-        division, units = Meter().division, max(self.total, 1)
-        for written, (start, stop) in zip(self.written, times, strict=True):
+        division, last = Meter().division, max(self.total, 1)  # the coarsest grid of all times
+        for start, stop, written in symbols:
             division = lcm(division, start.denominator, stop.denominator)
-            units = max(units, ceil(stop))
-            if units * division > _LAST_TICK:  # at once: a grid of many such times has no end
-                found = f"{units} units in ticks of 1/{division} unit"
+            last = max(last, ceil(stop))
+            if last * division > _LAST_TICK:  # at once: a grid of many such times has no end
+                found = f"{last} units in ticks of 1/{division} unit"
                 wanted = f"at most {_LAST_TICK} ticks"
                 raise self.fault(found, wanted, "Round the times to a few decimals.", written.line)
-        return division
+        meter, frames = Meter(speed, beats, beat, division), last * division
+        parts: dict[str, list[tuple[int, int, SymbolLine]]] = defaultdict(list)
+        for start, stop, written in symbols:
+            tick, end = (it.numerator * (division // it.denominator) for it in (start, stop))
+            parts[written.part].append((tick, end, written))
+        tracks = {part: self._track(part, own, frames) for part, own in parts.items()}
+        tracks = with_derived(tracks)
+        tracks = {part: tracks[part] for part in sorted(tracks, key=rank)}
+        return Score(meter.tick_rate, frames, meter, tracks, other=tuple(self.other))
 
-    def _check(self, symbols: list[_Placed]) -> None:
-        """Refuse symbols that share time; two of them may only touch."""
-        for one, two in pairwise(symbols):
-            if two.tick < one.stop or two.stop == one.tick:
-                found = f"{two.written.part} has a symbol here and on line {one.written.line}"
-                raise self.fault(found, "one at a time", line=two.written.line)
-
-
-def _joined(symbols: Iterable[_Placed]) -> list[_Placed]:
-    """Join the halves of symbols across bar lines."""
-    joined: list[_Placed] = []
-    for symbol in symbols:
-        last = joined[-1] if joined else None
-        if (
-            last is not None
-            and symbol.opens_unit
-            and (last.cell, last.stop) == (symbol.cell, symbol.tick)
-            and last.tick < last.stop
-        ):
-            joined[-1] = replace(last, stop=symbol.stop)
-        else:
-            joined.append(symbol)
-    return joined
-
-
-def _track(part: str, symbols: list[_Placed], frames: int) -> Track:
-    rows = blank(len(symbols))
-    cells = zip(*(symbol.cell for symbol in symbols), strict=True)
-    for name, codes in zip(KINDS[kind_of(part)].fields, cells, strict=True):
-        rows[name] = codes
-    rows["start"] = rows["tick"] = [symbol.tick for symbol in symbols]
-    rows["stop"] = [symbol.stop for symbol in symbols]
-    rows["ticks"], rows["margin"] = rows["stop"] - rows["tick"], 1
-    seen = [symbol.tick for symbol in symbols if symbol.tick == symbol.stop]
-    edges = [*(seen if seen[:1] == [symbols[0].tick] else [0, *seen]), frames]
-    known = tuple(Span(*pair) for pair in pairwise(edges))
-    return Track(part, rows, known)
+    def _track(self, part: str, symbols: list[tuple[int, int, SymbolLine]], frames: int) -> Track:
+        """Return the track of symbols (first tick, last tick, line), of which none share time."""
+        symbols.sort(key=lambda it: (it[0], it[1], it[2].line))
+        for (tick, end, one), (start, stop, two) in pairwise(symbols):
+            if start < end or stop == tick:
+                found = f"{part} has a symbol here and on line {one.line}"
+                raise self.fault(found, "one at a time", line=two.line)
+        joined: list[tuple[int, int, tuple[int, ...]]] = []
+        for start, stop, symbol in symbols:
+            if joined and symbol.start == 0 and start < stop:
+                tick, end, cell = joined[-1]
+                if tick < end == start and cell == symbol.cell:  # two halves across a bar line
+                    joined[-1] = tick, stop, cell
+                    continue
+            joined.append((start, stop, symbol.cell))
+        rows = blank(len(joined))
+        starts, stops, cells = zip(*joined, strict=True)
+        rows["start"], rows["tick"], rows["stop"], rows["margin"] = starts, starts, stops, 1
+        rows["ticks"] = rows["stop"] - rows["tick"]
+        for name, codes in zip(KINDS[kind_of(part)].fields, zip(*cells, strict=True), strict=True):
+            rows[name] = codes
+        return track_of(part, rows, frames)
 
 
-_HEADINGS: dict[str, Callable[[LndReader, str], None]] = {
-    "speed": LndReader._speed,
-    "rhythm": LndReader._rhythm,
-    "unit_total": LndReader._total,
-    "unit": LndReader._unit,
-}
-
-
-Cell = tuple[int, ...]
-"""The fields of a symbol, as its kind has them."""
+def track_of(part: str, rows: NDArray[Any], frames: int) -> Track:
+    """Return a track of rows, (S,) of `SYMBOL`; those without length begin its known spans."""
+    seen = rows["start"][rows["start"] == rows["stop"]].tolist()
+    edges = [*(seen if seen[:1] == [rows["start"][0]] else [0, *seen]), frames]
+    return Track(part, rows, tuple(Span(*pair) for pair in pairwise(edges)))
 
 
 def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
@@ -417,7 +354,7 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
     r_arm place low [0, 0)
     r_arm right high [12, 20)
     """
-    if isinstance(source, PathLike) or (isinstance(source, str) and _names_a_file(source)):
+    if isinstance(source, PathLike) or (isinstance(source, str) and _ONE_LINE.fullmatch(source)):
         place = place or fspath(source)
         source = content_of(fspath(source))
     page = LndReader(place or "LND")
@@ -425,10 +362,6 @@ def read(source: str | bytes | PathLike[str], *, place: str = "") -> Score:
     for line in re.split(r"\r\n|\r|\n", text.removeprefix("\ufeff")):
         page.take(line.strip())
     return in_time(page.score())
-
-
-def _names_a_file(source: str) -> bool:
-    return bool(source) and "\n" not in source and "\r" not in source
 
 
 def write(score: Score) -> str:
@@ -467,7 +400,14 @@ def write(score: Score) -> str:
     direction r_arm forward low 0 0.75
     direction r_arm r_forward low 1 1.75
     """
-    header, kept = _kept(score.other)
+    header: list[str] = []
+    kept: dict[int, list[str]] = defaultdict(list)
+    lines = header
+    for line in score.other:
+        if heading := UNIT.fullmatch(line):
+            lines = kept[int(heading[1])]
+        else:
+            lines.append(line)
     units: dict[int, list[tuple[int, int, str]]] = defaultdict(list)
     end, beats = np.array([score.frames]), Beats.of(score.other)
     last = int(ticks_at(end, score.meter, score.rate, beats, up=True)[0])
@@ -476,12 +416,12 @@ def write(score: Score) -> str:
         for unit, tick, stop, line in _lines(score.tracks[part], score.meter):
             units[unit].append((tick, column, line))
             last = max(last, stop)
-    wishes = [line for line in header if line.startswith("#unit_per_line")]
+    units_per_line = [line for line in header if line.startswith("#unit_per_line")]
     text = [
-        *(line for line in header if line not in wishes),
+        *(line for line in header if line not in units_per_line),
         f"#speed={number(score.meter.speed)}",
         f"#rhythm {score.meter.beats}/{score.meter.beat}",
-        *(wishes or [UNITS_PER_LINE]),
+        *(units_per_line or [UNITS_PER_LINE]),
         f"#unit_total {max(1, -(-last // score.meter.division))}",
     ]
     for unit in sorted(units.keys() | kept.keys()):
@@ -491,56 +431,32 @@ def write(score: Score) -> str:
 
 
 def _lines(track: Track, meter: Meter) -> Iterator[tuple[int, int, int, str]]:
-    """Yield unit, first tick, last tick and line of each symbol that the score shows."""
-    beat = Fraction(meter.beats, meter.division)
-    head = f"{KINDS[track.kind].keyword} {track.part}"
-    names, before = _names(KINDS[track.kind]), None
-    for tick, stop, cell in _shown(track):
-        unit = tick // meter.division + 1 if stop else 0
-        if tick % meter.division == 0 and stop > tick and before == (tick, cell):
-            unit -= 1
-        begin = max(unit - 1, 0) * meter.division
-        words = zip(names, cell, strict=True)
-        said = " ".join(own[code] if own else str(code) for own, code in words)
-        times = f"{number((tick - begin) * beat)} {number((stop - begin) * beat)}"
-        yield unit, tick, stop, f"{head} {said} {times}"
-        before = (stop, cell) if stop > tick else None
-
-
-def _names(kind: Kind) -> list[tuple[str, ...]]:
-    """Return the words for each field of a kind; of degrees, which are numbers, none."""
-    names = {"direction": DIRECTIONS, "level": LEVELS, "amount": kind.amounts}
-    return [names[name] for name in kind.fields]
-
-
-def _shown(track: Track) -> list[tuple[int, int, Cell]]:
-    """Return first tick, last tick and fields of each symbol that the score shows.
+    """Yield unit, first tick, last tick and line of each symbol that the score shows.
 
     After a short gap a part's new starting position may round to before the end of what it did
     last, or two of them to one tick: the first is moved, of the others the last one stands.
     """
-    shown: list[tuple[int, int, Cell]] = []
+    kind, beat = KINDS[track.kind], Fraction(meter.beats, meter.division)
     rows, free = track.symbols[~track.symbols["passing"]], 0
-    cells = zip(*(rows[name].tolist() for name in KINDS[track.kind].fields), strict=True)
-    times = zip(rows["tick"].tolist(), rows["ticks"].tolist(), cells, strict=True)
-    for tick, ticks, cell in times:
+    cells = zip(*(rows[name].tolist() for name in kind.fields), strict=True)
+    shown: list[tuple[int, int, tuple[int, ...]]] = []
+    for tick, ticks, cell in zip(rows["tick"].tolist(), rows["ticks"].tolist(), cells, strict=True):
         tick = max(tick, free)
         free = tick + ticks
         if shown and tick == free and shown[-1][:2] == (tick, tick):
             shown.pop()
         shown.append((tick, free, cell))
-    return shown
-
-
-def _kept(other: tuple[str, ...]) -> tuple[list[str], dict[int, list[str]]]:
-    """Return kept lines of the header and of each unit."""
-    header: list[str] = []
-    units: dict[int, list[str]] = defaultdict(list)
-    here = header
-    for line in other:
-        heading = UNIT.fullmatch(line)
-        if heading:
-            here = units[int(heading[1])]
-        else:
-            here.append(line)
-    return header, units
+    names = {"direction": DIRECTIONS, "level": LEVELS, "amount": kind.amounts}
+    before = None
+    for tick, stop, cell in shown:
+        unit = tick // meter.division + 1 if stop else 0
+        if tick % meter.division == 0 and stop > tick and before == (tick, cell):
+            unit -= 1
+        begin = max(unit - 1, 0) * meter.division
+        words = [
+            names[field][code] if names[field] else str(code)
+            for field, code in zip(kind.fields, cell, strict=True)
+        ]
+        times = number((tick - begin) * beat), number((stop - begin) * beat)
+        yield unit, tick, stop, " ".join((kind.keyword, track.part, *words, *times))
+        before = (stop, cell) if stop > tick else None

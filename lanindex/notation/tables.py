@@ -19,10 +19,10 @@ import numpy as np
 from lanindex import records
 from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, MOST_AMOUNT, kind_of
 from lanindex.errors import ExportError, NotationError, shown
-from lanindex.model import Capture, Meter, Score, Span, Track
+from lanindex.model import Capture, Meter, Score, Track
 from lanindex.model.symbol import FIELDS, blank
 from lanindex.notation.beats import ticks_at
-from lanindex.notation.lnd import PART
+from lanindex.notation.lnd import PART, track_of
 from lanindex.notation.text import decoded, unique_keys
 
 COLUMNS: dict[str, type] = {
@@ -148,9 +148,7 @@ def _track(part: str, own: list[_Row], frames: int, rate: Fraction) -> Track:
             rows[name][at] = value
     ends = ticks_at(np.stack((rows["start"], rows["stop"])).astype(np.int64), Meter(), rate)
     rows["tick"], rows["ticks"] = ends[0], ends[1] - ends[0]
-    seen = [one.start for one in own if one.start == one.stop]
-    edges = [*(seen if seen and seen[0] == own[0].start else [0, *seen]), frames]
-    return Track(part, rows, tuple(Span(*pair) for pair in pairwise(edges)))
+    return track_of(part, rows, frames)
 
 
 def typed(values: Mapping[str, Any], place: str) -> dict[str, Any]:

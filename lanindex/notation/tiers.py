@@ -10,28 +10,25 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from io import BytesIO
-from itertools import pairwise
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
 from xml.parsers import expat
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.alphabet import (
     BENDS,
     BENT,
-    DIRECTIONS,
     HOW_BENT,
     KINDS,
-    LEVELS,
     MOST_AMOUNT,
     TRACKS,
-    amounts_of,
     kind_of,
 )
 from lanindex.errors import ExportError, NotationError, shown
 from lanindex.model import Score, Track
-from lanindex.notation.lnd import PART, LndReader, SymbolLine, rank
+from lanindex.notation.lnd import PART, LndReader, SymbolLine, fields_of, rank
 
 SECOND = 1000
 """Units of time in a second."""
@@ -94,65 +91,49 @@ def score_of(
     length: int = 0,
 ) -> Score:
     """Return the score of tiers."""
-    page, bent = LndReader(place), dict[str, list[int]]()
+    page, bends = LndReader(place), dict[str, NDArray[np.int64]]()
     page.understood, page.total = True, -(-length // (4 * SECOND))
     for part, entries in tiers.items():
         if not PART.fullmatch(part):
             raise NotationError(f'the part "{shown(part)}"', place=place, wanted="one like r_arm")
-        ordered = sorted(entries, key=lambda it: (it.start, it.stop))
-        _check(part, ordered, place)
-        found = [_read(part, it.words, _at(place, part, it.start)) for it in ordered]
-        for it, (cell, _) in zip(ordered, found, strict=True):
+        ordered, degrees, before = sorted(entries, key=lambda it: (it.start, it.stop)), [], None
+        for it in ordered:
+            where = f"{place}: {part} at {it.start / SECOND:g} s"
+            if before and (it.start < before.stop or it.stop == before.start):
+                found = f"begins before what begins at {before.start / SECOND:g} s is over"
+                raise NotationError(found, place=where, wanted="one at a time")
+            cell, degree = _read(part, it.words, where)
             times = Fraction(it.start, SECOND), Fraction(it.stop, SECOND)
             page.written.append(SymbolLine(part, cell, 1, *times, 0))
-        bent[part] = [degree for _, degree in found]
+            degrees.append(degree)
+            before = it
+        bends[part] = np.array(degrees)
     score = page.score()
-    own = (part for part in score.tracks if part in BENDS and max(bent[part]) >= 0)
-    tracks = {**score.tracks, **{part: _bent(score.tracks[part], bent[part]) for part in own}}
+    tracks = dict(score.tracks)
+    for part, track in score.tracks.items():
+        if part in BENDS and (bends[part] >= 0).any():
+            rows, bend = track.symbols.copy(), bends[part]  # without words at most slightly bent
+            rows["amount"] = np.where(bend >= 0, bend, np.minimum(rows["amount"], BENT - 1))
+            tracks[part] = Track(part, rows, track.known)
     return replace(score, tracks=tracks, warnings=tuple(warnings))
-
-
-def _bent(limb: Track, degrees: list[int]) -> Track:
-    """Return a limb bent as its words say; without words it is at most slightly bent."""
-    rows, said = limb.symbols.copy(), np.array(degrees)
-    rows["amount"] = np.where(said >= 0, said, np.minimum(rows["amount"], BENT - 1))
-    return Track(limb.part, rows, limb.known)
-
-
-def _at(place: str, part: str, start: int) -> str:
-    return f"{place}: {part} at {start / SECOND:g} s"
-
-
-def _check(part: str, ordered: list[TierEntry], place: str) -> None:
-    for one, two in pairwise(ordered):
-        if two.start < one.stop or two.stop == one.start:
-            found = f"begins before what begins at {one.start / SECOND:g} s is over"
-            raise NotationError(found, place=_at(place, part, two.start), wanted="one at a time")
 
 
 def _read(part: str, words: str, place: str) -> tuple[tuple[int, ...], int]:
     """Return the fields of a symbol and the degree of bend, -1 if none is written."""
-    kind, rest = KINDS[kind_of(part)], words.lower().split()
-    cell = [_field(part, name, rest, words, place) for name in kind.fields]
-    bent = " ".join(rest)
-    if bent and (kind.name != "gesture" or bent not in HOW_BENT):
-        raise _fault(words, place, f"no more than {' and '.join(kind.names)}")
-    return tuple(cell), HOW_BENT.index(bent) if bent else -1
-
-
-def _field(part: str, name: str, rest: list[str], words: str, place: str) -> int:
-    """Take a field from the front of the remaining words."""
-    kind = KINDS[kind_of(part)]
-    if name == "amount" and not kind.amounts:
-        found = _DEGREES.fullmatch(rest.pop(0) if rest else "0deg")
-        if found is None or int(found[1]) > MOST_AMOUNT:
+    cell, rest = [], words.lower().split()
+    fields = fields_of(part)
+    for codes in fields.values():
+        word = rest.pop(0) if rest else ("" if codes else "0deg")
+        degrees = _DEGREES.fullmatch(word)
+        if codes and word not in codes:
+            raise _fault(words, place, " ".join(codes))
+        if not codes and (degrees is None or int(degrees[1]) > MOST_AMOUNT):
             raise _fault(words, place, f"degrees at its end, like 90deg, at most {MOST_AMOUNT}")
-        return int(found[1])
-    known = {"direction": kind.directions, "level": LEVELS}.get(name, amounts_of(part))
-    word = rest.pop(0) if rest else ""
-    if word not in known:
-        raise _fault(words, place, " ".join(known))
-    return {"direction": DIRECTIONS, "level": LEVELS}.get(name, kind.amounts).index(word)
+        cell.append(int(degrees[1]) if degrees else codes[word])
+    bend = " ".join(rest)
+    if bend and (kind_of(part) != "gesture" or bend not in HOW_BENT):
+        raise _fault(words, place, f"no more than {' and '.join(fields)}")
+    return tuple(cell), HOW_BENT.index(bend) if bend else -1
 
 
 def _fault(words: str, place: str, wanted: str) -> NotationError:

@@ -310,7 +310,7 @@ HEAD = "#speed=60\n#unit1\n"
         (HEAD + "direction jump forward mid 0 1", 3, '"direction" of jump, wanted "jump"'),
         (HEAD + "direction step forward mid 0 1", 3, "of step, wanted the supports that it is"),
         (HEAD + "touch r_hand head 0 1", 3, '"touch" of r_hand, wanted "direction"'),
-        (HEAD + "touch r_hand_touch elbow 0 1", 3, 'the touched "elbow", wanted hand head trunk'),
+        (HEAD + "touch r_hand_touch elbow 0 1", 3, 'the touched "elbow", wanted head trunk arm'),
         (HEAD + "touch r_hand_touch hand 0 1", 3, 'the touched "hand", wanted head trunk arm'),
         (HEAD + "touch hands_touch knee 0 1", 3, 'the touched "knee", wanted hand'),
         (HEAD + "touch r_hand_touch 0 1", 3, "3 words behind touch, wanted four: part touched"),
