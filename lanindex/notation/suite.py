@@ -100,7 +100,7 @@ def read(content: bytes, place: str) -> Score:
 
 def _gesture(content: bytes, place: str) -> dict[str, Any]:
     """Return the positions of the one gesture that a file holds, by name."""
-    text = decoded(content, place, "a gesture of LabanotationSuite").removeprefix("\ufeff")
+    text = decoded(content, place, "a gesture of LabanotationSuite")
     try:
         found = json.loads(text, object_pairs_hook=unique_keys, parse_constant=float)
     except json.JSONDecodeError as error:

@@ -185,7 +185,7 @@ def _as(kind: type, value: Any) -> Any:
 
 def read_csv(content: bytes, place: str) -> Score:
     """Read the score that a table tells."""
-    text = decoded(content, place, "a table of symbols").removeprefix("\ufeff")
+    text = decoded(content, place, "a table of symbols")
     return score_of(_csv_rows(csv.reader(StringIO(text, newline="")), place), place)
 
 
@@ -225,7 +225,7 @@ def save_csv(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
 
 def read_jsonl(content: bytes, place: str) -> Score:
     """Read the score that lines tell."""
-    text = decoded(content, place, "JSON lines").removeprefix("\ufeff")
+    text = decoded(content, place, "JSON lines")
     return score_of(_jsonl_rows(text.split("\n"), place), place)
 
 

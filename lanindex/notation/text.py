@@ -14,43 +14,29 @@ from pathlib import Path
 from typing import Any
 
 from lanindex.errors import NotationError, shown
-
-WIDE = (b"\xff\xfe", b"\xfe\xff")
-"""Byte order marks of UTF-16."""
-
-
-def read_text(path: Path) -> str:
-    """Return a file's text."""
-    try:
-        data = path.read_bytes()
-        return data.decode("utf-16" if data.startswith(WIDE) else "utf-8-sig")
-    except OSError as error:
-        raise NotationError(str(error.strerror), place=str(path), wanted="a text file") from error
-    except UnicodeDecodeError as error:
-        raise NotationError(
-            f"byte {error.start} is no {error.encoding.upper()}",
-            place=str(path),
-            wanted="a text file",
-            remedy="Save it again as UTF-8.",
-        ) from error
+from lanindex.notation import content_of
 
 
 def decoded(source: bytes, place: str, wanted: str) -> str:
     """Return the text of a file's bytes: UTF-8, or UTF-16 with a byte order mark."""
+    encoding = "UTF-16" if source.startswith((b"\xff\xfe", b"\xfe\xff")) else "UTF-8"
     try:
-        text = source.decode("utf-16" if source.startswith(WIDE) else "utf-8")
+        text = source.decode(encoding).removeprefix("\ufeff")
     except UnicodeDecodeError as error:
         line = source.count(b"\n", 0, error.start) + 1
-        found = f"byte {error.start} is no text"
+        found = f"byte {error.start} is no {encoding}"
         remedy = "Save the file again as UTF-8."
-        raise NotationError(
-            found, place=f"{place}:{line}", wanted="UTF-8", remedy=remedy
-        ) from error
+        raise NotationError(found, place=f"{place}:{line}", wanted=wanted, remedy=remedy) from error
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
         wanted = f"{wanted}, which is text"
         raise NotationError("binary data", place=f"{place}:{line}", wanted=wanted)
     return text
+
+
+def read_text(path: Path) -> str:
+    """Return a file's text."""
+    return decoded(content_of(str(path)), str(path), "a text file")
 
 
 def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

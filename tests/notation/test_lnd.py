@@ -355,7 +355,7 @@ HEAD = "#speed=60\n#unit1\n"
             4,
             "at most 2147483647 ticks. Round the times to a few decimals.",
         ),
-        (b"#speed=60\n\x80\n", 2, "is no text"),
+        (b"#speed=60\n\x80\n", 2, "byte 10 is no UTF-8, wanted LND. Save"),
         (b"#speed=60\n\0\0\n", 2, "binary data"),
     ],
 )

@@ -163,7 +163,7 @@ def changed(**says: object) -> bytes:
         (b'{"a": {"Position1": {}, "Position1": {}}}', '"Position1" twice in one object'),
         (b"[" * 100_000, "JSON that cannot be read"),
         (b'{"a": ' + b"1" * 9999 + b"}", "JSON that cannot be read"),
-        (b"\xff\xfe\x00", "no text"),
+        (b"\xff\xfe\x00", "no UTF-16"),
         (changed(right_elbow=["Up", "Low"]), 'Position1, right elbow: ["Up", "Low"], wanted a dir'),
         (changed(right_elbow="Low"), '"Low", wanted a direction and a level'),
         (changed(left_wrist=[float("nan"), 2]), "[NaN, 2], wanted a direction"),
