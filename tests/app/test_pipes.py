@@ -65,7 +65,7 @@ def test_a_pattern_in_a_file(place: Path) -> None:
     )
     done = called(place, "search", "@none.lq")
     assert done.returncode == 2
-    assert done.stderr.startswith("lanindex: none.lq: No such file")
+    assert done.stderr.startswith("lanindex: none.lq: cannot be read: no such file")
 
 
 def test_a_score_as_a_pattern(place: Path) -> None:

@@ -129,5 +129,5 @@ def test_beats_after_the_capture_are_refused(tmp_path) -> None:
     motion = perform(walked(3, 120), rate=RATE)
     with pytest.raises(UsageError, match="beats from 1000 s on"):
         encode(motion, tempo=file)
-    with pytest.raises(NotationError, match="No such file"):
+    with pytest.raises(NotationError, match="no such file"):
         encode(motion, tempo=tmp_path / "none.txt")
