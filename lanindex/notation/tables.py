@@ -18,7 +18,7 @@ import numpy as np
 
 from lanindex import records
 from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, MOST_AMOUNT, kind_of
-from lanindex.errors import ExportError, NotationError, shown
+from lanindex.errors import ExportError, LanindexError, NotationError, shown
 from lanindex.model import Capture, Meter, Score, Track
 from lanindex.model.symbol import FIELDS, blank
 from lanindex.notation.beats import ticks_at
@@ -99,37 +99,29 @@ class _Row:
         if not 0 <= self.start <= self.stop <= _MOST:
             _refuse(where, f"frames {self.start} to {self.stop}", "from 0, and an end behind it")
         self.passing = bool(row.get("passing"))
-        self.values = {**self._said(row), **self._measured(row)}
-
-    def _said(self, row: Mapping[str, Any]) -> dict[str, int]:
-        kind, found = KINDS[kind_of(self.part)], dict[str, int]()
+        self.values: dict[str, float] = {}
+        kind = KINDS[kind_of(self.part)]
+        runner_up = (row.get("runner_up") or "").split()
         for name, codes in _CODES.items():
             word = row.get(name)
             known = kind.directions if name == "direction" else tuple(codes)
             wanted = " ".join(known) if name in kind.fields else f"none of a {kind.name}"
             if (word in known) != (name in kind.fields) or (word and name not in kind.fields):
-                _refuse(self.where, f'the {name} "{shown(str(word))}" of {self.part}', wanted)
-            found[name] = codes[word] if word else -1
+                _refuse(where, f'the {name} "{shown(str(word))}" of {self.part}', wanted)
+            self.values[name] = codes[word] if word else -1
+            self.values[f"runner_{name}"] = next((codes[it] for it in runner_up if it in codes), -1)
         amount = row.get("amount")
         most = len(kind.amounts) - 1 if kind.amounts else MOST_AMOUNT
         if (amount is None and "amount" in kind.fields) or not -1 < (amount or 0) <= most:
-            _refuse(self.where, f"the amount {amount} of {self.part}", f"0 to {most}")
-        found["amount"] = -1 if amount is None else amount
-        return found
-
-    def _measured(self, row: Mapping[str, Any]) -> dict[str, float]:
-        found: dict[str, float] = {}
+            _refuse(where, f"the amount {amount} of {self.part}", f"0 to {most}")
+        self.values["amount"] = -1 if amount is None else amount
         for name in _MEASURED:
-            value, how = row.get(name), FIELDS[name]
+            value, limit = row.get(name), FIELDS[name].most / FIELDS[name].scale
             if value is None:
                 continue
-            if not 0 <= value <= how.most / how.scale:
-                _refuse(self.where, f"{name} {value:g}", f"0 to {how.most / how.scale:g}")
-            found[name] = value
-        beside = (row.get("runner_up") or "").split()
-        for name, codes in _CODES.items():
-            found[f"runner_{name}"] = next((codes[it] for it in beside if it in codes), -1)
-        return found
+            if not 0 <= value <= limit:
+                _refuse(where, f"{name} {value:g}", f"0 to {limit:g}")
+            self.values[name] = value
 
 
 def _track(part: str, own: list[_Row], frames: int, rate: Fraction) -> Track:
@@ -151,61 +143,53 @@ def _track(part: str, own: list[_Row], frames: int, rate: Fraction) -> Track:
     return track_of(part, rows, frames)
 
 
-def typed(values: Mapping[str, Any], place: str) -> dict[str, Any]:
-    """Return a row with values of its columns' types; other columns are left out."""
-    found: dict[str, Any] = {}
-    for name, value in values.items():
-        if name not in COLUMNS or value is None or value == "" or value != value:
-            continue
-        try:
-            found[name] = _as(COLUMNS[name], value)
-        except (ValueError, TypeError, OverflowError):
-            _refuse(place, f'{name} "{shown(str(value))}"', _WANTED[COLUMNS[name]])
-    return found
-
-
 _WANTED = {str: "a text", int: "a whole number", float: "a number", bool: "true or false"}
 _FLAGS = {"true": True, "false": False, "1": True, "0": False}
 
 
-def _as(kind: type, value: Any) -> Any:
-    if kind is str:
-        if not isinstance(value, str):
-            raise TypeError
-        return value
-    if kind is bool:
-        if (flag := _FLAGS.get(str(value).lower())) is None:
-            raise ValueError
-        return flag
-    number = float(value)
-    if not abs(number) < 1e15 or (kind is int and number % 1):
-        raise ValueError
-    return int(number) if kind is int else number
+def typed(values: Mapping[str, Any], place: str) -> dict[str, Any]:
+    """Return a row with values of its columns' types; other columns are left out."""
+    row: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in COLUMNS or value is None or value == "" or value != value:
+            continue
+        kind = COLUMNS[name]
+        try:
+            if kind is str:
+                sound, row[name] = isinstance(value, str), value
+            elif kind is bool:
+                flag = str(value).lower()
+                sound, row[name] = flag in _FLAGS, _FLAGS.get(flag)
+            else:
+                number = float(value)
+                sound = abs(number) < 1e15 and (kind is float or number % 1 == 0)
+                row[name] = int(number) if kind is int and sound else number
+        except (ValueError, TypeError, OverflowError):
+            sound = False
+        if not sound:
+            _refuse(place, f'{name} "{shown(str(value))}"', _WANTED[kind])
+    return row
 
 
 def read_csv(content: bytes, place: str) -> Score:
     """Read the score that a table tells."""
-    text = decoded(content, place, "a table of symbols")
-    return score_of(_csv_rows(csv.reader(StringIO(text, newline="")), place), place)
+    lines = csv.reader(StringIO(decoded(content, place, "a table of symbols"), newline=""))
 
-
-def _csv_rows(lines: Any, place: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    try:
+    def rows() -> Iterator[tuple[str, Mapping[str, Any]]]:
         names: list[str] = next(lines, [])
         if absent := [name for name in ("part", "start_frame") if name not in names]:
             wanted = f"a line of names, as {', '.join(COLUMNS)}"
-            raise NotationError(f"no column {absent[0]}", place=place, wanted=wanted)
+            _refuse(place, f"no column {absent[0]}", wanted)
         if again := [name for at, name in enumerate(names) if name in names[:at]]:
-            found = f"the column {shown(again[0])} twice"
-            raise NotationError(found, place=place, wanted="each once")
+            _refuse(place, f"the column {shown(again[0])} twice", "each once")
         for values in filter(None, lines):
             where = f"{place}:{lines.line_num}"
             if len(values) != len(names):
-                found = f"{len(values)} values"
-                raise NotationError(
-                    found, place=where, wanted=f"{len(names)}, as in the first line"
-                )
+                _refuse(where, f"{len(values)} values", f"{len(names)}, as in the first line")
             yield where, typed(dict(zip(names, values, strict=True)), where)
+
+    try:
+        return score_of(rows(), place)
     except csv.Error as error:
         raise NotationError(str(error), place=f"{place}:{lines.line_num}") from error
 
@@ -225,23 +209,21 @@ def save_csv(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
 
 def read_jsonl(content: bytes, place: str) -> Score:
     """Read the score that lines tell."""
-    text = decoded(content, place, "JSON lines")
-    return score_of(_jsonl_rows(text.split("\n"), place), place)
 
+    def rows() -> Iterator[tuple[str, Mapping[str, Any]]]:
+        for number, line in enumerate(decoded(content, place, "JSON lines").split("\n"), 1):
+            where = f"{place}:{number}"
+            if not line.strip():
+                continue
+            try:
+                row = json.loads(line, object_pairs_hook=unique_keys)
+            except (ValueError, RecursionError) as error:
+                _refuse(where, shown(f"damaged JSON ({error})", 200), "an object a line")
+            if not isinstance(row, dict):
+                _refuse(where, shown(line.strip()), "an object a line")
+            yield where, typed(row, where)
 
-def _jsonl_rows(lines: Iterable[str], place: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    for number, line in enumerate(lines, 1):
-        where = f"{place}:{number}"
-        if not line.strip():
-            continue
-        try:
-            row = json.loads(line, object_pairs_hook=unique_keys)
-        except (ValueError, RecursionError) as error:
-            found = shown(f"damaged JSON ({error})", 200)
-            raise NotationError(found, place=where, wanted="an object a line") from error
-        if not isinstance(row, dict):
-            raise NotationError(shown(line.strip()), place=where, wanted="an object a line")
-        yield where, typed(row, where)
+    return score_of(rows(), place)
 
 
 def save_jsonl(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
@@ -257,27 +239,30 @@ GROUP = 1 << 15
 """Rows that are in memory at once."""
 
 _TYPES = {str: "string", int: "int64", float: "float64", bool: "bool"}
-_REMEDY = "It comes with: pip install 'lanindex[tables]'."
+
+
+def _arrow(error_type: type[LanindexError], place: str) -> tuple[Any, Any]:
+    """Return pyarrow and its module of Parquet."""
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        remedy = "It comes with: pip install 'lanindex[tables]'."
+        raise error_type(f"{error.name} is not installed", place=place, remedy=remedy) from error
+    return pyarrow, parquet
 
 
 def read_parquet(content: bytes, place: str) -> Score:
     """Read the score that a table tells."""
-    try:
-        import pyarrow as pa
-        from pyarrow import parquet
-    except ImportError as error:
-        found = f"{error.name} is not installed"
-        raise NotationError(found, place=place, remedy=_REMEDY) from error
+    pa, parquet = _arrow(NotationError, place)
 
     def rows() -> Iterator[tuple[str, Mapping[str, Any]]]:
         file = parquet.ParquetFile(pa.BufferReader(content))
         columns = [name for name in COLUMNS if name in file.schema_arrow.names]
-        number = 0
-        for batch in file.iter_batches(GROUP, columns=columns):
-            for row in batch.to_pylist():
-                number += 1
-                where = f"{place}: row {number}"
-                yield where, typed(row, where)
+        batches = file.iter_batches(GROUP, columns=columns)
+        for number, row in enumerate((it for own in batches for it in own.to_pylist()), 1):
+            where = f"{place}: row {number}"
+            yield where, typed(row, where)
 
     try:
         return score_of(rows(), place)
@@ -288,12 +273,7 @@ def read_parquet(content: bytes, place: str) -> Score:
 
 def save_parquet(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
     """Write rows into a file, a group at a time; return how many there are."""
-    try:
-        import pyarrow as pa
-        from pyarrow import parquet
-    except ImportError as error:
-        found = f"{error.name} is not installed"
-        raise ExportError(found, place="parquet", remedy=_REMEDY) from error
+    pa, parquet = _arrow(ExportError, "parquet")
     kinds = {kind: pa.type_for_alias(name) for kind, name in _TYPES.items()}
     schema = pa.schema([(name, kinds[kind]) for name, kind in COLUMNS.items()])
     count, left = 0, iter(rows)
