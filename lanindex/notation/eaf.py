@@ -7,8 +7,8 @@ Psycholinguistics.
 from __future__ import annotations
 
 import re
-from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from itertools import count, pairwise
 from mimetypes import guess_type
@@ -75,13 +75,24 @@ def read(content: bytes, place: str) -> Score:
                 raise
             warnings.append(f'the tier "{name}" is left out: {error.found} is no symbol')
             continue
-        starts = _starts(properties.get(_STARTS + name, ""), entries, name, place, warnings)
-        tiers[name] = [*starts, *entries]
+        tiers[name] = list(entries)
+        entries.sort(key=lambda it: it.start)
+        for text in filter(str.strip, properties.get(_STARTS + name, "").split(";")):
+            match = _START.fullmatch(text)
+            if match is None:
+                found = f'the starting position "{shown(text.strip())}"'
+                raise NotationError(found, place=f"{place}: {name}", wanted="one like 0 place low")
+            time = int(match[1])
+            before = bisect_left(entries, time, key=lambda it: it.start) - 1
+            if before >= 0 and time < entries[before].stop:
+                warnings.append(f"{name}: a starting position at {time / SECOND:g} s is left out, "
+                            "an annotation lies over it")  # fmt: skip
+            else:
+                tiers[name].append(TierEntry(match[2], time, time))
     if not tiers and _LENGTH not in properties:
         wanted = f"one of the type {TYPE}, or named as r_arm"
         raise NotationError("no tier of a part of the body", place=place, wanted=wanted)
-    last = properties.get(_LENGTH, "")
-    return score_of(tiers, place, warnings, int(last) if _TIME.fullmatch(last) else 0)
+    return score_of(tiers, place, warnings, _whole(properties.get(_LENGTH)))
 
 
 def _document(content: bytes, place: str) -> Element:
@@ -114,24 +125,9 @@ def _annotations(
         yield TierEntry(words, start, stop)
 
 
-def _starts(
-    text: str, entries: Iterable[TierEntry], part: str, place: str, warnings: list[str]
-) -> Iterator[TierEntry]:
-    """Yield a tier's starting positions, except those inside an annotation."""
-    ordered = sorted(entries, key=lambda it: it.start)
-    begins = [it.start for it in ordered]
-    for one in filter(str.strip, text.split(";")):
-        match = _START.fullmatch(one)
-        if match is None:
-            found = f'the starting position "{shown(one.strip())}"'
-            raise NotationError(found, place=f"{place}: {part}", wanted="one like 0 place low")
-        time = int(match[1])
-        before = bisect_right(begins, time) - 1
-        if before >= 0 and begins[before] < time < ordered[before].stop:
-            warnings.append(f"{part}: a starting position at {time / SECOND:g} s is left out, "
-                        "an annotation lies over it")  # fmt: skip
-        else:
-            yield TierEntry(match[2], time, time)
+def _whole(text: str | None) -> int:
+    """Return the number that a property holds, 0 if it holds none."""
+    return int(text) if text and _TIME.fullmatch(text) else 0
 
 
 def write(
@@ -143,21 +139,26 @@ def write(
     media: Path | None = None,
 ) -> bytes:
     """Write a score as an ELAN file, or into one."""
-    root = _new() if into is None else _document(into, place)
+    if into is not None:
+        root = _document(into, place)
+    else:
+        date = datetime.now(UTC).isoformat(timespec="seconds")
+        attributes = {"AUTHOR": "LanIndex", "DATE": date, "FORMAT": "3.0", "VERSION": "3.0"}
+        root = Element(_ROOT, {**attributes, f"{_XSI}noNamespaceSchemaLocation": _SCHEMA})
+        SubElement(root, "HEADER", {"MEDIA_FILE": "", "TIME_UNITS": "milliseconds"})
+        SubElement(root, "TIME_ORDER")
     header = next(root.iter("HEADER"))
     tiers = entries_of(score)
-    for part in tiers:
-        _make_room(root, part, force, place)
-    _declare(root, TYPE, place)
-    if media is not None:
-        _show(header, media)
-    _put(root, tiers, TYPE)
+    _put(root, tiers, TYPE, force, place)
+    if media is not None:  # before what else the header says
+        kind = guess_type(media.name)[0] or "application/octet-stream"
+        attributes = {"MEDIA_URL": media.absolute().as_uri(), "MIME_TYPE": kind}
+        header.insert(0, Element("MEDIA_DESCRIPTOR", attributes))
     for part, entries in tiers.items():
         starts = "; ".join(f"{it.start} {it.words}" for it in entries if it.start == it.stop)
-        _tell(header, _STARTS + part, starts)
-    before = header.findtext(f"PROPERTY[@NAME='{_LENGTH}']") or ""
-    known = int(before) if _TIME.fullmatch(before) else 0
-    _tell(header, _LENGTH, str(max(known, duration(score))))
+        _set_property(header, _STARTS + part, starts)
+    length = max(_whole(header.findtext(f"PROPERTY[@NAME='{_LENGTH}']")), duration(score))
+    _set_property(header, _LENGTH, str(length))
     return write_xml(root)
 
 
@@ -175,30 +176,56 @@ def mark(
             times = f"{one.start / SECOND:g} and {two.start / SECOND:g} s"
             found = f"what begins at {times} shares time"
             raise ExportError(found, place=f"{place}: {shown(tier)}", wanted="one at a time")
-    _make_room(root, tier, force, place)
-    _declare(root, HITS, place)
-    _put(root, {tier: ordered}, HITS)
+    _put(root, {tier: ordered}, HITS, force, place)
     return write_xml(root)
 
 
-def _put(root: Element, tiers: Mapping[str, list[TierEntry]], kind: str) -> None:
-    """Put tiers behind those that are there, numbered behind all others."""
-    numbers = count(_last_number(root) + 1)
-    made = [_tier(name, kind, entries, numbers) for name, entries in tiers.items()]
+def _put(
+    root: Element, tiers: Mapping[str, list[TierEntry]], kind: str, force: bool, place: str
+) -> None:
+    """Put tiers of a type behind those that are there, numbered behind all others."""
+    for name in tiers:
+        _make_room(root, name, force, place)
+    known = [it for it in root.iterfind("LINGUISTIC_TYPE") if it.get("LINGUISTIC_TYPE_ID") == kind]
+    if known and (known[0].get("CONSTRAINTS") or known[0].get("TIME_ALIGNABLE") == "false"):
+        found = f"has a type {kind} that is bound to a parent"
+        raise ExportError(found, place=place, wanted="one that is aligned with time, or none")
+    if not known:
+        attributes = {"GRAPHIC_REFERENCES": "false", "LINGUISTIC_TYPE_ID": kind}
+        last = [at for at, it in enumerate(root) if it.tag not in _BEHIND_TIERS[1:]]
+        root.insert(last[-1] + 1, Element("LINGUISTIC_TYPE", attributes, TIME_ALIGNABLE="true"))
+    ids = (it.get(key, "") for it in root.iter() for key in ("TIME_SLOT_ID", "ANNOTATION_ID"))
+    used = (int(match[1]) for match in map(_NUMBERED.fullmatch, ids) if match)
+    last_used = _whole(root.findtext(f"HEADER/PROPERTY[@NAME='{_LAST}']"))
+    numbers = count(max([last_used, *used]) + 1)
+    slots: list[tuple[int, Element]] = []
+    elements = []
+    for name, entries in tiers.items():
+        elements.append(tier := Element("TIER", {"LINGUISTIC_TYPE_REF": kind, "TIER_ID": name}))
+        for it in entries:
+            if it.start == it.stop:
+                continue
+            names = [f"ts{next(numbers)}" for _ in range(2)]
+            for time, slot_id in zip((it.start, it.stop), names, strict=True):
+                attributes = {"TIME_SLOT_ID": slot_id, "TIME_VALUE": str(time)}
+                slots.append((time, Element("TIME_SLOT", attributes)))
+            attributes = {"ANNOTATION_ID": f"a{next(numbers)}"}
+            attributes |= {"TIME_SLOT_REF1": names[0], "TIME_SLOT_REF2": names[1]}
+            annotation = SubElement(tier, "ANNOTATION")
+            annotation = SubElement(annotation, "ALIGNABLE_ANNOTATION", attributes)
+            SubElement(annotation, "ANNOTATION_VALUE").text = it.words
     index = next((at for at, it in enumerate(root) if it.tag in _BEHIND_TIERS), len(root))
-    root[index:index] = [tier for tier, _ in made]
-    slots = [slot for _, own in made for slot in own]
-    _merge(next(root.iter("TIME_ORDER")), sorted(slots, key=lambda pair: pair[0]))
-    _tell(next(root.iter("HEADER")), _LAST, str(next(numbers) - 1))
-
-
-def _new() -> Element:
-    date = datetime.now(UTC).isoformat(timespec="seconds")
-    attributes = {"AUTHOR": "LanIndex", "DATE": date, "FORMAT": "3.0", "VERSION": "3.0"}
-    root = Element(_ROOT, {**attributes, f"{_XSI}noNamespaceSchemaLocation": _SCHEMA})
-    SubElement(root, "HEADER", {"MEDIA_FILE": "", "TIME_UNITS": "milliseconds"})
-    SubElement(root, "TIME_ORDER")
-    return root
+    root[index:index] = elements
+    slots.sort(key=lambda pair: pair[0])
+    slots.reverse()
+    order, merged = next(root.iter("TIME_ORDER")), list[Element]()
+    for slot in order:  # one without a time stays where it is
+        value = slot.get("TIME_VALUE", "")
+        while slots and _TIME.fullmatch(value) and slots[-1][0] < int(value):
+            merged.append(slots.pop()[1])
+        merged.append(slot)
+    order[:] = [*merged, *(slot for _, slot in reversed(slots))]
+    _set_property(next(root.iter("HEADER")), _LAST, str(next(numbers) - 1))
 
 
 def _make_room(root: Element, part: str, force: bool, place: str) -> None:
@@ -224,83 +251,7 @@ def _slots_of(element: Element) -> set[str | None]:
     return {one.get(f"TIME_SLOT_REF{end}") for one in used for end in (1, 2)}
 
 
-def _declare(root: Element, kind: str, place: str) -> None:
-    """See to it that the type of our tiers is there."""
-    known = [it for it in root.iterfind("LINGUISTIC_TYPE") if it.get("LINGUISTIC_TYPE_ID") == kind]
-    if known and (known[0].get("CONSTRAINTS") or known[0].get("TIME_ALIGNABLE") == "false"):
-        found = f"has a type {kind} that is bound to a parent"
-        raise ExportError(found, place=place, wanted="one that is aligned with time, or none")
-    if not known:
-        attributes = {
-            "GRAPHIC_REFERENCES": "false",
-            "LINGUISTIC_TYPE_ID": kind,
-            "TIME_ALIGNABLE": "true",
-        }
-        last = [at for at, it in enumerate(root) if it.tag not in _BEHIND_TIERS[1:]]
-        root.insert(last[-1] + 1, Element("LINGUISTIC_TYPE", attributes))
-
-
-def _show(header: Element, media: Path) -> None:
-    """Name a recording, before what else the header says."""
-    kind = guess_type(media.name)[0] or "application/octet-stream"
-    attributes = {"MEDIA_URL": media.absolute().as_uri(), "MIME_TYPE": kind}
-    header.insert(0, Element("MEDIA_DESCRIPTOR", attributes))
-
-
-def _last_number(root: Element) -> int:
-    """Return the highest number of any annotation or time slot."""
-    last = root.findtext(f"HEADER/PROPERTY[@NAME='{_LAST}']") or ""
-    names = (one.get(name, "") for one in root.iter() for name in ("TIME_SLOT_ID", "ANNOTATION_ID"))
-    used = (int(match[1]) for match in map(_NUMBERED.fullmatch, names) if match)
-    return max(int(last) if _TIME.fullmatch(last) else 0, max(used, default=0))
-
-
-def _tier(
-    name: str, kind: str, entries: Iterable[TierEntry], numbers: count[int]
-) -> tuple[Element, list[tuple[int, str]]]:
-    """Return a tier, and the time slots that it needs."""
-    tier = Element("TIER", {"LINGUISTIC_TYPE_REF": kind, "TIER_ID": name})
-    slots: list[tuple[int, str]] = []
-    for it in entries:
-        if it.start == it.stop:
-            continue
-        names = [f"ts{next(numbers)}" for _ in range(2)]
-        slots += zip((it.start, it.stop), names, strict=True)
-        one = SubElement(
-            SubElement(tier, "ANNOTATION"),
-            "ALIGNABLE_ANNOTATION",
-            {
-                "ANNOTATION_ID": f"a{next(numbers)}",
-                "TIME_SLOT_REF1": names[0],
-                "TIME_SLOT_REF2": names[1],
-            },
-        )
-        SubElement(one, "ANNOTATION_VALUE").text = it.words
-    return tier, slots
-
-
-def _merge(order: Element, slots: list[tuple[int, str]]) -> None:
-    """Put time slots among others by their time; those without one stay where they are."""
-    merged: list[Element] = []
-    at = 0
-
-    def until(time: float) -> None:
-        nonlocal at
-        while at < len(slots) and slots[at][0] < time:
-            value, name = slots[at]
-            merged.append(Element("TIME_SLOT", TIME_SLOT_ID=name, TIME_VALUE=str(value)))
-            at += 1
-
-    for slot in order:
-        value = slot.get("TIME_VALUE", "")
-        if _TIME.fullmatch(value):
-            until(int(value))
-        merged.append(slot)
-    until(float("inf"))
-    order[:] = merged
-
-
-def _tell(header: Element, name: str, value: str) -> None:
+def _set_property(header: Element, name: str, value: str) -> None:
     """Set a property; an empty one is not added."""
     found = next((it for it in header.iterfind("PROPERTY") if it.get("NAME") == name), None)
     if found is not None:
