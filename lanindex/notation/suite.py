@@ -53,21 +53,24 @@ _SETTLED = "place low"
 _NOWHERE = 1e-6
 
 
-def _theirs(words: str) -> tuple[str, str]:
-    """Return a direction and a level as they say it."""
+def _suite_words(words: str) -> tuple[str, str]:
+    """Return a direction and a level as LabanotationSuite writes them."""
     way, level = words.split()[:2]
     side, _, depth = way.rpartition("_")
     return _SIDES.get(side, "") + depth.title().replace("Back", "Backward"), _LEVELS[level]
 
 
-_OURS = {_theirs(f"{way} {level}"): f"{way} {level}" for way in DIRECTIONS for level in LEVELS}
+_CELLS = {
+    _suite_words(f"{way} {level}"): f"{way} {level}" for way in DIRECTIONS for level in LEVELS
+}
+"""Our words for each direction and level of LabanotationSuite."""
 
 
 class _Position(NamedTuple):
     """The words of a column at a time (a direction and a level, or degrees), and our mark."""
 
     time: int
-    says: str
+    words: str
     mark: str = ""
 
 
@@ -89,12 +92,20 @@ def read(content: bytes, place: str) -> Score:
             if column not in (*ARMS, _HEAD, _TURN):
                 warnings[f'the column "{shown(column)}" is no part of the body: left out'] = None
                 continue
-            says = (_turned if column == _TURN else _pointed)(value, f"{where}, {column}")
-            columns[column].append(_Position(time, says, str(marks.get(column, ""))))
+            words = (_turned if column == _TURN else _pointed)(value, f"{where}, {column}")
+            columns[column].append(_Position(time, words, str(marks.get(column, ""))))
     tiers = {part: _moves(columns[name], times[0]) for name, (part, _) in ARMS.items()}
     tiers["body_turn"] = _turns(columns[_TURN])
-    if len({stand.says for stand in columns[_HEAD]}) > 1:
-        tiers["head"], tiers["head_turn"] = _head(columns[_HEAD], times[0], warnings)
+    if len({face.words for face in columns[_HEAD]}) > 1:
+        nods, pans = [], []
+        for face in columns[_HEAD]:
+            way, level = face.words.split()
+            if way not in _PANS:
+                warnings["a face that looks back or to its place: left out"] = None
+                continue
+            nods.append(_Position(face.time, _NODS[level]))
+            pans.append(_Position(face.time, _PANS[way]))
+        tiers["head"], tiers["head_turn"] = _moves(nods, times[0]), _moves(pans, times[0])
     return score_of({part: it for part, it in tiers.items() if it}, place, warnings, times[-1])
 
 
@@ -153,7 +164,7 @@ def _words(value: Any, count: int) -> list[str]:
 
 def _pointed(value: Any, place: str) -> str:
     way, level = (word.title() for word in _words(value, 2))
-    found = _OURS.get((" ".join(way.split()), level))
+    found = _CELLS.get((" ".join(way.split()), level))
     if found is None:
         wanted = 'a direction and a level like ["Left Forward", "Normal"]'
         raise NotationError(shown(json.dumps(value)), place=place, wanted=wanted)
@@ -171,107 +182,83 @@ def _turned(value: Any, place: str) -> str:
 
 def _moves(column: Iterable[_Position], opens: int) -> list[TierEntry]:
     """Return starting positions, and movements between positions that differ."""
-    found: list[TierEntry] = []
+    entries: list[TierEntry] = []
     before, since = "", opens
-    for time, says, mark in column:
+    for time, words, mark in column:
         if mark == _AWAY:
             continue
-        if mark == _UNKNOWN:
-            before = ""
-        else:
-            if mark == _ANEW or (not before and mark != _AGAIN):
-                begins = time if time > opens else 0
-                found.append(TierEntry(says, begins, begins))
-            elif mark == _AGAIN or says != before:
-                found.append(TierEntry(says, since, time))
-            before = says
-        since = time
-    return found
+        if mark == _ANEW or not (before or mark in (_AGAIN, _UNKNOWN)):
+            begin = time if time > opens else 0
+            entries.append(TierEntry(words, begin, begin))
+        elif mark == _AGAIN or (mark != _UNKNOWN and words != before):
+            entries.append(TierEntry(words, since, time))
+        before, since = "" if mark == _UNKNOWN else words, time
+    return entries
 
 
 def _turns(column: Iterable[_Position]) -> list[TierEntry]:
     """Return turns from one facing to the next."""
-    found: list[TierEntry] = []
+    entries: list[TierEntry] = []
     facing = since = 0
-    for time, says, mark in column:
+    for time, words, mark in column:
         if mark == _AWAY:
             continue
-        way, degrees_ = says.split()
-        turn, facing = int(degrees_) - facing, int(degrees_)
+        way, number = words.split()
+        turn, facing = int(number) - facing, int(number)
         if turn or mark == _AGAIN:
             left = way == "ToLeft" if mark == _AGAIN else turn > 0
-            found.append(TierEntry(f"{'left' if left else 'right'} {abs(turn)}deg", since, time))
+            entries.append(TierEntry(f"{'left' if left else 'right'} {abs(turn)}deg", since, time))
         since = time
-    return found
-
-
-def _head(
-    column: list[_Position], opens: int, warnings: dict[str, None]
-) -> tuple[list[TierEntry], list[TierEntry]]:
-    """Return the nods and turns of a head from the column of its face."""
-    known = [stand for stand in column if stand.says.split()[0] in _PANS]
-    if len(known) < len(column):
-        warnings["a face that looks back or to its place: left out"] = None
-    split = [stand.says.split() for stand in known]
-    nods = (_Position(it.time, _NODS[level]) for it, (_, level) in zip(known, split, strict=True))
-    pans = (_Position(it.time, _PANS[way]) for it, (way, _) in zip(known, split, strict=True))
-    return _moves(nods, opens), _moves(pans, opens)
+    return entries
 
 
 def write(score: Score) -> str:
     """Write arms and facing of a score as a gesture of LabanotationSuite."""
-    shows = entries_of(score)
+    tiers = entries_of(score)
     arms = {
-        column: next((shows[part] for part in parts if part in shows), [])
+        column: next((tiers[part] for part in parts if part in tiers), [])
         for column, parts in ARMS.items()
     }
-    turns = [it for it in shows.get("body_turn", []) if it.start < it.stop]
-    moments = sorted({(0, 0), (duration(score), 0)}.union(*map(_moments, (*arms.values(), turns))))
-    columns = {name: list(_stands(entries, moments)) for name, entries in arms.items()}
-    columns[_TURN] = list(_facings(turns, moments))
+    turns = [it for it in tiers.get("body_turn", []) if it.start < it.stop]
+    moments = {(0, 0), (duration(score), 0)}
+    for entries in (*arms.values(), turns):
+        moments |= {(time, 0) for it in entries for time in (it.start, it.stop)}
+        seams = pairwise(entries)  # a starting position where a movement ends: a second position
+        moments |= {(two.start, 1) for one, two in seams if one.stop == two.start == two.stop}
+    times = [time for time, _ in sorted(moments)]
+    columns = {name: list(_positions_of(entries, times)) for name, entries in arms.items()}
+    columns[_TURN] = list(_facings(turns, times))
     lines = []
-    for number, (time, _) in enumerate(moments):
-        stands = {name: column[number] for name, column in columns.items()}
+    for number, time in enumerate(times):
+        row = {name: column[number] for name, column in columns.items()}
         position: dict[str, Any] = {
-            **{_TIME: [str(time)], _LASTS: ["-1" if number == len(moments) - 1 else "1"]},
+            **{_TIME: [str(time)], _LASTS: ["-1" if number == len(times) - 1 else "1"]},
             _HEAD: ["Forward", "Normal"],
-            **{name: _theirs(it.says) for name, it in stands.items() if name != _TURN},
-            _TURN: stands[_TURN].says.split(),
+            **{name: _suite_words(it.words) for name, it in row.items() if name != _TURN},
+            _TURN: row[_TURN].words.split(),
         }
-        if marks := {name: it.mark for name, it in stands.items() if it.mark}:
+        if marks := {name: it.mark for name, it in row.items() if it.mark}:
             position[_MARKS] = marks
         lines.append(f'    "Position{number}": {json.dumps(position)}')
     return '{\n  "gesture": {\n' + ",\n".join(lines) + "\n  }\n}\n"
 
 
-def _moments(entries: list[TierEntry]) -> set[tuple[int, int]]:
-    """Return the times of a part's positions; 1 behind one: a second position at that time."""
-    found = {(time, 0) for it in entries for time in (it.start, it.stop)}
-    seams = pairwise(entries)
-    return found | {(two.start, 1) for one, two in seams if one.stop == two.start == two.stop}
-
-
-def _stands(entries: list[TierEntry], moments: Iterable[tuple[int, int]]) -> Iterator[_Position]:
+def _positions_of(entries: list[TierEntry], times: Iterable[int]) -> Iterator[_Position]:
     """Yield where a part is at each time."""
     left = [*entries, TierEntry("", 1 << 62, 1 << 62)][::-1]
-    before, behind = "", -1
-    for time, second in moments:
-        it, mark = left[-1], "" if before else _UNKNOWN
-        here = before or _SETTLED
-        if it.start == it.stop == time and (second or behind < time):
-            mark = _ANEW if time else ""
-        elif it.start < it.stop <= time:
-            mark = "" if before and before != it.words else _AGAIN
-        elif it.start < time:
-            here, mark = _between(before or it.words, it, time), _AWAY
-            yield _Position(time, here, mark)
-            continue
+    before = ""
+    for time in times:
+        it = left[-1]
+        if it.start < time < it.stop:
+            yield _Position(time, _between(before or it.words, it, time), _AWAY)
+        elif time < it.stop:
+            yield _Position(time, before or _SETTLED, "" if before else _UNKNOWN)
         else:
-            yield _Position(time, here, mark)
-            continue
-        left.pop()
-        before, behind = it.words, time
-        yield _Position(time, before, mark)
+            mark = "" if before and before != it.words else _AGAIN
+            if it.start == it.stop:
+                mark = _ANEW if time else ""
+            before = left.pop().words
+            yield _Position(time, before, mark)
 
 
 def _between(before: str, move: TierEntry, time: int) -> str:
@@ -301,11 +288,11 @@ def _vector(words: str) -> tuple[float, float, float]:
     return cos(high) * cos(round_), cos(high) * sin(round_), sin(high)
 
 
-def _facings(turns: list[TierEntry], moments: Iterable[tuple[int, int]]) -> Iterator[_Position]:
+def _facings(turns: list[TierEntry], times: Iterable[int]) -> Iterator[_Position]:
     """Yield where the body faces at each time: degrees to the left of its beginning."""
     left = [*turns, TierEntry("left 0deg", 1 << 62, 1 << 62)][::-1]
     facing, way = 0, "ToLeft"
-    for time, _ in moments:
+    for time in times:
         it, mark, here = left[-1], "", facing
         side, _, amount = it.words.partition(" ")
         turn = int(amount.removesuffix("deg") or 0) * (1 if side == "left" else -1)
