@@ -64,44 +64,48 @@ def read(content: bytes, place: str) -> Score:
     if staff is None:
         raise NotationError("no staff", place=place, wanted="a score of MAE")
     beat, beats = _timing(staff, place)
-    parts = {**_ARMS, **dict(_defined(one) for one in staff.iter(f"{_SPACE}columnDefinition"))}
+    parts = dict(_ARMS)
+    for column in staff.iter(f"{_SPACE}columnDefinition"):
+        limbs = (it.text or "" for it in column.iter(f"{_SPACE}limb") if not len(it))
+        limb = next(limbs, "").strip()
+        side = next((it.text or "" for it in column.iter(f"{_SPACE}side")), "").strip()
+        known = limb in _LIMBS and side in ("left", "right")
+        parts[_text(column, "index")] = f"{side[0]}_{_LIMBS[limb]}" if known else ""
     tiers: dict[str, list[TierEntry]] = defaultdict(list)
     warnings: dict[str, None] = {}
-    for ordinal, one in enumerate(staff.iter(f"{_SPACE}movement"), 1):
+    for ordinal, movement in enumerate(staff.iter(f"{_SPACE}movement"), 1):
         where = f"{place}: movement {ordinal}"
-        column = _text(one, "column")
-        part = parts.get(column, "")
+        index = _text(movement, "column")
+        part = parts.get(index, "")
         if not part:
-            known = " ".join(name for name, it in parts.items() if it)
-            raise NotationError(f'the column "{shown(column)}"', place=where, wanted=known)
-        direction = one.find(f"{_SPACE}direction")
+            wanted = " ".join(name for name, it in parts.items() if it)
+            raise NotationError(f'the column "{shown(index)}"', place=where, wanted=wanted)
+        direction = movement.find(f"{_SPACE}direction")
         if direction is None:
-            if _text(one, "hold") != "true":
+            if _text(movement, "hold") != "true":
                 warnings["signs that are no directions: left out"] = None
             continue
-        measure = _number(one, "measure", where)
-        start = (measure - 1) * beats + _number(one, "beat", where)
-        span = (start, start + _number(one, "duration", where)) if measure else (0, 0)
+        measure = _number(movement, "measure", where)
+        start = (measure - 1) * beats + _number(movement, "beat", where)
+        span = (start, start + _number(movement, "duration", where)) if measure else (0, 0)
         times = [int(time * beat + Fraction(1, 2)) for time in span]
-        tiers[part].append(TierEntry(_words(direction, where), times[0], times[1]))
-    apart = {part: _apart(part, found, beat * _SLIP, warnings) for part, found in tiers.items()}
+        level, way = _text(direction, "vertical"), _text(direction, "horizontal")
+        if level not in _LEVELS:
+            wanted = " ".join(_LEVELS)
+            raise NotationError(f'the level "{shown(level)}"', place=where, wanted=wanted)
+        side, _, depth = way.replace("backward", "back").rpartition("-")
+        words = f"{f'{side[0]}_' if side else ''}{depth} {_LEVELS[level]}"
+        tiers[part].append(TierEntry(words, times[0], times[1]))
+    for part, entries in tiers.items():
+        entries.sort(key=lambda it: (it.start, it.stop))
+        for at, (one, two) in enumerate(pairwise(entries)):
+            if one.start < two.start < one.stop <= two.start + beat * _SLIP:
+                entries[at] = replace(one, stop=two.start)
+                begin = one.start / SECOND
+                warnings[f"{part}: what begins at {begin:g} s was drawn too long: cut"] = None
     count = _text(staff, "measures")
     length = int(count) * beats * beat if _COUNT.fullmatch(count) else 0
-    return score_of(apart, place, warnings, int(length))
-
-
-def _apart(
-    part: str, entries: list[TierEntry], slip: Fraction, warnings: dict[str, None]
-) -> list[TierEntry]:
-    """End a movement where the next begins, if it was drawn a little too long."""
-    ordered = sorted(entries, key=lambda it: (it.start, it.stop))
-    for at, (one, two) in enumerate(pairwise(ordered)):
-        if one.start < two.start < one.stop <= two.start + slip:
-            ordered[at] = replace(one, stop=two.start)
-            warnings[f"{part}: what begins at {one.start / SECOND:g} s was drawn too long: cut"] = (
-                None
-            )
-    return ordered
+    return score_of(tiers, place, warnings, int(length))
 
 
 def _text(element: Element, name: str) -> str:
@@ -132,85 +136,56 @@ def _timing(staff: Element, place: str) -> tuple[Fraction, Fraction]:
     return found.pop()
 
 
-def _defined(column: Element) -> tuple[str, str]:
-    """Return a column and its part, empty if unknown."""
-    limb = next((it.text or "" for it in column.iter(f"{_SPACE}limb") if not len(it)), "").strip()
-    side = next((it.text or "" for it in column.iter(f"{_SPACE}side")), "").strip()
-    known = limb in _LIMBS and side in ("left", "right")
-    return _text(column, "index"), f"{side[0]}_{_LIMBS[limb]}" if known else ""
-
-
-def _words(direction: Element, place: str) -> str:
-    """Return a direction as our own words."""
-    level, way = _text(direction, "vertical"), _text(direction, "horizontal")
-    if level not in _LEVELS:
-        raise NotationError(f'the level "{shown(level)}"', place=place, wanted=" ".join(_LEVELS))
-    side, _, depth = way.replace("backward", "back").rpartition("-")
-    return f"{f'{side[0]}_' if side else ''}{depth} {_LEVELS[level]}"
-
-
 def write(score: Score) -> bytes:
     """Write the limbs of a score for MAE, in beats of 200 ms, five a measure."""
     register_namespace("laban", _NAMED)
     tiers = {part: entries for part, entries in entries_of(score).items() if part in PARTS}
+    root = Element(f"{_SPACE}score", {_SCHEMA: f"{_NAMED} labanotation.xsd"})
+    _add(root, version="0.5", author="LanIndex", title="", description="")
+    staff = _add(root, "staff")
+    _add(staff, measures=str(max(1, -(-duration(score) // (_BEAT * _BEATS)))))
+    timing = _add(staff, "timing", timeUnit="millisecond")
+    _add(timing, "measure", index="0", beatDuration=str(_BEAT), beats=str(_BEATS))
     columns = {part: column for column, part in _ARMS.items()}
     others = dict.fromkeys(part[2:] for part in tiers if part not in columns)
-    root = Element(f"{_SPACE}score", {_SCHEMA: f"{_NAMED} labanotation.xsd"})
-    for name, text in (("version", "0.5"), ("author", "LanIndex"), ("title", "")):
-        _add(root, name, text)
-    _add(root, "description")
-    staff = _add(root, "staff")
-    _add(staff, "measures", str(max(1, -(-duration(score) // (_BEAT * _BEATS)))))
-    timing = _add(staff, "timing")
-    _add(timing, "timeUnit", "millisecond")
-    measure = _add(timing, "measure")
-    for name, count in (("index", 0), ("beatDuration", _BEAT), ("beats", _BEATS)):
-        _add(measure, name, str(count))
     defined = _add(staff, "columns") if others else None
     for column, limb in enumerate(others, _FIRST_DEFINED):
-        for side, index in (("r", column), ("l", -column)):
-            if defined is not None and f"{side}_{limb}" in tiers:
-                columns[f"{side}_{limb}"] = str(index)
-                _define(defined, str(index), limb, {"r": "right", "l": "left"}[side])
+        for side, index in (("right", column), ("left", -column)):
+            if defined is None or f"{side[0]}_{limb}" not in tiers:
+                continue
+            columns[f"{side[0]}_{limb}"] = str(index)
+            definition = _add(defined, "columnDefinition", index=str(index))
+            body = _add(_add(definition, "preSign"), "bodyPart")
+            name = next(theirs for theirs, ours in _LIMBS.items() if ours == limb)
+            _add(_add(_add(body, "limb"), "default"), limb=name)
+            _add(body, side=side)
     movements = _add(staff, "movements")
-    found = [(it.start, it.stop, part, it.words) for part in tiers for it in tiers[part]]
-    for start, stop, part, words in sorted(found, key=lambda it: it[:2]):
-        if stop > start or start == 0:
-            _move(movements, columns[part], start, stop, words)
+    entries = [(it.start, it.stop, part, it.words) for part in tiers for it in tiers[part]]
+    for start, stop, part, words in sorted(entries, key=lambda it: it[:2]):
+        if stop == start > 0:
+            continue
+        measure, ahead = divmod(start, _BEAT * _BEATS)
+        movement = _add(
+            movements,
+            "movement",
+            column=columns[part],
+            measure=str(measure + 1 if stop > start else 0),  # 0 holds starting positions
+            beat=number(Fraction(ahead, _BEAT)),
+            duration=number(Fraction(stop - start or _BEAT, _BEAT)),
+            hold="false",
+        )
+        way, level = words.split()[:2]
+        side, _, depth = way.rpartition("_")
+        side = {"r": "right-", "l": "left-"}.get(side, "")
+        horizontal = side + depth.replace("back", "backward")
+        vertical = {"mid": "middle"}.get(level, level)
+        _add(movement, "direction", vertical=vertical, horizontal=horizontal)
     return write_xml(root)
 
 
-def _add(parent: Element, name: str, text: str = "") -> Element:
-    made = SubElement(parent, _SPACE + name)
-    made.text = text or None
-    return made
-
-
-def _define(columns: Element, index: str, limb: str, side: str) -> None:
-    definition = _add(columns, "columnDefinition")
-    _add(definition, "index", index)
-    body = _add(_add(definition, "preSign"), "bodyPart")
-    name = next(theirs for theirs, ours in _LIMBS.items() if ours == limb)
-    _add(_add(_add(body, "limb"), "default"), "limb", name)
-    _add(body, "side", side)
-
-
-def _move(movements: Element, column: str, start: int, stop: int, words: str) -> None:
-    """Write a movement; one without length into measure 0, where starting positions stand."""
-    measure, ahead = divmod(start, _BEAT * _BEATS)
-    lasts = stop - start or _BEAT
-    way, level = words.split()[:2]
-    side, _, depth = way.rpartition("_")
-    side = {"r": "right-", "l": "left-"}.get(side, "")
-    one = _add(movements, "movement")
-    for name, text in (
-        ("column", column),
-        ("measure", str(measure + 1 if stop > start else 0)),
-        ("beat", number(Fraction(ahead, _BEAT))),
-        ("duration", number(Fraction(lasts, _BEAT))),
-        ("hold", "false"),
-    ):
-        _add(one, name, text)
-    direction = _add(one, "direction")
-    _add(direction, "vertical", {"mid": "middle"}.get(level, level))
-    _add(direction, "horizontal", side + depth.replace("back", "backward"))
+def _add(parent: Element, name: str = "", **texts: str) -> Element:
+    """Add an element, if one is named, and elements of texts to it; return it."""
+    element = SubElement(parent, _SPACE + name) if name else parent
+    for child, text in texts.items():
+        SubElement(element, _SPACE + child).text = text or None
+    return element
