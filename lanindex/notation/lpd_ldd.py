@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, PLACE
+from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, LEVELS, PLACE
 from lanindex.errors import NotationError, shown
 from lanindex.notation.text import read_text, words_of
 
@@ -47,51 +47,39 @@ def _number(word: str, place: str) -> float:
     return value
 
 
-_COUNTS = {"place": (1, 2), "mid": (2,), "high": (1,), "low": (1,)}
-
-
 def parse_lpd(text: str, name: str = "LPD") -> Ranges:
     """Read the text of an LPD file."""
-    found: dict[str, list[float]] = {}
+    numbers: dict[str, list[float]] = {}
     relative = False
-    for number, (word, *values) in words_of(text):
-        place, word = f"{name}:{number}", word.lower()
+    for line, (word, *values) in words_of(text):
+        place, word = f"{name}:{line}", word.lower()
         if word not in DIRECTION_CODES and word not in LEVEL_CODES:
             raise NotationError(f'"{shown(word)}"', place=place, wanted="a direction or a level")
-        if word in found:
+        if word in numbers:
             raise NotationError(f'"{word}" stands twice', place=place, wanted="one line of it")
         if word == "place" and len(values) == 2 and values[1] == "L":
             relative = True
             values = values[:1]
-        counts = _COUNTS.get(word, (1,))
-        if len(values) != counts[0]:
-            raise NotationError(
-                f"{len(values)} values after {word}", place=place, wanted=str(counts[0])
-            )
-        found[word] = [_number(value, place) for value in values]
-    missing = [word for word in (*DIRECTIONS, *LEVEL_CODES) if word not in found]
+        count = 2 if word == "mid" else 1
+        if len(values) != count:
+            found = f"{len(values)} values after {word}"
+            raise NotationError(found, place=place, wanted=str(count))
+        numbers[word] = [_number(value, place) for value in values]
+    missing = [word for word in (*DIRECTIONS, *LEVEL_CODES) if word not in numbers]
     if missing:
         raise NotationError("no line for " + ", ".join(missing), place=name, wanted="all of them")
-    mid, high = found["mid"][0], found["high"][0]
-    if not 0 < mid < high < 180 or found["mid"][1] != 360 - high or found["low"][0] != 360 - mid:
-        raise NotationError(
-            f"low {found['low'][0]:g}, mid {mid:g} {found['mid'][1]:g}, high {high:g}",
-            place=name,
-            wanted="mid m 360-h, high h, low 360-m with 0 < m < h < 180",
-        )
-    starts = tuple(found[word][0] % 360 for word in DIRECTIONS[:PLACE])
-    _check_order(starts, name)
-    return Ranges(found["place"][0], relative, starts, mid, high)
-
-
-def _check_order(starts: tuple[float, ...], name: str) -> None:
+    (low,), (mid, mid_end), (high,) = (numbers[level] for level in LEVELS)
+    if not 0 < mid < high < 180 or mid_end != 360 - high or low != 360 - mid:
+        found = f"low {low:g}, mid {mid:g} {mid_end:g}, high {high:g}"
+        wanted = "mid m 360-h, high h, low 360-m with 0 < m < h < 180"
+        raise NotationError(found, place=name, wanted=wanted)
+    starts = tuple(numbers[word][0] % 360 for word in DIRECTIONS[:PLACE])
     turns = [(b - a) % 360 for a, b in zip(starts, (*starts[1:], starts[0]), strict=True)]
     if min(turns) <= 0 or abs(sum(turns) - 360) > 1e-9:
-        raise NotationError(
-            "the directions do not follow each other round the circle",
-            place=name,
-            wanted="rising starts from right over forward, left and back",
-        )
+        found = "the directions do not follow each other round the circle"
+        wanted = "rising starts from right over forward, left and back"
+        raise NotationError(found, place=name, wanted=wanted)
+    return Ranges(numbers["place"][0], relative, starts, mid, high)
 
 
 def read_lpd(path: Path) -> Ranges:
@@ -108,51 +96,44 @@ class Rule:
     deleted: tuple[bool, ...]  # Which of them go
 
 
-def _row(words: list[str], place: str) -> tuple[tuple[int, int], bool]:
-    wanted = '"L direction level" or "D direction level"'
-    lower = [word.lower() for word in words]
-    if len(lower) != 3 or lower[0] not in ("l", "d"):
-        raise NotationError(f'"{shown(" ".join(words))}"', place=place, wanted=wanted)
-    action, direction, level = lower
-    if direction not in DIRECTION_CODES:
-        raise NotationError(f'"{shown(direction)}"', place=place, wanted="a direction")
-    if level not in LEVEL_CODES:
-        raise NotationError(f'"{shown(level)}"', place=place, wanted="high, mid or low")
-    return (DIRECTION_CODES[direction], LEVEL_CODES[level]), action == "d"
-
-
-def _rule(line: int, rows: list[tuple[tuple[int, int], bool]], name: str) -> Rule:
-    place = f"{name}:{line}"
-    if len(rows) not in (2, 3):
-        raise NotationError(f"a rule of {len(rows)} rows", place=place, wanted="two or three")
-    deleted = tuple(gone for _, gone in rows)
-    if not any(deleted):
-        raise NotationError(
-            "a rule that deletes nothing, it would never end", place=place, wanted="a row with D"
-        )
-    return Rule(line, tuple(cell for cell, _ in rows), deleted)
-
-
 def parse_ldd(text: str, name: str = "LDD") -> tuple[Rule, ...]:
     """Read the text of an LDD file."""
     rules: list[Rule] = []
-    rows: list[tuple[tuple[int, int], bool]] = []
-    begun = 0
+    cells: list[tuple[int, int]] = []
+    deleted: list[bool] = []
+    begin = 0
     for number, words in words_of(text):
-        place = f"{name}:{number}"
+        place, line = f"{name}:{number}", shown(" ".join(words))
         mark = words[0].lower().rstrip("#") if words[0].startswith("#") else ""
-        if mark == "#rule_start" and not begun:
-            begun, rows = number, []
-        elif mark == "#rule_end" and begun:
-            rules.append(_rule(begun, rows, name))
-            begun = 0
-        elif begun and not mark:
-            rows.append(_row(words, place))
+        if mark == "#rule_start" and not begin:
+            begin, cells, deleted = number, [], []
+        elif mark == "#rule_end" and begin:
+            place = f"{name}:{begin}"
+            if len(cells) not in (2, 3):
+                found = f"a rule of {len(cells)} rows"
+                raise NotationError(found, place=place, wanted="two or three")
+            if not any(deleted):
+                found = "a rule that deletes nothing, it would never end"
+                raise NotationError(found, place=place, wanted="a row with D")
+            rules.append(Rule(begin, tuple(cells), tuple(deleted)))
+            begin = 0
+        elif begin and not mark:
+            action, *cell = (word.lower() for word in words)
+            if len(cell) != 2 or action not in ("l", "d"):
+                wanted = '"L direction level" or "D direction level"'
+                raise NotationError(f'"{line}"', place=place, wanted=wanted)
+            direction, level = cell
+            if direction not in DIRECTION_CODES:
+                raise NotationError(f'"{shown(direction)}"', place=place, wanted="a direction")
+            if level not in LEVEL_CODES:
+                raise NotationError(f'"{shown(level)}"', place=place, wanted="high, mid or low")
+            cells.append((DIRECTION_CODES[direction], LEVEL_CODES[level]))
+            deleted.append(action == "d")
         else:
-            wanted = "a row of the rule or #rule_end#" if begun else "#rule_start#"
-            raise NotationError(f'"{shown(" ".join(words))}"', place=place, wanted=wanted)
-    if begun:
-        raise NotationError("a rule without an end", place=f"{name}:{begun}", wanted="#rule_end#")
+            wanted = "a row of the rule or #rule_end#" if begin else "#rule_start#"
+            raise NotationError(f'"{line}"', place=place, wanted=wanted)
+    if begin:
+        raise NotationError("a rule without an end", place=f"{name}:{begin}", wanted="#rule_end#")
     return tuple(rules)
 
 

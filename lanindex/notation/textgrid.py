@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator
 
 from lanindex.errors import NotationError, shown
 from lanindex.model import Score
@@ -92,7 +91,17 @@ def read(content: bytes, place: str) -> Score:
             raise tokens.fault(f'a tier of "{shown(kind)}"', f'"{_INTERVALS}" or "{_POINTS}"')
         name = tokens.word("a tier's name")
         part = name.removesuffix(_STARTS) if kind == _POINTS else name
-        entries = list(_entries(tokens, kind))
+        entries = []
+        tokens.time(), tokens.time()
+        for _ in range(tokens.count("how many entries there are")):
+            start = tokens.time()
+            stop = tokens.time() if kind == _INTERVALS else start
+            words = tokens.word("what it says").strip()
+            if kind == _INTERVALS and words and stop <= start:
+                found = f'"{shown(words)}" from {start / SECOND:g} to {stop / SECOND:g} s'
+                raise tokens.fault(found, "an end 1 ms behind its start, or later")
+            if words:
+                entries.append(TierEntry(words, start, stop))
         if not is_part(part):
             warnings.append(f'the tier "{shown(name)}" is no part of the body: left out')
         else:
@@ -103,66 +112,41 @@ def read(content: bytes, place: str) -> Score:
     return score_of(tiers, place, warnings, end)
 
 
-def _entries(tokens: _Tokens, kind: str) -> Iterator[TierEntry]:
-    """Yield the entries of a tier, without empty intervals."""
-    tokens.time(), tokens.time()
-    for _ in range(tokens.count("how many entries there are")):
-        start = tokens.time()
-        stop = tokens.time() if kind == _INTERVALS else start
-        words = tokens.word("what it says").strip()
-        if kind == _INTERVALS and words and stop <= start:
-            found = f'"{shown(words)}" from {start / SECOND:g} to {stop / SECOND:g} s'
-            raise tokens.fault(found, "an end 1 ms behind its start, or later")
-        if words:
-            yield TierEntry(words, start, stop)
-
-
 def write(score: Score) -> str:
     """Write a score as a TextGrid, in the long form."""
-    tiers = []
-    shown_of = entries_of(score)
-    last = max([1, duration(score), *(it.stop for entries in shown_of.values() for it in entries)])
-    for part, entries in shown_of.items():
-        moves = [it for it in entries if it.start < it.stop]
-        starts = [it for it in entries if it.start == it.stop]
-        tiers.append(_intervals(part, moves, last))
-        tiers += [_points(part + _STARTS, starts, last)] if starts else []
-    head = ['File type = "ooTextFile"', 'Object class = "TextGrid"', "", *_span(0, last)]
-    head += ["tiers? <exists>", f"size = {len(tiers)}", "item []:"]
-    for number, lines in enumerate(tiers, 1):
-        head += [f"    item [{number}]:", *(f"        {line}" for line in lines)]
-    return "\n".join(head) + "\n"
-
-
-def _span(start: int, stop: int) -> list[str]:
-    return [f"xmin = {_seconds(start)}", f"xmax = {_seconds(stop)}"]
+    parts = entries_of(score)
+    last = max([1, duration(score), *(it.stop for entries in parts.values() for it in entries)])
+    tiers: list[tuple[str, str, list[TierEntry]]] = []
+    for part, entries in parts.items():
+        intervals, at = [], 0
+        for it in entries:
+            if it.start < it.stop:
+                if at < it.start:  # empty intervals fill the gaps
+                    intervals.append(TierEntry("", at, it.start))
+                intervals.append(it)
+                at = it.stop
+        if at < last:
+            intervals.append(TierEntry("", at, last))
+        tiers.append((_INTERVALS, part, intervals))
+        if starts := [it for it in entries if it.start == it.stop]:
+            tiers.append((_POINTS, part + _STARTS, starts))
+    span = ["xmin = 0", f"xmax = {_seconds(last)}"]
+    lines = ['File type = "ooTextFile"', 'Object class = "TextGrid"', "", *span]
+    lines += ["tiers? <exists>", f"size = {len(tiers)}", "item []:"]
+    for number, (kind, name, entries) in enumerate(tiers, 1):
+        what = "intervals" if kind == _INTERVALS else "points"
+        tier = [f'class = "{kind}"', f'name = "{name}"', *span, f"{what}: size = {len(entries)}"]
+        for entry, it in enumerate(entries, 1):
+            tier.append(f"{what} [{entry}]:")
+            if kind == _INTERVALS:
+                tier += [f"    xmin = {_seconds(it.start)}", f"    xmax = {_seconds(it.stop)}"]
+                tier.append(f'    text = "{it.words}"')
+            else:
+                tier += [f"    number = {_seconds(it.start)}", f'    mark = "{it.words}"']
+        lines += [f"    item [{number}]:", *(f"        {line}" for line in tier)]
+    return "\n".join(lines) + "\n"
 
 
 def _seconds(time: int) -> str:
     """Return milliseconds as seconds, without needless digits."""
     return f"{time // SECOND}.{time % SECOND:03}".rstrip("0").rstrip(".")
-
-
-def _intervals(name: str, moves: list[TierEntry], last: int) -> list[str]:
-    """Return a tier without gaps: empty intervals fill them."""
-    whole, at = [], 0
-    for it in moves:
-        whole += [TierEntry("", at, it.start)] if at < it.start else []
-        whole.append(it)
-        at = it.stop
-    whole += [TierEntry("", at, last)] if at < last else []
-    lines = [f'class = "{_INTERVALS}"', f'name = "{name}"', *_span(0, last)]
-    lines.append(f"intervals: size = {len(whole)}")
-    for number, it in enumerate(whole, 1):
-        entry = (*_span(it.start, it.stop), f'text = "{it.words}"')
-        lines += [f"intervals [{number}]:", *(f"    {line}" for line in entry)]
-    return lines
-
-
-def _points(name: str, starts: list[TierEntry], last: int) -> list[str]:
-    lines = [f'class = "{_POINTS}"', f'name = "{name}"', *_span(0, last)]
-    lines.append(f"points: size = {len(starts)}")
-    for number, it in enumerate(starts, 1):
-        lines.append(f"points [{number}]:")
-        lines += [f"    number = {_seconds(it.start)}", f'    mark = "{it.words}"']
-    return lines
