@@ -1,10 +1,20 @@
-"""A picture as a short list of marks, in whole units, x to the right and y down."""
+"""A picture as a short list of marks, and the signs of Labanotation as such marks.
+
+Places are whole units, x to the right and y down.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import pairwise
+from math import ceil, cos, floor, radians, sin
 from types import MappingProxyType
+
+from lanindex.alphabet import KINDS, kind_of
+from lanindex.model import Symbol
+from lanindex.model.derived import STRETCHES, degree_of
 
 C = 140
 """Units of the width of a symbol: all else is measured by it."""
@@ -88,3 +98,210 @@ def line(x: int, y: int, to_x: int, to_y: int, style: str = "") -> Polyline:
 def box(x: int, y: int, width: int, height: int, style: str = "") -> Polyline:
     """Return a rectangle, from its upper left corner."""
     return Polyline(x, y, (((0, 0), (width, 0), (width, height), (0, height)),), True, style)
+
+
+_OUTLINES = {
+    "": "00 10 11 01",
+    "place": "00 10 11 01",
+    "right": "00 1h 01",
+    "left": "10 11 0h",
+    "forward": "00 10 1t mt m1 01",
+    "back": "00 m0 mk 1k 11 01",
+    "r_forward": "00 10 11 0t",
+    "l_forward": "00 10 1t 01",
+    "r_back": "0k 10 11 01",
+    "l_back": "00 1k 11 01",
+}
+"""Corners by direction, x and y: 0 and 1 the ends, m and h the middle, k and t a way from them."""
+
+_SLOPE = 0.45
+"""From one stroke of a high symbol to the next, upwards, in widths."""
+
+_DOT = 0.11
+"""Radius of the dot of a middle level, in widths."""
+
+
+def sign(
+    x: int,
+    y: int,
+    direction: str | None,
+    level: str | None,
+    height: int,
+    seen: tuple[int, int] | None = None,
+    *,
+    left: bool = False,
+    width: int = C,
+) -> list[Mark]:
+    """Return the marks of a direction and a level."""
+    low, high = seen or (0, height)
+    way, notch = direction or "", min(1 / 3, 1.1 * width / max(height, 1))
+    outline = _outline(way, height, low, high, left, width, notch)
+    strokes = _strokes(outline) if level == "high" else ()
+    style = "solid" if level == "low" else ""
+    marks: list[Mark] = [Polyline(x, y, (outline, *strokes), True, style)]
+    if level == "mid":
+        across = round({"right": 1 / 3, "left": 2 / 3}.get(way, 1 / 2) * width)
+        share = 0.5 - notch / 2 * way.endswith("forward") + notch / 2 * way.endswith("back")
+        up = round(share * height)
+        if low <= up < high or (up == high == height):
+            radius = min(round(_DOT * width), max((high - low) // 4, 1))
+            marks.append(Circle(x + across, y - up + low, radius, "solid"))
+    return marks
+
+
+@lru_cache(maxsize=4096)
+def _outline(
+    direction: str, height: int, low: int, high: int, left: bool, width: int, notch: float
+) -> Points:
+    """Return the corners of the visible piece of a shape, its lower end at 0, y down.
+
+    `notch` is how deep chimneys and slants are, as a part of the height.
+    """
+    xs = {"0": 0, "m": 0.5, "1": 1}
+    ys = {"0": 0, "k": notch, "h": 0.5, "t": 1 - notch, "1": 1}
+    turned = left and direction in ("forward", "back")
+    corners = [
+        (width * (1 - xs[across] if turned else xs[across]), height * ys[up])
+        for across, up in map(tuple, _OUTLINES[direction].split())
+    ]
+    if low > 0:
+        corners = _cut(corners, low, 1)
+    if high < height:
+        corners = _cut(corners, high, -1)
+    return tuple((round(x), low - round(y)) for x, y in corners)
+
+
+def _cut(corners: list[tuple[float, float]], at: int, way: int) -> list[tuple[float, float]]:
+    """Return the part of a shape above a height, or (way -1) below it."""
+    kept = []
+    for (x, y), (to_x, to_y) in pairwise([*corners, corners[0]]):
+        if (y - at) * way >= 0:
+            kept.append((x, y))
+        if (y - at) * (to_y - at) < 0:
+            kept.append((x + (to_x - x) * (at - y) / (to_y - y), float(at)))
+    return kept
+
+
+@lru_cache(maxsize=4096)
+def _strokes(outline: Points) -> tuple[Points, ...]:
+    """Return slanting strokes, rising to the right, inside a shape; one goes through its middle."""
+    sums = [x + y for x, y in outline]  # the same along a stroke
+    middle, step = (min(sums) + max(sums)) / 2, _SLOPE * C
+    first, last = ceil((min(sums) - middle) / step), floor((max(sums) - middle) / step)
+    strokes = []
+    for number in range(first, last + 1):
+        at = middle + number * step
+        met = sorted(
+            (x + (to_x - x) * (at - x - y) / (to_x + to_y - x - y))
+            for (x, y), (to_x, to_y) in pairwise([*outline, outline[0]])
+            if (x + y <= at) != (to_x + to_y <= at)
+        )
+        for start, stop in zip(met[::2], met[1::2], strict=True):
+            if stop - start >= 1:
+                strokes.append(tuple((round(x), round(at - x)) for x in (start, stop)))
+    return tuple(strokes)
+
+
+SMALL = round(0.5 * C)
+"""The size of numbers, and of narrow signs."""
+
+BOW = round(0.3 * C)
+"""How deep bows are."""
+
+_CURVES = 45
+"""Degrees from which on a way is drawn as one that goes round."""
+
+Sign = Callable[[Symbol, int, int, int], list[Mark]]
+"""Draws a symbol from the middle of its column, its lower end and its height."""
+
+
+def turn(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
+    """Return a box that slants up to the side of a turn, and its amount: a pin, and degrees."""
+    left = symbol.direction == "left"
+    slant = 0 if symbol.direction == "place" else min(height // 3, C // 2)
+    low, high = (0, slant) if left else (slant, 0)
+    half, foot = C // 2, height - slant
+    corners = ((-half, low), (half, high), (half, high + foot), (-half, low + foot))
+    marks: list[Mark] = [Polyline(x, y - height, (corners,), True)]
+    room, middle = height - 2 * slant, y - height // 2
+    if symbol.amount and room >= 2.2 * SMALL:  # the pin points ahead at 0, then clockwise
+        way, pin = radians(symbol.amount * (-1 if left else 1)), middle - SMALL // 2
+        across, down = round(SMALL * sin(way)), round(-SMALL * cos(way))
+        end = x + across // 2, pin + down // 2
+        marks += [line(x - across // 2, pin - down // 2, *end), Circle(*end, C // 12, "solid")]
+        marks.append(_number(symbol, x, middle + SMALL))
+    elif symbol.amount and height - slant >= SMALL:
+        marks.append(_number(symbol, x, middle + SMALL // 3))
+    return marks
+
+
+def _number(symbol: Symbol, x: int, y: int) -> Label:
+    return Label(x, y, str(symbol.amount), SMALL)
+
+
+def incline(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
+    """Return the shape of a direction without a level, and the degrees of the lean in it."""
+    marks = sign(x - C // 2, y, symbol.direction, None, height)
+    if symbol.amount and height >= 1.5 * SMALL:
+        marks.append(_number(symbol, x, y - height // 2 + SMALL // 3))
+    return marks
+
+
+def travel(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
+    """Return a path: a line between two bars, slanting if it curves, with its direction."""
+    slant = min(C // 3, height // 4) if (symbol.amount or 0) >= _CURVES else 0
+    ends = tuple(((-C // 3, -at), (C // 3, -at - slant)) for at in (0, height - slant))
+    size = min(height * 3 // 5, C)
+    low, width = (height - size) // 2, C * 3 // 5
+    stem = (((0, -slant // 2), (0, -low)), ((0, -low - size), (0, slant // 2 - height)))
+    where = sign(x - width // 2, y - low, symbol.direction, None, size, width=width)
+    return [Polyline(x, y, (*ends, *stem)), *where]
+
+
+def bend(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
+    """Return a narrow sign, a cross to bend or posts to stretch, its degree and how long."""
+    size = min(height, SMALL)
+    half, amount = size // 2, symbol.amount or 0
+    strokes: tuple[tuple[tuple[int, int], ...], ...]
+    if amount < STRETCHES:
+        strokes = (((-half, 0), (half, -size)), ((-half, -size), (half, 0)))
+    else:
+        strokes = (((-half, -size), (-half, 0), (half, -size), (half, 0)),)
+    numbered = height >= 2.2 * SMALL
+    top = round(2.2 * SMALL) if numbered else size
+    if height > top:
+        strokes += (((0, -top), (0, -height)),)
+    marks: list[Mark] = [Polyline(x, y, strokes)]
+    if numbered:
+        marks.append(Label(x, y - size - SMALL // 4, str(degree_of(amount)), SMALL))
+    return marks
+
+
+def carrier(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
+    """Return a frame with the name of the carrier."""
+    marks: list[Mark] = [box(x - C // 2, y - height, C, height)]
+    word = KINDS[kind_of(symbol.part)].amount(symbol.amount or 0)
+    if height >= len(word) * SMALL * 2 // 3:
+        marks.append(Label(x + SMALL // 3, y - height // 2, word, SMALL, turned=True))
+    return marks
+
+
+def bow(x: int, to_x: int, y: int) -> Polyline:
+    """Return a bow from one column to another, its ends up."""
+    wide, steps = to_x - x, 8
+    points = tuple(
+        (wide * step // steps, round(BOW * sin(radians(180 * step / steps))))
+        for step in range(steps + 1)
+    )
+    return Polyline(x, y - BOW, (points,))
+
+
+SIGNS: dict[str, Sign] = {
+    "turn": turn,
+    "twist": turn,
+    "incline": incline,
+    "travel": travel,
+    "bend": bend,
+    "carrier": carrier,
+}
+"""What draws the symbols of a kind; all others have a direction and a level."""

@@ -22,8 +22,19 @@ from lanindex.draw.layout import (
     TimeAxis,
     spread_heights,
 )
-from lanindex.draw.picture import C, Circle, Label, Mark, MarkGroup, box, line
-from lanindex.draw.signs import BOW, SIGNS, bow, sign
+from lanindex.draw.picture import (
+    BOW,
+    SIGNS,
+    C,
+    Circle,
+    Label,
+    Mark,
+    MarkGroup,
+    bow,
+    box,
+    line,
+    sign,
+)
 from lanindex.model import Score, Symbol
 from lanindex.model.derived import STEP
 from lanindex.model.symbol import blank, listed
