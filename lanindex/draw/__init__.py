@@ -7,6 +7,6 @@
 from __future__ import annotations
 
 from lanindex.draw.picture import Picture as Picture
-from lanindex.draw.score import draw as draw
+from lanindex.draw.staff import draw as draw
 
 __all__ = ["Picture", "draw"]

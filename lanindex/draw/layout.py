@@ -212,6 +212,11 @@ class Piece:
     low: int  # Height within the symbol at which the piece begins
     high: int
 
+    @property
+    def top(self) -> int:
+        """Where the piece's upper end is."""
+        return self.y - self.high + self.low
+
 
 @dataclass(frozen=True, slots=True)
 class PageLayout:

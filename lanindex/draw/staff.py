@@ -1,10 +1,11 @@
-"""A staff: its lines, numbers, names, symbols, holds and legend."""
+"""A score as a picture: its staff with lines, numbers, names, symbols, holds and legend."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import count
 from math import ceil, floor
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, KINDS, kind_of
 from lanindex.draw.layout import (
+    BEAT,
     GAP,
     LEAST,
     MARGIN,
@@ -20,7 +22,11 @@ from lanindex.draw.layout import (
     START,
     PageLayout,
     TimeAxis,
+    has_column,
+    page_layout,
     spread_heights,
+    staff_columns,
+    usual_tracks,
 )
 from lanindex.draw.picture import (
     BOW,
@@ -30,14 +36,144 @@ from lanindex.draw.picture import (
     Label,
     Mark,
     MarkGroup,
+    Picture,
     bow,
     box,
     line,
     sign,
 )
+from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
 from lanindex.model.derived import STEP
 from lanindex.model.symbol import blank, listed
+
+BARS = 4
+"""Bars of a staff."""
+
+LETTERS = ("A", "B")
+"""What stands above the staves of either of two scores."""
+
+
+def draw(
+    score: Score,
+    *,
+    title: str = "",
+    parts: Sequence[str] | None = None,
+    start: float = 0.0,
+    stop: float | None = None,
+    bars: int | None = BARS,
+    seconds: bool = False,
+    marked: Iterable[Symbol] = (),
+    legend: bool = False,
+    beat: int = BEAT,
+) -> Picture:
+    """Draw a score."""
+    last = _last([score], start, stop)
+    drawn, missing = _chosen(score, parts)
+    marked = list(marked)
+    hidden = sorted({it.part for it in marked} - {*drawn, STEP})
+    missing += [f"{part} is marked and not drawn: ask for it among the parts" for part in hidden]
+    clock = TimeAxis(score, seconds)
+    columns = staff_columns(drawn)
+    layout = page_layout(clock, clock.at(start), clock.at(last), bars, columns, beat)
+    marks, symbols = _staff(score, drawn, clock, layout, marked)
+    number = f"{symbols} symbols" if symbols != 1 else "1 symbol"
+    summary = f"Labanotation, time upwards: {short(last - start)} s, {number} of {', '.join(drawn)}"
+    width, height = layout.size
+    if legend:
+        kinds = {kind_of(part) for part in drawn}
+        rows = legend_rows(kinds, width, MARGIN, marked=bool(marked))
+        marks += rows
+        width, height = width + LEGEND_WIDTH, max(height, len(rows) * _PITCH + 2 * MARGIN)
+    named = title or "score"
+    return Picture(width, height, named, summary, tuple(marks), tuple(missing), layout.staves)
+
+
+def draw_pair(
+    scores: Sequence[Score],
+    marked: Sequence[Iterable[Symbol]],
+    *,
+    titles: Sequence[str] = LETTERS,
+    parts: Sequence[str] | None = None,
+    start: float = 0.0,
+    stop: float | None = None,
+    bars: int | None = BARS,
+    seconds: bool = True,
+) -> Picture:
+    """Draw two scores beside each other, in the same columns and at the same heights."""
+    last = _last(scores, start, stop)
+    drawn, missing = zip(
+        *(
+            _chosen(score, None if parts is None else [it for it in parts if it in score.tracks])
+            for score in scores
+        ),
+        strict=True,
+    )
+    clocks = [TimeAxis(score, seconds) for score in scores]
+    begin, end = clocks[0].at(start), max(clock.at(last) for clock in clocks)
+    columns = staff_columns([part for own in drawn for part in own])
+    paper = replace(page_layout(clocks[0], begin, end, bars, columns), scores=len(scores))
+    marks, counts = list[Mark](), list[str]()
+    for number, (score, own, clock) in enumerate(zip(scores, drawn, clocks, strict=True)):
+        layout = replace(paper, score=number)
+        letters = [
+            Label(layout.centre(staff), MARGIN + C // 4, LETTERS[number], C // 2)
+            for staff in range(len(layout.edges) - 1)
+        ]
+        staff, symbols = _staff(score, own, clock, layout, marked[number], letters)
+        marks += staff
+        counts.append(f"{LETTERS[number]}: {symbols} symbol{'s' * (symbols != 1)}")
+    summary = f"{', '.join(counts)}; Labanotation, time upwards: {short(last - start)} s"
+    warnings = tuple(dict.fromkeys(text for own in missing for text in own))
+    title = ", ".join(f"{name}: {it}" for name, it in zip(LETTERS, titles, strict=True))
+    return Picture(*paper.size, title, summary, tuple(marks), warnings, paper.staves)
+
+
+def _last(scores: Sequence[Score], start: float, stop: float | None) -> float:
+    """Return the last second that is drawn."""
+    end = max(float(score.frames / score.rate) for score in scores)
+    last = end if stop is None else min(stop, end)
+    if not 0 <= start < last:
+        found = f"nothing from {start:g} s to {last:g} s"
+        raise UsageError(found, wanted=f"a stretch of 0 to {end:g} s")
+    return last
+
+
+def _chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], list[str]]:
+    """Return the tracks that are drawn, and warnings about others."""
+    there = [part for part in score.tracks if len(score.tracks[part])]
+    if not there:
+        raise UsageError("an empty score", wanted="a symbol in it")
+    if parts is None:
+        odd = [part for part in there if part != STEP and not has_column(part)]
+        drawn = [part for part in usual_tracks(there) if has_column(part)]
+        if not drawn:
+            raise UsageError(f"no column for {', '.join(there)}", wanted="a part that has one")
+        return drawn, [f"no column for {part}: it is not drawn" for part in odd]
+    for part in parts:
+        if part not in score.tracks:
+            wanted = f"one of {' '.join(there)}"
+            raise UsageError(f'there is no part "{part}"', wanted=wanted)
+        if not has_column(part):
+            raise UsageError(f"no column for {part}", wanted="a part that has one")
+    return [part for part in score.tracks if part in parts], []
+
+
+def _staff(
+    score: Score,
+    parts: Sequence[str],
+    clock: TimeAxis,
+    layout: PageLayout,
+    marked: Iterable[Symbol],
+    letters: Sequence[Label] = (),
+) -> tuple[list[Mark], int]:
+    """Return the marks of a score's staves, and how many symbols are among them."""
+    painter = SymbolPainter(score, clock, layout, keys_of(score, marked))
+    symbols = [it for part in parts if part not in STANCES for it in painter.track(part)]
+    held = _holds(score, clock, layout) if STANCES & {*parts} else []
+    empty = [*_lines(layout, clock), *_names(layout)]
+    return [*painter.bands, *held, *empty, *letters, *symbols], len(symbols)
+
 
 _DOUBLE = C // 5
 _NAME = round(0.45 * C)
@@ -46,51 +182,37 @@ _TICKS = C // 4
 """Height of a count from which on each has its tick."""
 
 
-def staves(layout: PageLayout, clock: TimeAxis) -> list[Mark]:
-    """Return all staves without symbols."""
+def _lines(layout: PageLayout, clock: TimeAxis) -> list[Mark]:
+    """Return the lines of all staves, the ticks of beats, and the numbers of bars."""
     marks: list[Mark] = []
-    last = len(layout.edges) - 2
-    inner = layout.columns.inner
-    for staff in range(last + 1):
-        x, base, top = layout.centre(staff), layout.base, layout.base - layout.height(staff)
-        foot = base + (MARGIN + START if staff == 0 else 0)
-        marks += [line(x + side, foot, x + side, top, "staff") for side in (-inner, 0, inner)]
-        marks += _across(x, base, inner, double=staff == 0)
-        marks += _across(x, top, inner, double=staff == last)
-        marks += _counts(layout, clock, staff)
-    return marks
-
-
-def _across(x: int, y: int, half: int, *, double: bool) -> list[Mark]:
-    ys = (y, y + _DOUBLE) if double else (y,)
-    return [line(x - half, it, x + half, it, "staff") for it in ys]
-
-
-def _counts(layout: PageLayout, clock: TimeAxis, staff: int) -> list[Mark]:
-    """Return the ticks of beats, the lines of bars, and the numbers beside them."""
-    marks: list[Mark] = []
-    x, inner = layout.centre(staff), layout.columns.inner
-    bottom, top = layout.edges[staff : staff + 2]
-    first = ceil(layout.start + bottom / layout.beat - _EPS)
+    last, inner, base = len(layout.edges) - 2, layout.columns.inner, layout.base
     bars = ceil(C / (clock.bar * layout.beat))  # that share a number, where they stand close
-    for count in range(first, floor(layout.start + top / layout.beat + _EPS) + 1):
-        y = layout.base - (round((count - layout.start) * layout.beat) - bottom)
-        begins, ends = y >= layout.base, y <= layout.base - (top - bottom)
-        if count % clock.bar:
-            if not (begins or ends) and layout.beat >= _TICKS:
-                marks.append(line(x - C // 4, y, x + C // 4, y, "staff"))
-            continue
-        if count // clock.bar % bars:
-            continue
-        if not (begins or ends):
-            marks.append(line(x - inner, y, x + inner, y, "light" if clock.seconds else "staff"))
-        if not ends:
-            at = x - layout.columns.left - GAP * 4
-            marks.append(Label(at, y + C // 5, clock.number(count), C // 2 + 10, "end"))
+    for staff in range(last + 1):
+        x, (low, high) = layout.centre(staff), layout.edges[staff : staff + 2]
+        top, foot = base - (high - low), base + (MARGIN + START if staff == 0 else 0)
+        marks += [line(x + side, foot, x + side, top, "staff") for side in (-inner, 0, inner)]
+        ends = [base, *[base + _DOUBLE] * (staff == 0), top, *[top + _DOUBLE] * (staff == last)]
+        marks += [line(x - inner, y, x + inner, y, "staff") for y in ends]
+        first = ceil(layout.start + low / layout.beat - _EPS)
+        for number in range(first, floor(layout.start + high / layout.beat + _EPS) + 1):
+            y = base - (round((number - layout.start) * layout.beat) - low)
+            within = top < y < base
+            if number % clock.bar:
+                if within and layout.beat >= _TICKS:
+                    marks.append(line(x - C // 4, y, x + C // 4, y, "staff"))
+                continue
+            if number // clock.bar % bars:
+                continue
+            if within:
+                style = "light" if clock.seconds else "staff"
+                marks.append(line(x - inner, y, x + inner, y, style))
+            if y > top:
+                at = x - layout.columns.left - GAP * 4
+                marks.append(Label(at, y + C // 5, clock.number(number), C // 2 + 10, "end"))
     return marks
 
 
-def names(layout: PageLayout) -> list[Mark]:
+def _names(layout: PageLayout) -> list[Mark]:
     """Return the names of columns below the first staff."""
     x, y = layout.centre(0), layout.base + 2 * MARGIN + START
     return [
@@ -111,27 +233,8 @@ _LASTS = 0.5
 """Least counts without a symbol of support that are drawn as a hold of weight."""
 
 
-def holds(score: Score, clock: TimeAxis, layout: PageLayout) -> list[MarkGroup]:
+def _holds(score: Score, clock: TimeAxis, layout: PageLayout) -> list[MarkGroup]:
     """Return a circle wherever feet hold the weight and supports have no symbol."""
-    found = []
-    for start, stop, feet in _stands(score, clock):
-        if stop - start < _LASTS or not layout.start < start < layout.stop:
-            continue
-        both = len(feet) == 2
-        size = BOTH if both else ONE
-        low = layout.up(start) + GAP
-        piece = next(layout.pieces(low, low + size), None)
-        if piece is None or piece.high - piece.low < size:
-            continue
-        at = 0 if both else layout.columns.places.get(f"{feet[0]}_support", 0)
-        sides = "both feet" if both else {"r": "the right foot", "l": "the left foot"}[feet]
-        circle = Circle(piece.x + at, piece.y - size // 2, size // 2)
-        found.append(MarkGroup((circle,), f"stands on {sides}"))
-    return found
-
-
-def _stands(score: Score, clock: TimeAxis) -> list[tuple[float, float, str]]:
-    """Return stretches without a symbol of support, with the feet that hold the weight."""
     changes: list[tuple[float, str, int]] = []
     for part, track in score.tracks.items():
         key = {"stance": part[0], "support": "+", "jump": "+"}.get(kind_of(part))
@@ -140,25 +243,32 @@ def _stands(score: Score, clock: TimeAxis) -> list[tuple[float, float, str]]:
                 if start < stop:
                     changes += [(start, key, 1), (stop, key, -1)]
     changes.sort()
-    found, state, since, feet = [], {"+": 0, "r": 0, "l": 0}, 0.0, ""
+    circles, state, since, feet = [], {"+": 0, "r": 0, "l": 0}, 0.0, ""
     for index, (time, key, change) in enumerate(changes):
         state[key] += change
         if index + 1 < len(changes) and changes[index + 1][0] <= time:
             continue
         now = "" if state["+"] else "".join(foot for foot in "rl" if state[foot])
-        if now != feet:
-            if feet:
-                found.append((since, time, feet))
-            since, feet = time, now
-    return found
+        if now == feet:
+            continue
+        held, start = feet, since
+        since, feet = time, now
+        if not held or time - start < _LASTS or not layout.start < start < layout.stop:
+            continue
+        both = len(held) == 2
+        size, low = BOTH if both else ONE, layout.up(start) + GAP
+        piece = next(layout.pieces(low, low + size), None)
+        if piece is None or piece.high - piece.low < size:
+            continue
+        at = 0 if both else layout.columns.places.get(f"{held}_support", 0)
+        sides = "both feet" if both else {"r": "the right foot", "l": "the left foot"}[held]
+        circle = Circle(piece.x + at, piece.y - size // 2, size // 2)
+        circles.append(MarkGroup((circle,), f"stands on {sides}"))
+    return circles
 
 
 Key = tuple[str, int, int]
 """Identifies a symbol of a score: its part, first frame and end."""
-
-
-def _key(symbol: Symbol) -> Key:
-    return symbol.part, symbol.start, symbol.stop
 
 
 def settled(score: Score, symbols: Iterable[Symbol]) -> Iterator[Symbol]:
@@ -184,71 +294,49 @@ def keys_of(score: Score, symbols: Iterable[Symbol]) -> frozenset[Key]:
     return frozenset(found)
 
 
-@dataclass(slots=True)
-class _Drawn:
-    """A symbol, and from and to which height it stands; a position has no length in time."""
-
-    symbol: Symbol
-    low: int
-    high: int
-
-
 class SymbolPainter:
-    """Symbols as they come to paper."""
+    """Symbols as they come to paper, and the bands below those that are marked."""
 
     def __init__(
         self, score: Score, clock: TimeAxis, layout: PageLayout, marked: frozenset[Key]
     ) -> None:
         self.score, self.clock, self.layout, self.marked = score, clock, layout, marked
         self.bands: list[Mark] = []
-        self.flights = self._flights()
+        jump = score.tracks.get("jump")
+        self.flights = clock.symbols(jump.symbols) if jump is not None else ([], [])
 
-    def marks(self, parts: Iterable[str]) -> tuple[list[MarkGroup], list[Mark]]:
-        """Return the symbols of tracks, and the bands and holds to draw below them."""
-        parts = list(parts)
-        symbols = [it for part in parts if part not in STANCES for it in self._track(part)]
-        held = holds(self.score, self.clock, self.layout) if STANCES & {*parts} else []
-        return symbols, [*self.bands, *held]
-
-    def _track(self, part: str) -> list[MarkGroup]:
-        """Return the symbols of a track."""
-        before, found = self._within(part)
-        if part not in self.layout.columns.places:
-            happen = [_Drawn(before, 0, 0), *found] if before is not None else found
-            return [self._beside(one) for one in happen]
-        groups = []
-        if before is not None:
-            base, centre = self.layout.base + MARGIN // 2, self.layout.centre(0)
-            marks = self._sign(before, centre, base + START, START, (0, START))
-            groups.append(_group(before, self.score, marks))
-            self._band(before, centre + self.layout.columns.places[part], base + START, base)
-        spans = spread_heights([(one.low, one.high) for one in found], LEAST)
-        return [*groups, *(self._placed(*both) for both in zip(found, spans, strict=True))]
-
-    def _within(self, part: str) -> tuple[Symbol | None, list[_Drawn]]:
-        """Return the symbol in force at the beginning, and those that follow."""
+    def track(self, part: str) -> list[MarkGroup]:
+        """Return the symbols of a track: the one in force at the beginning, and those behind."""
         rows = self.score.tracks[part].symbols
         rows = rows[~rows["passing"]]
         begins, ends = (np.array(it) for it in self.clock.symbols(rows))
         start, stop = self.layout.start, self.layout.stop
         lasts = KINDS[kind_of(part)].lasts
-        before = np.flatnonzero((ends <= start) & (lasts | (begins == ends)))
-        last = listed(part, rows[before[-1:]]) if len(before) else []
+        before = listed(part, rows[(ends <= start) & (lasts | (begins == ends))][-1:])
         seen = (ends > start) & (begins < stop)
+        symbols = listed(part, rows[seen])
         up = self.layout.up
-        found = [
-            _Drawn(symbol, up(self._lands(part, low, high)), up(high))
-            for symbol, low, high in zip(
-                listed(part, rows[seen]), begins[seen].tolist(), ends[seen].tolist(), strict=True
-            )
+        heights = [
+            (up(self._begin(part, low, high)), up(high))
+            for low, high in zip(begins[seen].tolist(), ends[seen].tolist(), strict=True)
         ]
-        return (last[0] if last else None), found
+        if part not in self.layout.columns.places:
+            happen = [(it, 0, 0) for it in before]
+            happen += [(it, *ends) for it, ends in zip(symbols, heights, strict=True)]
+            return [self._beside(*it) for it in happen]
+        groups = []
+        for symbol in before:
+            base, centre = self.layout.base + MARGIN // 2, self.layout.centre(0)
+            marks = self._sign(symbol, centre, base + START, START, (0, START))
+            groups.append(_group(symbol, self.score, marks))
+            self._band(symbol, centre + self.layout.columns.places[part], base + START, base)
+        for symbol, (low, high), own in zip(
+            symbols, heights, spread_heights(heights, LEAST), strict=True
+        ):
+            groups.append(self._placed(symbol, *own, seen_again=low == high))
+        return groups
 
-    def _flights(self) -> tuple[list[float], list[float]]:
-        jump = self.score.tracks.get("jump")
-        return self.clock.symbols(jump.symbols) if jump is not None else ([], [])
-
-    def _lands(self, part: str, start: float, stop: float) -> float:
+    def _begin(self, part: str, start: float, stop: float) -> float:
         """Return when a symbol begins on paper: before a landing both columns of support rest."""
         begins, ends = self.flights
         if kind_of(part) == "support" and begins:
@@ -257,26 +345,22 @@ class SymbolPainter:
                 return max(start, (begins[at] + stop) / 2)
         return start
 
-    def _placed(self, one: _Drawn, span: tuple[int, int]) -> MarkGroup:
+    def _placed(self, symbol: Symbol, low: int, high: int, *, seen_again: bool) -> MarkGroup:
         """Return a symbol in its column, on each staff that shows a piece of it."""
-        symbol, (low, high) = one.symbol, span
         gap = min(GAP, (high - low) // 4)
         low, high = low + gap, high - gap
         marks: list[Mark] = []
-        at = self.layout.columns.places[symbol.part]
         for piece in self.layout.pieces(low, high):
-            seen = (piece.low, piece.high)
-            marks += self._sign(symbol, piece.x, piece.y, high - low, seen)
-            if one.low == one.high:  # seen again: a line above where it is known from
-                x, y = piece.x + at, piece.y - piece.high + piece.low
-                marks.append(line(x - C // 2, y - gap, x + C // 2, y - gap, "staff"))
-            top = piece.y - piece.high + piece.low
-            self._band(symbol, piece.x + at, piece.y + gap, top - gap)
+            marks += self._sign(symbol, piece.x, piece.y, high - low, (piece.low, piece.high))
+            x, top = piece.x + self.layout.columns.places[symbol.part], piece.top
+            if seen_again:  # a line above where it is known from
+                marks.append(line(x - C // 2, top - gap, x + C // 2, top - gap, "staff"))
+            self._band(symbol, x, piece.y + gap, top - gap)
         return _group(symbol, self.score, marks)
 
     def _band(self, symbol: Symbol, x: int, y: int, top: int, wide: int = PITCH) -> None:
         """Lay a band over the middle of a symbol's column, if it is marked."""
-        if _key(symbol) in self.marked:
+        if (symbol.part, symbol.start, symbol.stop) in self.marked:
             self.bands.append(box(x - wide // 2, top, wide, y - top, "band"))
 
     def _sign(
@@ -285,27 +369,25 @@ class SymbolPainter:
         x = centre + self.layout.columns.places[symbol.part]
         if own := SIGNS.get(kind_of(symbol.part)):
             return own(symbol, x, y, max(seen[1] - seen[0], 1))
-        where, how = symbol.direction, symbol.level
-        return sign(x - C // 2, y, where, how, max(height, 1), seen, left=x < centre)
+        direction, level = symbol.direction, symbol.level
+        return sign(x - C // 2, y, direction, level, max(height, 1), seen, left=x < centre)
 
-    def _beside(self, one: _Drawn) -> MarkGroup:
+    def _beside(self, symbol: Symbol, low: int, high: int) -> MarkGroup:
         """Return a symbol without a column: a flight, or a touch."""
-        symbol, marks = one.symbol, list[Mark]()
-        start, stop = -PITCH, PITCH
+        marks, start, stop = list[Mark](), -PITCH, PITCH
         kind = KINDS[kind_of(symbol.part)]
         if kind.name == "touch":
             thing = kind.amount(symbol.amount or 0)
             start, stop = self.layout.columns.touched(symbol.part, thing)
-        for piece in self.layout.pieces(one.low, max(one.high, one.low + 1)):
-            top = piece.y - piece.high + piece.low
+        for piece in self.layout.pieces(low, max(high, low + 1)):
             if kind.name == "jump":
                 marks += [
-                    line(piece.x + at, piece.y - GAP, piece.x + at, top + GAP)
+                    line(piece.x + at, piece.y - GAP, piece.x + at, piece.top + GAP)
                     for at in (start, stop)
                 ]
             elif piece.low == 0:
                 marks.append(bow(piece.x + start, piece.x + stop, piece.y + BOW // 2))
-            self._band(symbol, piece.x + (start + stop) // 2, piece.y, top, stop - start)
+            self._band(symbol, piece.x + (start + stop) // 2, piece.y, piece.top, stop - start)
         return _group(symbol, self.score, marks)
 
 
@@ -314,34 +396,25 @@ def short(seconds: float) -> str:
     return f"{seconds:.3f}".rstrip("0").rstrip(".")
 
 
-_SIDES = {"r_": "right ", "l_": "left "}
-
-
 def _group(symbol: Symbol, score: Score, marks: list[Mark]) -> MarkGroup:
     """Return a symbol's marks with title and data."""
     span = symbol.start, symbol.stop
     start, stop = (short(score.rate.denominator * it / score.rate.numerator) for it in span)
-    said = {
-        "part": symbol.part,
-        "direction": symbol.direction,
-        "level": symbol.level,
-        "amount": None if symbol.amount is None else str(symbol.amount),
-        "start": start,
-        "end": stop,
-    }
-    part = symbol.part
-    part = (_SIDES.get(part[:2], part[:2]) + part[2:]).replace("_", " ")
+    data = {"part": symbol.part, "direction": symbol.direction, "level": symbol.level}
+    data |= {"amount": None if symbol.amount is None else str(symbol.amount)}
+    data |= {"start": start, "end": stop}
+    side, rest = symbol.part[:2], symbol.part[2:].replace("_", " ")
+    part = {"r_": "right ", "l_": "left "}.get(side, side.replace("_", " ")) + rest
     when = f"{start} s" if start == stop else f"{start}-{stop} s"
     words = f"{symbol.words}, " if symbol.words else ""
-    return MarkGroup(tuple(marks), f"{part}, {words}{when}",
-                 {name: it for name, it in said.items() if it is not None})  # fmt: skip
+    known = {name: it for name, it in data.items() if it is not None}
+    return MarkGroup(tuple(marks), f"{part}, {words}{when}", known)
 
 
 LEGEND_WIDTH = 13 * C
 """Room for signs and words."""
 
 _PITCH = round(1.35 * C)
-_NAME = round(0.45 * C)
 
 _LEVELS = {
     "high": "high; a support: on the toes",
@@ -360,51 +433,37 @@ _SAMPLES = {
 """By kind with a sign of its own: track, direction and amount of a sample, and its meaning."""
 
 
-def legend_rows(
-    kinds: Collection[str], x: int, y: int, *, marked: bool = False
-) -> tuple[list[MarkGroup], int]:
-    """Return the rows of the legend, and their height."""
+def legend_rows(kinds: Collection[str], x: int, y: int, *, marked: bool = False) -> list[MarkGroup]:
+    """Return the rows of the legend."""
     rows = list[MarkGroup]()
-    for number, (marks, said) in enumerate(_rows(kinds, x + C, y + _PITCH, marked)):
-        words = Label(
-            x + 2 * C, y + number * _PITCH + _PITCH // 2 + _NAME // 3, said, _NAME, "begin"
-        )
-        rows.append(MarkGroup((*marks, words), said))
-    return rows, len(rows) * _PITCH
+    for number, (marks, words) in enumerate(_legend(kinds, x + C, y + _PITCH, marked)):
+        at = y + number * _PITCH + _PITCH // 2 + _NAME // 3
+        rows.append(MarkGroup((*marks, Label(x + 2 * C, at, words, _NAME, "begin")), words))
+    return rows
 
 
-def _rows(kinds: Collection[str], x: int, y: int, marked: bool) -> Iterator[tuple[list[Mark], str]]:
-    """Yield the marks and the meaning of each row."""
-    step, size, left = _PITCH, C, x - C // 2
-
-    def low() -> int:
-        nonlocal y
-        y += step
-        return y - step - (step - size) // 2
-
+def _legend(
+    kinds: Collection[str], x: int, y: int, marked: bool
+) -> Iterator[tuple[list[Mark], str]]:
+    """Yield the marks and the meaning of each row of the legend."""
+    left, bases = x - C // 2, count(y - (_PITCH - C) // 2, _PITCH)
     for name in DIRECTIONS:
-        yield (
-            sign(left, low(), name, None, size),
-            name.replace("r_", "right ").replace("l_", "left "),
-        )
-    for level, said in _LEVELS.items():
-        yield sign(left, low(), "place", level, size), said
-    for kind, (part, direction, amount, said) in _SAMPLES.items():
+        words = name.replace("r_", "right ").replace("l_", "left ")
+        yield sign(left, next(bases), name, None, C), words
+    for level, words in _LEVELS.items():
+        yield sign(left, next(bases), "place", level, C), words
+    for kind, (part, direction, amount, words) in _SAMPLES.items():
         if kind in kinds:
-            yield SIGNS[kind](_sample(part, direction, amount), x, low(), size), said
+            row = blank(1)
+            row["direction"] = -1 if direction is None else DIRECTION_CODES[direction]
+            row["amount"] = amount
+            yield SIGNS[kind](listed(part, row)[0], x, next(bases), C), words
     if "stance" in kinds:
-        yield [Circle(x, low() - size // 2, ONE // 2)], "stands, while supports are silent"
+        yield [Circle(x, next(bases) - C // 2, ONE // 2)], "stands, while supports are silent"
     if "touch" in kinds:
-        yield [bow(left, left + C, low() - size // 2 + BOW // 2)], "touches"
+        yield [bow(left, left + C, next(bases) - C // 2 + BOW // 2)], "touches"
     if "jump" in kinds:
-        base = low()
-        yield [line(x + at, base, x + at, base - size) for at in (-C // 3, C // 3)], "is in the air"
+        base = next(bases)
+        yield [line(x + at, base, x + at, base - C) for at in (-C // 3, C // 3)], "is in the air"
     if marked:
-        yield [box(left, low() - size, C, size, "band")], "is what was asked for"
-
-
-def _sample(part: str, direction: str | None, amount: int) -> Symbol:
-    row = blank(1)
-    row["direction"] = -1 if direction is None else DIRECTION_CODES[direction]
-    row["amount"] = amount
-    return listed(part, row)[0]
+        yield [box(left, next(bases) - C, C, C, "band")], "is what was asked for"

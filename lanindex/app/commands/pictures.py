@@ -61,7 +61,7 @@ def score(
     """
     if strip and bars is not None:
         raise UsageError("--strip and --bars", wanted="one of them")
-    from lanindex.draw.score import BARS, draw
+    from lanindex.draw.staff import BARS, draw
     from lanindex.draw.svg import FORMS, rendered
     from lanindex.pipeline.files import safe_stem, write_all
 
@@ -338,7 +338,7 @@ def _both(
     scale: float | None,
 ) -> bytes:
     """Return both staves as a file's content, with bands over what differs."""
-    from lanindex.draw.score import BARS, draw_pair
+    from lanindex.draw.staff import BARS, draw_pair
     from lanindex.draw.svg import FORMS, rendered
 
     form = options.ending(target, FORMS)
