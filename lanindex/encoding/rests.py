@@ -138,15 +138,17 @@ def carriers(points: Floats, masses: Floats, feet: Flags, rate: float, speeds: S
     lies = np.array(((high < limit) & (pace < stands), (high < limit * HIGHER) & (pace < slides)))
     toes = feet & (points[1, -2:] < AWAY)
     on = np.concatenate((feet, toes, lies[1, 2:4]))
-    off = np.empty(len(hips))
-    for part in blocks(len(hips), size=FEW):
-        off[part.inner] = _off(points[::2, :, part.inner], masses, on[:, part.inner])
+    off, crouches = np.zeros(len(hips)), hips < CROUCHES
+    looked_at = np.flatnonzero(lies[1, 4] | lies[1, 5] | crouches)
+    for part in blocks(len(looked_at), size=FEW):
+        some = looked_at[part.inner]
+        off[some] = _off(points[::2].take(some, axis=2), masses, on.take(some, axis=1))
     found = np.empty((2, len(CARRIERS), len(hips)), bool)
     found[:, SEAT], found[:, TRUNK] = lies[:, 0], lies[:, 1]
     found[:, KNEE] = lies[:, 2] | lies[:, 3]
     topples = np.array((off > TOPPLES, off > TOPPLES / 2))
     found[:, HAND] = (lies[:, 4] | lies[:, 5]) & topples
-    crouches = (hips < CROUCHES) & topples[0]
+    crouches &= topples[0]
     found[:, OTHER] = crouches & (calm < stirs), crouches & (calm < stands)
     return found
 
