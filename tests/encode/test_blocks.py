@@ -50,7 +50,7 @@ def test_blocks_leave_no_trace(
 def test_memory_of_a_long_capture_grows_by_little_a_frame(way: str) -> None:
     if way == "fast":
         pytest.importorskip("numba")
-    few = 300_000 if slow() else 60_000
+    few = 300_000 if slow() else 120_000  # of 60,000 the difference is at the limit
     small, large = (measured(way, frames) for frames in (few, 3 * few))
     assert large - small <= 300 * 2 * few  # 240 of them the body itself
 
