@@ -56,6 +56,7 @@ COMPOSE = ("parent", "child")
 """Whose turn stands first."""
 
 _HEAD = 4096
+_TABLES = (".csv", ".tsv", ".txt")
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +93,7 @@ FORMATS: tuple[Format, ...] = (
     Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
     Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx", several=True),
     Format("bids", "Motion-BIDS", ("_motion.tsv",), sniff.nothing, "bids", True, False, True, True),
-    Format("csv", "a table of points", (".csv", ".tsv", ".txt"), sniff.table, "table", False, True),
+    Format("csv", "a table of points", _TABLES, sniff.table, "point_tables", False, True),
     Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
     Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),
     Format("gltf", "glTF", (".glb", ".gltf"), sniff.gltf, "gltf", True, True, True),
@@ -101,7 +102,6 @@ FORMATS: tuple[Format, ...] = (
 """All formats that are read."""
 
 _ENDINGS = tuple(suffix for form in FORMATS for suffix in form.suffixes)
-_TABLES = next(form.suffixes for form in FORMATS if form.name == "csv")
 _SEVERAL = tuple(suffix for form in FORMATS if form.several for suffix in form.suffixes)
 
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import chain
 from operator import itemgetter
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.body import Declared
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats import decimals
 from lanindex.formats.decimals import LARGEST
@@ -32,14 +32,16 @@ MOST = 1e18
 BLANKS = b" "
 """As a separator: any number of blanks stands for one."""
 
+NOTHING = b" \t\r\n,;\xef\xbb\xbf"
+"""A line of these alone says nothing: blanks, separators, the mark of an encoding."""
+
 _PIECE = 1 << 17  # bytes looked through at a time
-_NOTHING = b" \t\r\n,;"
 _OPENS = np.isin(np.arange(256), list(b"0123456789+-."))
 _COMMA = bytes.maketrans(b",", b".")
 
 Lines = NDArray[np.int64]
 Floats = NDArray[np.float64]
-Finish = Callable[[NDArray[Any]], NDArray[Any]]
+Triple = tuple[int, int, int]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,7 +82,7 @@ def rows(data: Content, first: int, stop: int | None = None) -> Lines:
     starts = np.concatenate(found)
     lines = np.stack((starts, np.append(starts[1:], stop)[: len(starts)]), axis=1)
     doubts = np.flatnonzero(np.concatenate(doubtful)).tolist()
-    blank = [row for row in doubts if not data[lines[row, 0] : lines[row, 1]].strip(_NOTHING)]
+    blank = [row for row in doubts if not data[lines[row, 0] : lines[row, 1]].strip(NOTHING)]
     return np.delete(lines, blank, axis=0) if blank else lines
 
 
@@ -264,23 +266,6 @@ _NO_PLACE = re.compile(
 _PLACE = re.compile(r"[\W_]*(pos|position)$", re.IGNORECASE)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TableLayout:
-    """A table, before its numbers are read."""
-
-    title: str  # whose table it is, as people call it
-    names: tuple[str, ...]  # (M) its points
-    table: Table  # where the numbers lie
-    time: int | None = None  # which of the table's heads is the time
-    tick: float | None = 1.0  # seconds in one unit of it; None: found from how fast it grows
-    rate: str = ""  # frames a second, as the file says; empty where it does not
-    # the first of the heads that tell of each point whether it was seen: 0, not
-    states: int | None = None
-    declared: Declared = field(default_factory=Declared)  # what it says of its unit and axes
-    doubts: tuple[str, ...] = ()  # what its header gets wrong
-    finish: Finish | None = None  # what makes the points, (T, M, 3), of what the table has instead
-
-
 @dataclass(frozen=True, slots=True)
 class Line:
     """A line of a header."""
@@ -292,12 +277,10 @@ class Line:
     def cells(self, separator: bytes) -> list[str]:
         """Return its cells without blanks and quotation marks around them."""
         text = text_of(self.text.removeprefix(b"\xef\xbb\xbf").rstrip(b"\r\n"))
-        if '"' not in text:
-            return [cell.strip() for cell in text.split(separator.decode())]
-        try:
-            row = next(csv.reader([text], delimiter=separator.decode()), [])
-        except csv.Error:
-            row = text.split(separator.decode())
+        row = text.split(None if separator == BLANKS else separator.decode())
+        if '"' in text and separator != BLANKS:
+            with suppress(csv.Error):
+                row = next(csv.reader([text], delimiter=separator.decode()), [])
         return [cell.strip().strip('"') for cell in row]
 
 
@@ -360,22 +343,36 @@ def twice(names: Sequence[str], what: str) -> tuple[str, ...]:
     return (doubt,) if again else ()
 
 
+def first_row(file: File, rows: Lines) -> bytes:
+    """Return the first row; nothing, if there is none."""
+    return file.content[int(rows[0, 0]) : int(rows[0, 1])] if len(rows) else b""
+
+
+def xyz(column: int) -> Triple:
+    """Return a column and the two behind it."""
+    return column, column + 1, column + 2
+
+
 def table_of(
     file: File,
     rows: Lines,
     separator: bytes,
     width: int,
     heads: Sequence[int],
-    points: Sequence[tuple[int, int, int]],
-    comma: bool = False,
+    points: Sequence[Triple],
+    comma: bool | None = None,
 ) -> Table:
-    """Return a table, of which there is at least one row and one point."""
+    """Return a table, of which there is at least one row and one point.
+
+    Whether its numbers have commas where a point would stand the first row tells, if `comma` does
+    not.
+    """
     if not len(rows) or not points:
         found = "no frames" if points else "no columns x, y, z of any point"
         wanted = "rows of numbers behind the header"
         raise CaptureError(found, place=file.name, wanted=wanted)
-    columns = tuple(column for point in points for column in point)
-    return Table(rows, separator, width, tuple(heads), columns, comma)
+    comma = comma_of(first_row(file, rows), separator) if comma is None else comma
+    return Table(rows, separator, width, tuple(heads), tuple(chain(*points)), comma)
 
 
 def count_doubt(text: str, count: int, what: str = "frames") -> tuple[str, ...]:
@@ -383,3 +380,15 @@ def count_doubt(text: str, count: int, what: str = "frames") -> tuple[str, ...]:
     if not text or text == str(count):
         return ()
     return (f"its header says {quoted(text)} {what}, the file has {count}",)
+
+
+def written(
+    motion: Motion, places: NDArray[np.float32], separator: str, first: int = 0, end: str = "\n"
+) -> str:
+    """Return the rows of a table: number, seconds, and places (T, M, 3), blank where unknown."""
+    form = separator.join(["%d", "%.7f", *["%.4f"] * (3 * places.shape[1])]) + end
+    seconds = np.arange(len(places)) / float(motion.rate)
+    return "".join(
+        (form % (frame, time, *row.ravel().tolist())).replace("nan", "")
+        for frame, (time, row) in enumerate(zip(seconds.tolist(), places, strict=True), first)
+    )

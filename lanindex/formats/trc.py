@@ -9,14 +9,11 @@ Source: OpenSim documentation, *Marker (.trc) Files*.
 
 from __future__ import annotations
 
-import io
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import PurePath
-
-import numpy as np
 
 from lanindex.body import Declared
 from lanindex.errors import CaptureError
@@ -24,7 +21,7 @@ from lanindex.formats import tables
 from lanindex.formats.file import File, Wanted, clip, text_of
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import rate_by
-from lanindex.formats.tables import comma_of, count_doubt, header_lines, twice
+from lanindex.formats.tables import count_doubt, header_lines, table_of, twice, xyz
 from lanindex.model import Motion, Reading, Span
 
 _WORD = re.compile(rb"[^\s,;]+")
@@ -79,7 +76,7 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
 
 def scan(file: File) -> TrcHeader:
     """Find the frames of a TRC file without reading their numbers."""
-    filled = (line for line in header_lines(file) if line.text.strip(b" \t\r\n,;"))
+    filled = (line for line in header_lines(file) if line.text.strip(tables.NOTHING))
     above = [(line.text, line.first) for line in islice(filled, 5)]
     if len(above) < 4:
         found = "the file ends in its header"
@@ -95,12 +92,9 @@ def scan(file: File) -> TrcHeader:
         behind, many = axes_at + len(axes), len(_WORD.findall(axes)) // 3
     names = _names(cells[_FIRST:], many, f"{file.name}:4")
     lines = tables.rows(file.content, behind)
-    if not len(lines):
-        wanted = "lines of numbers behind the names of the markers"
-        raise CaptureError("no frames", place=file.name, wanted=wanted)
     width = _FIRST + 3 * len(names)
-    comma = comma_of(file.content[int(lines[0, 0]) : int(lines[0, 1])], separator)
-    table = tables.Table(lines, separator, width, (0, 1), tuple(range(_FIRST, width)), comma)
+    points = [xyz(column) for column in range(_FIRST, width, 3)]
+    table = table_of(file, lines, separator, width, (0, 1), points)
     doubts = count_doubt(said.get("numframes", ""), len(lines), "frames")
     doubts += count_doubt(said.get("nummarkers", ""), len(names), "markers")
     return TrcHeader(said, count, names, table, doubts)
@@ -144,18 +138,14 @@ def write(motion: Motion) -> bytes:
     )
     values = (rate, rate, count, many, "mm", rate, 1, count)
     axes = (f"{axis}{number}" for number in range(1, many + 1) for axis in "XYZ")
-    out = io.StringIO()
-    for line in (
+    head = (
         ("PathFileType", "4", "(X/Y/Z)", title),
         keys.split(),
         values,
         ("Frame#", "Time", *(cell for name in names for cell in (name, "", ""))),
         ("", "", *axes),
         ("",),
-    ):
-        out.write("\t".join(map(str, line)) + "\n")
-    form = "%d\t%.7f" + "\t%.4f" * (3 * many) + "\t\n"  # else OpenSim misses a last blank cell
-    seconds = np.arange(count) / float(motion.rate)
-    for frame, (time, row) in enumerate(zip(seconds.tolist(), places, strict=True), 1):
-        out.write((form % (frame, time, *row.ravel().tolist())).replace("nan", ""))
-    return out.getvalue().encode()
+    )
+    lines = "".join("\t".join(map(str, line)) + "\n" for line in head)
+    end = "\t\n"  # else OpenSim misses a last blank cell
+    return (lines + tables.written(motion, places, "\t", 1, end)).encode()

@@ -19,7 +19,7 @@ TARGETS = {
     "glb": "gltf",
     "c3d": "c3d",
     "trc": "trc",
-    "csv": "table",
+    "csv": "point_tables",
     "npz": "npy",
 }
 """Formats that any motion can be written in, and where each is written in `lanindex.formats`."""

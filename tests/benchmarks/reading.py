@@ -29,7 +29,7 @@ from lanindex.formats.c3d.read import names_of, places
 from lanindex.formats.file import holding
 from lanindex.formats.gltf.read import chosen
 from lanindex.formats.mvnx import walk
-from lanindex.formats.table.kinds import layout_of
+from lanindex.formats.point_tables import layout_of
 from lanindex.model import Reading
 
 ROUNDS = 7

@@ -7,8 +7,8 @@ from mutations import fuzzed
 
 from lanindex import formats
 from lanindex.errors import BodyError, CaptureError, UsageError
-from lanindex.formats import sniff, table
-from lanindex.formats.table.kinds import KINECT
+from lanindex.formats import point_tables, sniff
+from lanindex.formats.point_tables import KINECT
 from lanindex.formats.tables import triples
 from lanindex.model import Motion, Reading, Span
 
@@ -212,7 +212,7 @@ def test_nexus_of_two_people(tmp_path):
     bob = formats.read(f"{path}#Bob")
     assert {name.partition(":")[0] for name in bob.markers.names} == {"Bob"}
     assert bob.warnings == ()
-    assert table.subjects(formats.opened(path)) == ("Ada", "Bob")
+    assert point_tables.subjects(formats.opened(path)) == ("Ada", "Bob")
     with pytest.raises(CaptureError, match="has no subject 'Cy' that makes a body, wanted Ada or"):
         formats.read(f"{path}#Cy")
 
@@ -384,18 +384,18 @@ def test_any_other_table(tmp_path):
     said = COLUMNS + "".join(f"{name} = {axes}\n" for name, axes in joints.items())
     told = Reading(columns=columns(tmp_path, said))
     file = formats.File("odd.txt", "\n".join(lines).encode())
-    motion = table.read(file, told, formats.Wanted())
+    motion = point_tables.read(file, told, formats.Wanted())
     assert (motion.rate, motion.source.unit, motion.source.up) == (25, "mm", "y")
     np.testing.assert_allclose(at(motion), person(), atol=1e-3)
     clip = formats.cutter(file, told)(Span(3, 9))
-    cut = table.read(formats.File("odd.txt", clip), told, formats.Wanted())
+    cut = point_tables.read(formats.File("odd.txt", clip), told, formats.Wanted())
     np.testing.assert_array_equal(cut.positions, motion.positions[3:9])
     numbers = said
     for number, name in enumerate(NAMES):
         first = 2 + 3 * number
         numbers = numbers.replace(f"{joints[name]}", str([first, first + 1, first + 2]))
     told = Reading(columns=columns(tmp_path, numbers.replace('time = "t"', "time = 1")))
-    again = table.read(file, told, formats.Wanted())
+    again = point_tables.read(file, told, formats.Wanted())
     np.testing.assert_array_equal(again.positions, motion.positions)
 
 
@@ -417,9 +417,11 @@ def test_what_is_said_of_columns_wrongly(kind, tmp_path):
     said, found = WRONG[kind]
     told = Reading(columns=columns(tmp_path, said))
     with pytest.raises(UsageError, match=found):
-        table.read(formats.File("odd.txt", b"a,b,c\n1,2,3\n"), told, formats.Wanted())
+        point_tables.read(formats.File("odd.txt", b"a,b,c\n1,2,3\n"), told, formats.Wanted())
     with pytest.raises(UsageError, match=r"none\.toml"):
-        table.read(formats.File("odd.txt", b""), Reading(columns="none.toml"), formats.Wanted())
+        point_tables.read(
+            formats.File("odd.txt", b""), Reading(columns="none.toml"), formats.Wanted()
+        )
 
 
 def test_a_table_is_known_by_its_beginning():
@@ -467,7 +469,7 @@ def test_motions_write_back(captures):
     paths = ["corpus/compass.bvh", *sorted((captures / "csv").rglob("*.csv"))]
     for path in paths:
         whole = formats.read(path)
-        again = read(table.write(whole))
+        again = read(point_tables.write(whole))
         assert (again.rate, again.source.up) == (whole.rate, "y")
         one, other = again.markers or again, whole.markers or whole
         names = one.names if again.markers else again.skeleton.names

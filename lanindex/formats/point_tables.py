@@ -1,4 +1,4 @@
-"""The tables of points: how each program's is recognised, and where its points are.
+"""Tables of points: how each program's is recognised, where its points are, clips of it.
 
 Sources: Microsoft, *Kinect for Windows SDK 2.0*, JointType, and LabanotationSuite; Vicon, *Nexus
 User Guide*, ASCII export; Vicon, *Plug-in Gait Reference Guide*, kinematic segments; NaturalPoint,
@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -18,21 +19,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.body import Declared
+from lanindex.body.by_name import LIMBS, candidates
+from lanindex.body.markers import marker_set_of
 from lanindex.errors import CaptureError, UsageError, quoted, shown
 from lanindex.formats import sniff, tables
-from lanindex.formats.file import Content, File
+from lanindex.formats.file import Content, File, Wanted, clip
+from lanindex.formats.people import named, subject_points
+from lanindex.formats.points import Points, motion_of
+from lanindex.formats.rates import rate_by
 from lanindex.formats.tables import (
-    Finish,
+    NOTHING,
     Line,
-    TableLayout,
-    comma_of,
+    Triple,
     count_doubt,
+    first_row,
     header_lines,
     separator_of,
     table_of,
     triples,
     twice,
+    xyz,
 )
+from lanindex.model import Motion, Reading, Span
+
+Finish = Callable[[NDArray[Any]], NDArray[Any]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TableLayout:
+    """A table, before its numbers are read."""
+
+    title: str  # whose table it is, as people call it
+    names: tuple[str, ...]  # (M) its points
+    table: tables.Table  # where the numbers lie
+    timed: bool = False  # whether the first of the table's heads is the time
+    tick: float | None = 1.0  # seconds in one unit of it; None: found from how fast it grows
+    rate: str = ""  # frames a second, as the file says; empty where it does not
+    # the first of the heads that tell of each point whether it was seen: 0, not
+    states: int | None = None
+    declared: Declared = field(default_factory=Declared)  # what it says of its unit and axes
+    doubts: tuple[str, ...] = ()  # what its header gets wrong
+    finish: Finish | None = None  # what makes the points, (T, M, 3), of what the table has instead
+
 
 _JOINTS = (
     "SpineBase SpineMid Neck Head ShoulderLeft ElbowLeft WristLeft HandLeft ShoulderRight "
@@ -42,7 +70,6 @@ _JOINTS = (
 KINECT = tuple(_JOINTS.split())
 """The joints of Kinect v2, in the order of its JointType."""
 
-_TICKS = 1e-7  # seconds
 _NEXUS = b"trajectories", b"model outputs", b"devices", b"joints", b"segments"
 _NAME_ROWS = 40  # lines in which a header is looked for
 _TIME = re.compile(
@@ -59,7 +86,7 @@ _LENGTHS = {"millimeters": "mm", "centimeters": "cm", "meters": "m"}
 def layout_of(file: File) -> TableLayout:
     """Return where the points of a table are, whosesoever it is."""
     head = list(islice(header_lines(file), _NAME_ROWS))
-    first = next((line for line in head if line.text.strip(b" \t\r\n,;\xef\xbb\xbf")), None)
+    first = next((line for line in head if line.text.strip(NOTHING)), None)
     if first is None:
         raise CaptureError("nothing but blanks", place=file.name, wanted="a table of points")
     begun = first.text.removeprefix(b"\xef\xbb\xbf").strip().lower()
@@ -71,11 +98,6 @@ def layout_of(file: File) -> TableLayout:
     return _kinect(file, first) or _named(file, head)
 
 
-def _first(file: File, rows: tables.Lines) -> bytes:
-    """Return the first row; nothing, if there is none."""
-    return file.content[int(rows[0, 0]) : int(rows[0, 1])] if len(rows) else b""
-
-
 def _kinect(file: File, first: Line) -> TableLayout | None:
     """Return a table of LabanotationSuite: no header, ticks, then x, y, z and a state of each."""
     separator = separator_of(first.text)
@@ -84,12 +106,11 @@ def _kinect(file: File, first: Line) -> TableLayout | None:
     if len(cells) != width or not all(map(_is_number, cells)):
         return None
     starts = range(1, width, 4)
-    points = [(at, at + 1, at + 2) for at in starts]
     heads = [0, *(at + 3 for at in starts)]
-    comma = comma_of(first.text, separator)
     rows = tables.rows(file.content, first.first)
-    table = table_of(file, rows, separator, width, heads, points, comma)
-    return TableLayout("Kinect v2", KINECT, table, 0, _TICKS, states=1, declared=Declared("m", "y"))
+    table = table_of(file, rows, separator, width, heads, list(map(xyz, starts)))
+    declared = Declared("m", "y")
+    return TableLayout("Kinect v2", KINECT, table, True, 1e-7, states=1, declared=declared)
 
 
 def _is_number(cell: bytes) -> bool:
@@ -102,34 +123,30 @@ def _is_number(cell: bytes) -> bool:
 
 def _named(file: File, head: list[Line]) -> TableLayout:
     """Return a table whose header names the columns: ``time``, ``head_x``, ``head_y`` ..."""
-    best: tuple[Line, list[str], bytes] | None = None
-    most = 0
+    points, unit, cells = dict[str, Triple](), None, list[str]()
     for line in head:
-        separator = separator_of(line.text)
-        cells = line.cells(separator)
-        points = triples(cells)[0]
-        if len(points) > most:
-            best, most = (line, cells, separator), len(points)
-    if best is None:
+        row = line.cells(separator_of(line.text))
+        there, unit_there = triples(row)
+        if len(there) > len(points):
+            best, points, unit, cells = line, there, unit_there, row
+    if not points:
         raise CaptureError(
             f"a table that begins with {shown(head[0].text.decode('latin-1').strip(), 40)!r}",
             place=file.name,
             wanted="a header that names x, y, z of each joint, as head_x, head_y, head_z",
             remedy="Say what its columns are with --columns.",
         )
-    line, cells, separator = best
-    points, unit = triples(cells)
-    time = [number for number, cell in enumerate(cells) if _TIME.fullmatch(cell)]
-    rows = tables.rows(file.content, line.stop)
-    comma = comma_of(_first(file, rows), separator)
-    table = table_of(file, rows, separator, len(cells), time[:1], list(points.values()), comma)
-    said = _TIME.fullmatch(cells[time[0]]) if time else None
-    tick = _UNITS[said[1].lower()] if said and said[1] else None
-    when = 0 if time else None
+    times = [(number, match) for number, cell in enumerate(cells)
+             if (match := _TIME.fullmatch(cell))][:1]  # fmt: skip
+    tick = next((_UNITS[match[1].lower()] for _, match in times if match[1]), None)
+    rows = tables.rows(file.content, best.stop)
+    heads = [number for number, _ in times]
+    separator = separator_of(best.text)
+    table = table_of(file, rows, separator, len(cells), heads, list(points.values()))
     used = {cells[column] for point in points.values() for column in point}
     doubts = twice([cell for cell in cells if cell in used], "columns")
     return TableLayout(
-        "a table", tuple(points), table, when, tick, declared=Declared(unit), doubts=doubts
+        "a table", tuple(points), table, bool(times), tick, declared=Declared(unit), doubts=doubts
     )
 
 
@@ -146,7 +163,7 @@ def _nexus(file: File, head: list[Line]) -> TableLayout:
         separator = separator_of(head[3].text)
         rate, names, axes, units = (line.cells(separator) for line in head[1:5])
         found = _trajectories(names, axes) if at is not None else segment_joints(names, axes)
-    called, points, finish = found
+    joints, points, finish = found
     if at is None and not points:
         raise CaptureError(
             "an export of Vicon Nexus without markers or segments",
@@ -158,10 +175,9 @@ def _nexus(file: File, head: list[Line]) -> TableLayout:
     beyond = np.flatnonzero(rows[1:, 0] != rows[:-1, 1])  # a blank line ends the block
     rows = rows[: int(beyond[0]) + 1] if len(beyond) else rows
     unit = next((units[point[0]] for point in points if point[0] < len(units)), None)
-    comma = comma_of(_first(file, rows), separator)
-    table = table_of(file, rows, separator, len(axes), [0], points, comma)
+    table = table_of(file, rows, separator, len(axes), [0], points)
     return TableLayout(
-        "Vicon Nexus", called, table, rate=rate[0], declared=Declared(unit), finish=finish
+        "Vicon Nexus", joints, table, rate=rate[0], declared=Declared(unit), finish=finish
     )
 
 
@@ -172,8 +188,7 @@ def _trajectories(names: list[str], axes: list[str]) -> tuple[tuple[str, ...], l
         for column in range(2, min(len(names), len(axes) - 2))
         if names[column] and [axis.upper() for axis in axes[column : column + 3]] == ["X", "Y", "Z"]
     ]
-    columns = [(column, column + 1, column + 2) for column in starts]
-    return tuple(names[column] for column in starts), columns, None
+    return tuple(names[column] for column in starts), list(map(xyz, starts)), None
 
 
 def block(content: Content, title: bytes) -> int | None:
@@ -215,25 +230,23 @@ def _motive(file: File, head: list[Line]) -> TableLayout:
             wanted="Global",
             remedy="Export it with Use World Space Coordinates.",
         )
-    types = rows.get("type", [])
-    names, points = _motive_points(rows["name"], kinds, types, axes.cells(b","))
-    lines_there = tables.rows(file.content, axes.stop)
-    width = len(axes.cells(b","))
-    table = table_of(file, lines_there, b",", width, [1], points)
+    under = axes.cells(b",")
+    names, points = _motive_points(rows["name"], kinds, rows.get("type", []), under)
+    frames = tables.rows(file.content, axes.stop)
+    table = table_of(file, frames, b",", len(under), [1], points)
     unit = said.get("Length Units", "").lower()
     rate = said.get("Export Frame Rate") or said.get("Capture Frame Rate", "")
-    count = said.get("Total Exported Frames", "")
-    doubts = count_doubt(count, len(lines_there))
+    doubts = count_doubt(said.get("Total Exported Frames", ""), len(frames))
     declared = Declared(_LENGTHS.get(unit, unit or None), "y")
-    return TableLayout("Motive", names, table, 0, 1.0, rate, declared=declared, doubts=doubts)
+    return TableLayout("Motive", names, table, True, 1.0, rate, declared=declared, doubts=doubts)
 
 
 def _motive_points(
     names: list[str], kinds: list[str], types: list[str], axes: list[str]
-) -> tuple[tuple[str, ...], list[tuple[int, int, int]]]:
+) -> tuple[tuple[str, ...], list[Triple]]:
     """Return names and columns of the bones; where there are none, of the markers."""
     width = min(len(names), len(kinds), len(axes))
-    found: dict[str, dict[str, tuple[int, int, int]]] = {}
+    found: dict[str, dict[str, Triple]] = {}
     for column in range(2, width - 2):
         if kinds[column] == "Position" and axes[column : column + 3] == ["X", "Y", "Z"]:
             kind = types[column] if column < len(types) else "Marker"
@@ -242,7 +255,7 @@ def _motive_points(
             parts = name.split(":")
             if kind == "Bone" and (len(parts) == 1 or parts[0] == parts[-1]):
                 name = f"{parts[0]}:Hip"  # the skeleton itself
-            found.setdefault(kind, {})[name] = (column, column + 1, column + 2)
+            found.setdefault(kind, {})[name] = xyz(column)
     chosen = found.get("Bone") or found.get("Marker") or next(iter(found.values()), {})
     return tuple(chosen), list(chosen.values())
 
@@ -270,19 +283,23 @@ def _qualisys(file: File, head: list[Line]) -> TableLayout:
         raise CaptureError(found, place=file.name, wanted="3D, places of markers")
     rows = tables.rows(file.content, begin)
     if before is None:
-        row = _first(file, rows).rstrip(b"\r\n")
+        row = first_row(file, rows).rstrip(b"\r\n")
         extra = row.removesuffix(b"\t").count(b"\t") + 1 - 3 * len(names)
         before = ["frame", "time"][: max(extra, 0)]
     skip = len(before or ())
-    points = [(at, at + 1, at + 2) for at in range(skip, skip + 3 * len(names), 3)]
+    width = skip + 3 * len(names)
+    points = [xyz(column) for column in range(skip, width, 3)]
     heads = [before.index("time")] if before and "time" in before else []
-    comma = comma_of(_first(file, rows), b"\t")
-    table = table_of(file, rows, b"\t", skip + 3 * len(names), heads, points, comma)
+    table = table_of(file, rows, b"\t", width, heads, points)
     doubts = count_doubt(said.get("NO_OF_FRAMES", ""), len(rows))
-    when = 0 if heads else None
-    rate = said.get("FREQUENCY", "")
     return TableLayout(
-        "Qualisys", tuple(names), table, when, 1.0, rate, declared=Declared("mm"), doubts=doubts
+        "Qualisys",
+        tuple(names),
+        table,
+        bool(heads),
+        rate=said.get("FREQUENCY", ""),
+        declared=Declared("mm"),
+        doubts=doubts,
     )
 
 
@@ -316,8 +333,6 @@ JOINTS = {
 
 AXES = ["RX", "RY", "RZ", "TX", "TY", "TZ", "SX", "SY", "SZ"]
 
-Triple = tuple[int, int, int]
-
 
 def segment_joints(
     names: list[str], axes: list[str]
@@ -328,27 +343,27 @@ def segment_joints(
     TY, TZ) and its length (SX, SY, SZ). Origins are the joints at the lower ends; the hips lie at
     the upper ends of the thighs, along their z axes.
     """
-    called: list[str] = []
+    joints: list[str] = []
     points: list[Triple] = []
     thighs: list[tuple[str, int]] = []
     for column in range(2, min(len(names), len(axes) - 8)):
         subject, mark, segment = names[column].rpartition(":")
         if segment in JOINTS and [axis.upper() for axis in axes[column : column + 9]] == AXES:
-            called.append(subject + mark + JOINTS[segment])
-            points.append((column + 3, column + 4, column + 5))
+            joints.append(subject + mark + JOINTS[segment])
+            points.append(xyz(column + 3))
             if segment[1:] == "FE":
                 thighs.append((f"{subject}{mark}{segment[0]}Hip", column))
-    knees = [points.index((column + 3, column + 4, column + 5)) for _, column in thighs]
+    knees = [points.index(xyz(column + 3)) for _, column in thighs]
     many = len(points)
     for _, column in thighs:
-        points += [(column, column + 1, column + 2), (column + 6, column + 7, column + 8)]
+        points += [xyz(column), xyz(column + 6)]
 
     def finish(places: NDArray[Any]) -> NDArray[Any]:
         turns, lengths = places[:, many::2], places[:, many + 1 :: 2, 2:]
         hips = places[:, knees] + lengths * _upwards(np.radians(turns))
         return np.concatenate((places[:, :many], hips), axis=1)
 
-    return (*called, *(name for name, _ in thighs)), points, finish
+    return (*joints, *(name for name, _ in thighs)), points, finish
 
 
 def _upwards(turns: NDArray[Any]) -> NDArray[Any]:
@@ -421,7 +436,7 @@ def given_layout(file: File, path: str) -> TableLayout:
     separator = tables.BLANKS if separator in (b"space", b" ") else separator
     if len(separator) != 1:
         raise UsageError(f"--columns {path}: separator", wanted="one character, or space")
-    cells = text_cells(text, separator) if header else []
+    cells = header.cells(separator) if header else []
     columns = {name: tuple(_column(cell, cells, path) for cell in axes)
                for name, axes in said["joints"].items()}  # fmt: skip
     time = [_column(said["time"], cells, path)] if "time" in said else []
@@ -429,22 +444,14 @@ def given_layout(file: File, path: str) -> TableLayout:
     if len(set(used)) < len(used):
         raise UsageError(f"--columns {path}: a column that is used twice", wanted="each once")
     rows = tables.rows(file.content, header.stop if header else 0)
-    row = file.content[int(rows[0, 0]) : int(rows[0, 1])] if len(rows) else b""
-    comma = said.get("comma", comma_of(row, separator))
+    row = first_row(file, rows)
     width = max(len(tables.cells_of(row, separator)), max(used) + 1)
     points = [(x, y, z) for x, y, z in columns.values()]
-    table = table_of(file, rows, separator, width, time, points, comma)
+    table = table_of(file, rows, separator, width, time, points, said.get("comma"))
     tick = float(said["tick"]) if "tick" in said else None
     declared = Declared(said.get("unit"), said.get("up"))
-    when = 0 if time else None
     rate = str(said.get("rate", ""))
-    return TableLayout("a table", tuple(columns), table, when, tick, rate, declared=declared)
-
-
-def text_cells(line: bytes, separator: bytes) -> list[str]:
-    """Return the names of columns."""
-    cells = tables.cells_of(line.removeprefix(b"\xef\xbb\xbf"), separator)
-    return [cell.decode("utf-8", "replace").strip().strip('"') for cell in cells]
+    return TableLayout("a table", tuple(columns), table, bool(time), tick, rate, declared=declared)
 
 
 def _column(cell: object, cells: list[str], path: str) -> int:
@@ -456,3 +463,109 @@ def _column(cell: object, cells: list[str], path: str) -> int:
     there = ", ".join(cells[:8]) or "no names"
     wanted = f"a number from 1 on, or a name of the header ({there} ...)"
     raise UsageError(f"--columns {path}: column {quoted(cell)}", wanted=wanted)
+
+
+_CLOCKS = (("seconds", 1.0), ("milliseconds", 1e-3), ("microseconds", 1e-6),
+          ("units of 100 ns", 1e-7), ("nanoseconds", 1e-9))  # fmt: skip
+_USUAL_STEP = (0.002, 0.2)  # seconds between frames
+
+
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
+    """Read a table of points: see `lanindex.formats.read_file`.
+
+    Joints as the table has them, or made of its markers; of several subjects the one that is
+    meant, else the first.
+    """
+    layout = _layout(file, options)
+    every = list(range(len(layout.names)))
+    chosen, whose = subject_points(file, people(layout.names), every)
+    heads, places = tables.read(file, layout.table)
+    places = layout.finish(places) if layout.finish else places
+    if layout.states is not None:
+        places[heads[:, layout.states :] == 0] = np.nan
+    names = tuple(layout.names[number] for number in chosen)
+    places = places if len(chosen) == len(layout.names) else places[:, chosen]
+    gone, places = tables.at_origin(places, names)
+    times, unsure = _seconds(layout, heads)
+    rate, doubts = rate_by(options, layout.rate, times, file.name)
+    unsure = unsure if options.rate is None else ()
+    doubts = (*layout.doubts, *twice(names, "points"), *whose, *unsure, *doubts, *gone)
+    return motion_of(
+        Points(names, places, rate, layout.declared, doubts=doubts), file, "csv", options, wanted
+    )
+
+
+def _seconds(
+    layout: TableLayout, heads: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Return the times in seconds; where their unit is unknown, in the usual one."""
+    if not layout.timed:
+        return np.zeros(0), ()
+    times = heads[:, 0]
+    if layout.tick is not None:
+        return times * layout.tick, ()
+    steps = np.diff(times)
+    steps = steps[np.isfinite(steps)]
+    step = float(np.median(steps)) if len(steps) else 0.0
+    for name, tick in _CLOCKS:
+        if _USUAL_STEP[0] <= step * tick <= _USUAL_STEP[1]:
+            doubt = () if tick == 1 else (f"its times are taken for {name}",)
+            return (times - times[0]) * tick, doubt
+    return times, ()
+
+
+def people(names: tuple[str, ...]) -> dict[str, list[int]]:
+    """Return the points of each subject that makes a body, by what stands before a colon."""
+    groups: dict[str, list[int]] = {}
+    for number, name in enumerate(names):
+        groups.setdefault(name.rpartition(":")[0], []).append(number)
+    found = {
+        subject: points
+        for subject, points in groups.items()
+        if _makes_body(tuple(names[number].rpartition(":")[2] for number in points))
+    }
+    return named(found)
+
+
+def _makes_body(names: tuple[str, ...]) -> bool:
+    """Tell whether points are enough of a body: of a known set of markers, or named as limbs."""
+    if marker_set_of(names):
+        return True
+    found: Any = candidates(names)
+    return any(
+        all(found["limbs", side, joint] for side in "RL" for joint in limb) for limb in LIMBS
+    )
+
+
+def subjects(file: File) -> tuple[str, ...]:
+    """Return the names of the people that a file holds; none where nobody is named."""
+    return tuple(name for name in people(file.once(layout_of).names) if name)
+
+
+def _layout(file: File, options: Reading | None) -> TableLayout:
+    named = options.columns if options else None
+    return given_layout(file, named) if named else file.once(layout_of)
+
+
+def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
+    """Return what cuts clips out of a table, which is looked through once.
+
+    Header and rows are the source's, byte for byte; of several blocks the one that is read.
+    """
+    rows = _layout(file, options).table.lines
+    head = 0, int(rows[0, 0])
+    return lambda span: clip(
+        file.content, (head, (int(rows[span.start, 0]), int(rows[span.stop - 1, 1])))
+    )
+
+
+def write(motion: Motion) -> bytes:
+    """Write a motion as CSV: ``frame,time,<name>_x,<name>_y,<name>_z``, millimetres, y up.
+
+    Frames count from 0, times are seconds; the points are its markers, or else its joints; what is
+    unknown is left blank.
+    """
+    names, places = tables.points_of(motion)
+    names = tuple(re.sub(r'[,;"\s]+', " ", name).strip() or "point" for name in names)
+    head = ",".join(("frame", "time", *(f"{name}_{axis}" for name in names for axis in "xyz")))
+    return (head + "\n" + tables.written(motion, places, ",")).encode()
