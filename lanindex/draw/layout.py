@@ -83,15 +83,14 @@ class StaffColumns:
 
     def touched(self, part: str, thing: str) -> tuple[int, int]:
         """Return the ends of a bow from a hand to what it touches."""
-        sides = ("l_", "r_") if part == "hands_touch" else (part[:2],)
-        own = [self._place(side, "hand") for side in sides]
-        other = own[-1] if part == "hands_touch" else self._other(part[:2], thing)
-        start, stop = sorted((own[0], other))
+        side = part[:2]
+        if part == "hands_touch":
+            ends = self._place("l_", "hand"), self._place("r_", "hand")
+        else:
+            across = {"r_": "l_", "l_": "r_"}[side] if thing == "arm" else side
+            ends = self._place(side, "hand"), self._place(across, thing)
+        start, stop = sorted(ends)
         return (start, stop) if stop - start >= PITCH else (start - PITCH // 2, stop + PITCH // 2)
-
-    def _other(self, side: str, thing: str) -> int:
-        across = {"r_": "l_", "l_": "r_"}[side] if thing == "arm" else side
-        return self._place(across, thing)
 
     def _place(self, side: str, thing: str) -> int:
         for group in _TOUCHED[thing]:
@@ -306,16 +305,15 @@ def spread_heights(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[i
     One that is too short grows into what is free above and below it; where nothing is, it takes
     up to a third of the one below.
     """
-    found: list[tuple[int, int]] = []
+    heights: list[tuple[int, int]] = []
     for index, (low, high) in enumerate(spans):
-        if high - low < least:
-            above = spans[index + 1][0] if index + 1 < len(spans) else low + least
-            high = max(high, min(above, low + least))
-            below = found[-1][1] if found else low
-            low = min(low, max(below, high - least))
-            if high - low < least and found and low <= below:
-                bottom = found[-1][0]
-                low = max(high - least, below - (below - bottom) // 3)
-                found[-1] = (bottom, low)
-        found.append((low, high))
-    return found
+        above = spans[index + 1][0] if index + 1 < len(spans) else low + least
+        high = max(high, min(above, low + least))
+        below = heights[-1][1] if heights else low
+        low = min(low, max(below, high - least))
+        if high - low < least and heights and low <= below:
+            bottom = heights[-1][0]
+            low = max(high - least, below - (below - bottom) // 3)
+            heights[-1] = (bottom, low)
+        heights.append((low, high))
+    return heights

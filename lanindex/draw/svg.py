@@ -55,22 +55,18 @@ def write(picture: Picture, *, scale: float = 1.0, ink: str = _INK) -> str:
         f"{_ROOT.format(ink=ink)}>\n"
         f"<title>{text_of(picture.title)}</title>\n<desc>{text_of(picture.summary)}</desc>\n"
     )
-    return f"{head}{_body(picture)}</svg>\n"
+    return f"{head}{_elements(picture)}</svg>\n"
 
 
 def placed(picture: Picture, x: float, y: float, *, scale: float = 1.0, ink: str = _INK) -> str:
     """Return a picture as a group of a larger one in SVG, its upper left corner at a point."""
     left = x - picture.left * scale / PIXEL
     where = f'transform="translate({left:g} {y:g}) scale({scale / PIXEL:g})"'
-    return f"<g {where}{_ROOT.format(ink=ink)}>\n{_body(picture)}</g>\n"
+    return f"<g {where}{_ROOT.format(ink=ink)}>\n{_elements(picture)}</g>\n"
 
 
-def _body(picture: Picture) -> str:
-    parts: list[str] = []
-    for mark in picture.marks:
-        _put(mark, parts)
-        parts.append("\n")
-    return "".join(parts)
+def _elements(picture: Picture) -> str:
+    return "".join(f"{_element(mark)}\n" for mark in picture.marks)
 
 
 def text_of(text: str) -> str:
@@ -78,34 +74,31 @@ def text_of(text: str) -> str:
     return escape(_NOT_XML.sub("\ufffd", text))
 
 
-def _put(mark: Mark, parts: list[str]) -> None:
+def _element(mark: Mark) -> str:
+    """Return a mark as an element."""
     match mark:
         case Polyline():
-            (x, y), drawn = mark.lines[0][0], _drawn(mark.lines, mark.closed)
+            (x, y), commands = mark.lines[0][0], _commands(mark.lines, mark.closed)
             hollow = "" if mark.style or max(map(len, mark.lines)) < 3 else ' fill="none"'
-            parts.append(
-                f'<path d="M{_point(mark.x + x, mark.y + y)}{drawn}"{hollow}{STYLES[mark.style]}/>'
-            )
+            start = _point(mark.x + x, mark.y + y)
+            return f'<path d="M{start}{commands}"{hollow}{STYLES[mark.style]}/>'
         case Circle(x, y, radius):
-            hollow = STYLES[mark.style] if mark.style else ' fill="none"'
-            parts.append(f'<circle cx="{x}" cy="{y}" r="{radius}"{hollow}/>')
+            style = STYLES[mark.style] if mark.style else ' fill="none"'
+            return f'<circle cx="{x}" cy="{y}" r="{radius}"{style}/>'
         case Label():
             turned = f' transform="rotate(-90 {mark.x} {mark.y})"' if mark.turned else ""
-            parts.append(
+            return (
                 f'<text x="{mark.x}" y="{mark.y}" font-size="{mark.size}" stroke="none"'
                 f"{STYLES[mark.style]}{turned}>{text_of(mark.text)}</text>"
             )
         case MarkGroup():
             data = "".join(f' data-{name}="{text_of(it)}"' for name, it in mark.data.items())
             title = f"<title>{text_of(mark.title)}</title>" if mark.title else ""
-            parts.append(f"<g{data}>{title}")
-            for one in mark.marks:
-                _put(one, parts)
-            parts.append("</g>")
+            return f"<g{data}>{title}{''.join(map(_element, mark.marks))}</g>"
 
 
 @lru_cache(maxsize=4096)
-def _drawn(lines: tuple[Points, ...], closed: bool) -> str:
+def _commands(lines: tuple[Points, ...], closed: bool) -> str:
     """Return lines as commands that go on from the first point."""
     parts = list[str]()
     x, y = lines[0][0]
@@ -115,18 +108,16 @@ def _drawn(lines: tuple[Points, ...], closed: bool) -> str:
             parts.append(f"m{_point(first[0] - x, first[1] - y)}")
         x, y = first
         for to_x, to_y in points[1:]:
-            parts.append(_step(to_x - x, to_y - y))
+            right, down = to_x - x, to_y - y
+            if right and down:
+                parts.append(f"l{_point(right, down)}")
+            else:
+                parts.append(f"h{right}" if right else f"v{down}")
             x, y = to_x, to_y
         if closed and len(points) > 2:
             parts.append("z")
             x, y = first
     return "".join(parts)
-
-
-def _step(right: int, down: int) -> str:
-    if right and down:
-        return f"l{_point(right, down)}"
-    return f"h{right}" if right else f"v{down}"
 
 
 def _point(x: int, y: int) -> str:
@@ -182,7 +173,6 @@ FORMS = ("svg", "png", "pdf")
 INK, PAPER = "#000", "#fff"
 """Colours of images."""
 
-_FONT = "Bitstream Vera Sans"
 MOST = 100_000_000
 """Pixels of an image, at most: it takes four bytes each, more than once."""
 
@@ -199,13 +189,34 @@ def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:
             raise ExportError(found, wanted=f"{MOST / 1e6:,.0f} at most", remedy=remedy)
         return image(write(picture, scale=scale, ink=INK))
     with _installed(form):
-        return _pdf(write(page, scale=scale, ink=INK) for page in pages(picture))
+        from reportlab.graphics import renderPDF
+        from reportlab.pdfgen.canvas import Canvas
+        from svglib.svglib import svg2rlg
+
+        content = BytesIO()
+        canvas = Canvas(content)
+        for page in pages(picture):
+            drawing: Any = svg2rlg(BytesIO(write(page, scale=scale, ink=INK).encode()))
+            canvas.setPageSize((drawing.width, drawing.height))
+            renderPDF.draw(drawing, canvas, 0, 0)
+            canvas.showPage()
+        canvas.save()
+    return content.getvalue()
 
 
 def image(text: str) -> bytes:
     """Return SVG as PNG."""
     with _installed("png"):
-        return _png(text)
+        import reportlab
+        import resvg_py
+
+        font = Path(reportlab.__file__).parent / "fonts" / "Vera.ttf"
+        files, family = [str(font)], "Bitstream Vera Sans"
+        return bytes(
+            resvg_py.svg_to_bytes(
+                svg_string=text, background=PAPER, font_files=files, sans_serif_family=family
+            )
+        )
 
 
 @contextmanager
@@ -216,31 +227,3 @@ def _installed(form: str) -> Iterator[None]:
     except ImportError as error:
         remedy = "It comes with: pip install 'lanindex[pictures]'."
         raise ExportError(f"{error.name} is not installed", place=form, remedy=remedy) from error
-
-
-def _png(text: str) -> bytes:
-    import reportlab
-    import resvg_py
-
-    font = Path(reportlab.__file__).parent / "fonts" / "Vera.ttf"
-    return bytes(
-        resvg_py.svg_to_bytes(
-            svg_string=text, background=PAPER, font_files=[str(font)], sans_serif_family=_FONT
-        )
-    )
-
-
-def _pdf(texts: Iterable[str]) -> bytes:
-    from reportlab.graphics import renderPDF
-    from reportlab.pdfgen.canvas import Canvas
-    from svglib.svglib import svg2rlg
-
-    content = BytesIO()
-    canvas = Canvas(content)
-    for text in texts:
-        drawing: Any = svg2rlg(BytesIO(text.encode()))
-        canvas.setPageSize((drawing.width, drawing.height))
-        renderPDF.draw(drawing, canvas, 0, 0)
-        canvas.showPage()
-    canvas.save()
-    return content.getvalue()
