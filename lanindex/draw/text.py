@@ -16,7 +16,6 @@ from math import inf
 from textwrap import wrap
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lanindex.alphabet import BENT, KINDS, Kind, kind_of
 from lanindex.draw.layout import STANCES, staff_columns, usual_tracks
@@ -64,20 +63,20 @@ class Signs:
 
     def of(self, kind: Kind, direction: int, level: int, amount: int) -> str:
         """Return the characters of a symbol from its codes; less than 0 is nothing."""
-        where = self.turns if kind.name in ("turn", "twist") else self.directions
-        said = where[direction] if direction >= 0 else ""
-        said += self.levels[level] if level >= 0 else ""
-        return (said + self._amount(kind, amount) if amount >= 0 else said)[: self.cell]
-
-    def _amount(self, kind: Kind, amount: int) -> str:
-        """Return an amount in as many characters as there is room for."""
-        if kind.name == "bend":
-            return f"{self.bends[amount >= STRETCHES]}{degree_of(amount)}"
-        if kind.name == "gesture":
-            return str(amount) if amount >= BENT else ""
-        if kind.amounts:
-            return kind.amount(amount)
-        return str(amount or "") if amount < 1000 else f"{amount // 360}x"
+        directions = self.turns if kind.name in ("turn", "twist") else self.directions
+        text = directions[direction] if direction >= 0 else ""
+        text += self.levels[level] if level >= 0 else ""
+        if amount < 0:
+            pass
+        elif kind.name == "bend":
+            text += f"{self.bends[amount >= STRETCHES]}{degree_of(amount)}"
+        elif kind.name == "gesture":
+            text += str(amount) if amount >= BENT else ""
+        elif kind.amounts:
+            text += kind.amount(amount)
+        else:
+            text += str(amount or "") if amount < 1000 else f"{amount // 360}x"
+        return text[: self.cell]
 
 
 UNICODE = Signs(
@@ -211,11 +210,15 @@ class TextStaff:
     ) -> Iterator[StyledLine]:
         rate, signs = self.score.rate, self.signs
         step, every = _STEPS[len(span) / rate > _SHORT]
-        drawn, still = self._drawn(span, rate * step, parts, marked)
+        scale, meant = rate * step, {part for part, *_ in marked}
+        wanted = {*(parts or meant | ({*usual_tracks(self._rows)} - STANCES) or self._rows)}
+        drawn = [self._column(part, span, scale, marked) for part in self._rows if part in wanted]
+        moving = [it for it in drawn if parts or it.keys or it.part in meant] or drawn
+        still = [it for it in drawn if it not in moving]
         label = max(5, len(_seconds(span.stop / rate)))
         blank, wide = " " * label, signs.cell + 1
-        most = len(drawn) if width is None else max((width - label - 1 - _LINES) // wide, 1)
-        shown, left_out = _fitting(drawn, {part for part, *_ in marked}, most)
+        most = len(moving) if width is None else max((width - label - 1 - _LINES) // wide, 1)
+        shown, left_out = _fitting(moving, meant, most)
         lines = _across(shown, signs.line)
         across = len("".join(lines)) + wide * len(shown)
         for names in names_of([it.part for it in shown]):
@@ -223,31 +226,28 @@ class TextStaff:
         if any(it.before for it in shown):
             yield _line(blank, [it.first() for it in shown], lines, wide, signs.mark)
         yield ((f"{blank} {(signs.rule if span.start else signs.double) * across}", "dim"),)
-        ends, after = (_row(it, rate * step) for it in (span.start, span.stop - 1)), True
-        for key, folded in _keys(shown, *ends):
-            row, within = divmod(key, _WITHIN)
-            label_text = signs.fold if folded else _seconds(max(row * step, span.start / rate))
-            label_text = label_text if folded or after or row % every == within == 0 else ""
-            after = folded
-            cells = [it.cell(key, signs.hold) for it in shown]
-            yield _line(label_text.rjust(label), cells, lines, wide, signs.mark)
+        first, last = _row(span.start, scale), _row(span.stop - 1, scale)
+        events = {key for it in shown for key in it.events() if first <= key // _WITHIN <= last}
+        events |= {first * _WITHIN}
+        labelled = True
+        for key, after in pairwise([*sorted(events), (last + 1) * _WITHIN]):
+            row, end = key // _WITHIN + 1, after // _WITHIN
+            folded = end - row > _FOLDED  # one row for those that say nothing new
+            behind = range(row, row + 1 if folded else end)
+            for one, fold in [(key, False), *((it * _WITHIN, folded) for it in behind)]:
+                row, within = divmod(one, _WITHIN)
+                text = signs.fold if fold else _seconds(max(row * step, span.start / rate))
+                text = text if fold or labelled or row % every == within == 0 else ""
+                labelled = fold
+                cells = [it.cell(one, signs.hold) for it in shown]
+                yield _line(text.rjust(label), cells, lines, wide, signs.mark)
         ended = span.stop == self.score.frames
         yield ((f"{blank} {(signs.double if ended else signs.rule) * across}", "dim"),)
         quiet = ", ".join(f"{it.part} {it.first()[0]}" for it in still if it.before)
         others = ", ".join(it.part for it in left_out)
-        for said, what in (("still: ", quiet), ("no room for ", others)):
-            for text in wrap(said + what, width or 10**9) if what else ():
+        for title, those in (("still: ", quiet), ("no room for ", others)):
+            for text in wrap(title + those, width or 10**9) if those else ():
                 yield ((text, "dim"),)
-
-    def _drawn(
-        self, span: Span, scale: Fraction, parts: Sequence[str] | None, marked: frozenset[Key]
-    ) -> tuple[list[_Column], list[_Column]]:
-        """Return the columns that are to be shown, and those of parts that keep still."""
-        meant = {part for part, *_ in marked}
-        wanted = {*(parts or meant | ({*usual_tracks(self._rows)} - STANCES))}
-        drawn = [self._column(part, span, scale, marked) for part in self._rows if part in wanted]
-        moving = [it for it in drawn if parts or it.keys or it.part in meant]
-        return (moving, [it for it in drawn if it not in moving]) if moving else (drawn, [])
 
     def _column(self, part: str, span: Span, scale: Fraction, marked: frozenset[Key]) -> _Column:
         """Return what a track does between two frames; `scale` is the frames of a row."""
@@ -267,14 +267,33 @@ class TextStaff:
             row = _row(max(start, span.start), scale)
             keys.append(max([row * _WITHIN, *(key + 1 for key in keys[-1:])]))
             ends.append(_row(min(stop, span.stop) - 1, scale) if start < stop else row - 1)
+        names = ("direction", "level", "amount", "start", "stop")
+        symbols = [
+            (
+                self.signs.of(kind, direction, level, amount),
+                self.signs.bars[level],
+                (part, start, stop) in marked,
+            )
+            for own in (before, rows[first:last])
+            for direction, level, amount, start, stop in zip(
+                *(own[name].tolist() for name in names), strict=True
+            )
+        ]
+        stances, stance = list[Span](), f"{part[:2]}stance"
+        if kind.name == "support" and stance in self._rows:  # the foot stands
+            some = slice(*self._within(stance, span))
+            stances = [
+                Span(*it)
+                for it in zip(*(times[some].tolist() for times in self._times[stance]), strict=True)
+            ]
         return _Column(
             part,
-            self._symbols(kind, part, rows[first:last], marked),
+            symbols[len(before) :],
             keys,
             ends,
-            self._symbols(kind, part, before, marked),
+            symbols[: len(before)],
             _toggles(known, scale),
-            _toggles(self._stances(part, span), scale),
+            _toggles(stances, scale),
         )
 
     def _within(self, part: str, span: Span) -> tuple[int, int]:
@@ -284,27 +303,6 @@ class TextStaff:
             int(np.searchsorted(ends, span.start, "right")),
             int(np.searchsorted(begins, span.stop)),
         )
-
-    def _stances(self, part: str, span: Span) -> Iterator[Span]:
-        """Yield when a foot stands, of a column of support."""
-        stance = f"{part[:2]}stance"
-        if kind_of(part) == "support" and stance in self._rows:
-            first, last = self._within(stance, span)
-            begins, ends = (times[first:last].tolist() for times in self._times[stance])
-            yield from map(Span, begins, ends)
-
-    def _symbols(
-        self, kind: Kind, part: str, rows: NDArray[np.void], marked: frozenset[Key]
-    ) -> list[tuple[str, str, bool]]:
-        """Return sign and bar of some rows, and whether they are marked."""
-        names = ("direction", "level", "amount", "start", "stop")
-        found = []
-        for direction, level, amount, start, stop in zip(
-            *(rows[name].tolist() for name in names), strict=True
-        ):
-            sign = self.signs.of(kind, direction, level, amount)
-            found.append((sign, self.signs.bars[level], (part, start, stop) in marked))
-        return found
 
 
 def _seconds(time: Fraction) -> str:
@@ -326,38 +324,21 @@ def _toggles(spans: Iterable[Span], scale: Fraction) -> list[int]:
     return found
 
 
-def _keys(shown: Sequence[_Column], first: int, last: int) -> Iterator[tuple[int, bool]]:
-    """Yield the rows, and whether one stands for several that say nothing new."""
-    events = {key for it in shown for key in it.events() if first <= key // _WITHIN <= last}
-    events |= {first * _WITHIN}
-    for key, after in pairwise([*sorted(events), (last + 1) * _WITHIN]):
-        yield key, False
-        row, end = key // _WITHIN + 1, after // _WITHIN
-        folded = end - row > _FOLDED
-        for one in range(row, row + 1 if folded else end):
-            yield one * _WITHIN, folded
-
-
 def _fitting(
     drawn: Sequence[_Column], meant: Collection[str], most: int
 ) -> tuple[list[_Column], list[_Column]]:
     """Return the columns that are shown, from left to right, and those that have no room."""
     rank = {name: at for at, name in enumerate(_FIRST)}
-
-    def first(column: _Column) -> tuple[bool, int]:
-        part = column.part
-        own = part[2:] if part[:2] in ("r_", "l_") else part
-        return part not in meant, rank.get(own, len(rank))
-
-    sorted_ = sorted(drawn, key=first)
-    kept = {it.part for it in sorted_[:most]}
+    groups = {it.part: it.part[2:] if it.part[:2] in ("r_", "l_") else it.part for it in drawn}
+    ordered = sorted(
+        drawn, key=lambda it: (it.part not in meant, rank.get(groups[it.part], len(rank)))
+    )
+    kept = {it.part for it in ordered[:most]}
     places = staff_columns(kept).places
-
-    def across(column: _Column) -> float:
-        side = -inf if column.part.startswith("l_") else inf
-        return places.get(column.part, side)
-
-    return sorted((it for it in drawn if it.part in kept), key=across), sorted_[most:]
+    ends = {it.part: -inf if it.part.startswith("l_") else inf for it in drawn}
+    shown = [it for it in drawn if it.part in kept]
+    shown.sort(key=lambda it: places.get(it.part, ends[it.part]))
+    return shown, ordered[most:]
 
 
 def _across(shown: Sequence[_Column], line: str) -> list[str]:

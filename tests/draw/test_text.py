@@ -115,6 +115,12 @@ def test_feet_that_stand_hold_the_weight() -> None:
     assert rows == [("0.00", "↑·"), ("⋮", "▒▒"), ("0.50", "○"), ("⋮", "○"), ("1.50", ""), ("⋮", "")]
 
 
+def test_a_foot_that_stands_has_a_column_where_the_score_has_nothing_else() -> None:
+    lines = shown(lanindex.read_lnd("#unit1\nstance r_stance mid 0.5 2\n"))
+    assert [line.strip() for line in lines[:2]] == ["R", "stnd"]
+    assert any(line.endswith("·") for line in lines)
+
+
 @pytest.mark.parametrize("signs", [UNICODE, ASCII])
 def test_every_sign_is_distinct_and_fits(signs) -> None:
     for kind in KINDS.values():
