@@ -30,7 +30,8 @@ def seconds(capture: Capture, frame: int) -> float:
     return round(int(frame) * rate.denominator / rate.numerator, 6)
 
 
-def _rate(capture: Capture) -> float:
+def rate_of(capture: Capture) -> float:
+    """Return the rate of a capture, frames a second, to the millionth."""
     return round(capture.rate.numerator / capture.rate.denominator, 6)
 
 
@@ -72,7 +73,7 @@ def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
     return {
         "capture": capture.path,
         "capture_id": capture.id,
-        "fps": _rate(capture),
+        "fps": rate_of(capture),
         "frames": capture.frames,
         **of_symbol(symbol),
         "amount": symbol.amount,
@@ -142,7 +143,7 @@ def of_capture(capture: Capture) -> dict[str, Any]:
         "capture_id": capture.id,
         "label": capture.label,
         "format": capture.format,
-        "fps": _rate(capture),
+        "fps": rate_of(capture),
         "frames": capture.frames,
         "seconds": seconds(capture, capture.frames),
         "sha256": capture.sha256,
@@ -158,7 +159,7 @@ def of_hit(hit: Hit, pattern: str | None = None) -> dict[str, Any]:
         "capture": capture.path,
         "capture_id": capture.id,
         "label": capture.label,
-        "fps": _rate(capture),
+        "fps": rate_of(capture),
         "start_frame": hit.span.start,
         "end_frame": hit.span.stop,
         "start": seconds(capture, hit.span.start),
@@ -169,37 +170,6 @@ def of_hit(hit: Hit, pattern: str | None = None) -> dict[str, Any]:
             name: of_label(capture, symbols) for name, symbols in hit.labels.items() if symbols
         },
         **({} if pattern is None else {"pattern": pattern}),
-    }
-
-
-def of_clip(
-    name: str,
-    capture: Capture,
-    hit: Span,
-    cut: Span,
-    *,
-    fit: float | None,
-    pattern: str,
-    symbols: tuple[dict[str, Any], ...],
-    preview: str | None = None,
-) -> dict[str, Any]:
-    """Return a clip: a line of a manifest."""
-    return {
-        "clip": name,
-        "capture": capture.path,
-        "capture_id": capture.id,
-        "label": capture.label,
-        "fps": _rate(capture),
-        "hit_start_frame": hit.start,
-        "hit_end_frame": hit.stop,
-        "clip_start_frame": cut.start,
-        "clip_end_frame": cut.stop,
-        "start": seconds(capture, cut.start),
-        "end": seconds(capture, cut.stop),
-        "fit": fit,
-        "pattern": pattern,
-        "symbols": list(symbols),
-        **({} if preview is None else {"preview": preview}),
     }
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
 import re
@@ -20,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lanindex import formats, records
-from lanindex.alphabet import KINDS, kind_of
 from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, quoted, shown
 from lanindex.library.encoding import Encoding
 from lanindex.library.store import Store
@@ -28,17 +25,13 @@ from lanindex.model import Capture, Hit, Motion, Reading, Score, Span, Symbol
 from lanindex.model.symbol import listed
 from lanindex.notation import NOTATIONS, lnd
 from lanindex.notation.excerpt import excerpt
-from lanindex.pipeline import convert
+from lanindex.pipeline import convert, manifest
 from lanindex.pipeline.files import safe_stem, write_all
 from lanindex.pipeline.prepare import as_ingested
 from lanindex.records import of_symbol
 
 if TYPE_CHECKING:
     from lanindex.pipeline.preview import Previews
-
-
-MANIFEST = "manifest"
-_FORMULAS = ("=", "+", "-", "@", "\t", "\n")
 
 
 def pad_frames(text: str, rate: Fraction, place: str = "--pad") -> int:
@@ -71,15 +64,16 @@ def export(
     force: bool = False,
 ) -> list[dict[str, Any]]:
     """Write clips, an LND excerpt beside each, and a manifest; all or nothing."""
-    manifest: list[dict[str, Any]] = []
-    how: dict[str, Any] = {"pad": pad, "format": format, "origin": origin, "preview": preview}
-    files = clips(store, wanted, manifest=manifest, **how)
+    rows: list[dict[str, Any]] = []
+    files = clips(
+        store, wanted, pad=pad, format=format, origin=origin, preview=preview, rows=rows
+    )
     write_all(
         ((folder / file.name, file.content[:]) for file in files),
         force=force,
         suspects=lambda replaced: suspects(store, replaced),
     )
-    return manifest
+    return rows
 
 
 def clips(
@@ -90,25 +84,23 @@ def clips(
     format: str = "native",
     origin: bool = False,
     preview: str | None = None,
-    manifest: list[dict[str, Any]] | None = None,
+    rows: list[dict[str, Any]] | None = None,
 ) -> Iterator[formats.File]:
     """Yield clips as bytes with a name, for a folder, an archive or a network."""
     if format not in FORMATS:
         raise UsageError(f'"{shown(format)}"', place="--format", wanted=", ".join(FORMATS))
     films = _films(preview)
-    manifest = [] if manifest is None else manifest
-    taken = {f"{MANIFEST}.csv", f"{MANIFEST}.jsonl"}
+    rows = [] if rows is None else rows
+    taken = {*manifest.NAMES}
     for _, group in groupby(wanted, key=lambda one: _identity(one.capture)):
         requests = list(group)
         held = held_as(store, requests[0].capture)
         clipper = Clipper(store, held, format, origin)
         filmed = films(store, held) if films else None
         for request in requests:
-            yield from _clip(clipper, filmed, request, pad, taken, manifest)
-    if manifest:
-        lines = (json.dumps(row, ensure_ascii=False) + "\n" for row in manifest)
-        yield formats.File(f"{MANIFEST}.csv", _table(manifest))
-        yield formats.File(f"{MANIFEST}.jsonl", "".join(lines).encode())
+            yield from _clip(clipper, filmed, request, pad, taken, rows)
+    if rows:
+        yield from manifest.files(rows)
 
 
 def suspects(store: Store, replaced: Iterable[Path]) -> list[str]:
@@ -162,7 +154,7 @@ def _clip(
     request: Request,
     pad: str,
     taken: set[str],
-    manifest: list[dict[str, Any]],
+    rows: list[dict[str, Any]],
 ) -> Iterator[formats.File]:
     source, hit = clipper.capture, request.hit
     if not 0 <= hit.start < hit.stop <= source.frames:
@@ -179,8 +171,8 @@ def _clip(
     if filmed is not None:
         film = f"{name}.{filmed.form}"
         yield formats.File(film, filmed.film(span, request))
-    manifest.append(
-        records.of_clip(
+    rows.append(
+        manifest.row(
             name + clipper.suffix,
             source,
             hit,
@@ -201,33 +193,6 @@ def free(name: str, taken: set[str]) -> str:
         free = f"{name}_{number}"
     taken.add(free.casefold())
     return free
-
-
-def _table(manifest: list[dict[str, Any]]) -> bytes:
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, list(manifest[0]), lineterminator="\n")
-    writer.writeheader()
-    for row in manifest:
-        writer.writerow({key: _cell(value) for key, value in row.items()})
-    return text.getvalue().encode()
-
-
-def _cell(value: Any) -> Any:
-    """Return a value as a cell says it; no text is left that a spreadsheet would carry out."""
-    if isinstance(value, list):
-        value = "; ".join(map(_said, value))
-    if isinstance(value, str):
-        value = re.sub("\r\n?", "\n", value)  # alone it would end the row
-        return f"'{value}" if value.startswith(_FORMULAS) else value
-    return value
-
-
-def _said(symbol: dict[str, Any]) -> str:
-    words = [symbol.get(key) for key in ("part", "direction", "level")]
-    if (amount := symbol.get("amount")) is not None:
-        words.append(KINDS[kind_of(symbol["part"])].amount(amount))
-    frames = f"{symbol['start_frame']}-{symbol['end_frame']}"
-    return " ".join([*(str(word) for word in words if word), frames])
 
 
 FORMATS = ("native", *convert.TARGETS, "lnd")

@@ -376,7 +376,7 @@ def test_an_export_does_not_go_through_all_captures(
 def test_clips_come_as_bytes_with_a_name(tmp_path: Path, library: Library) -> None:
     wanted = [from_range(library.store, name, 3, 9) for name in ("bow.bvh", "score.lnd")]
     manifest: list[dict[str, object]] = []
-    files = list(clips(library.store, wanted, manifest=manifest))
+    files = list(clips(library.store, wanted, rows=manifest))
     names = ["bow_3-9.bvh", "bow_3-9.lnd", "score_3-9.lnd", "manifest.csv", "manifest.jsonl"]
     assert [file.name for file in files] == names
     assert [row["clip"] for row in manifest] == ["bow_3-9.bvh", "score_3-9.lnd"]
@@ -402,7 +402,7 @@ def test_no_cell_of_the_table_is_a_formula(library: Library, first: str) -> None
     wanted = Request(capture, Span(3, 9), first + "> r_arm", 0.5, ({**said, "end_frame": 2},))
     manifest: list[dict[str, object]] = []
     content = {
-        file.name: file.content for file in clips(library.store, [wanted], manifest=manifest)
+        file.name: file.content for file in clips(library.store, [wanted], rows=manifest)
     }
     table = csv.DictReader(io.StringIO(content["manifest.csv"].decode(), newline=""))
     (row,) = table

@@ -1,0 +1,79 @@
+"""The manifest of exported clips: a row for each clip, as CSV and as JSON lines."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from lanindex.alphabet import KINDS, kind_of
+from lanindex.formats import File
+from lanindex.model import Capture, Span
+from lanindex.records import rate_of, seconds
+
+NAMES = ("manifest.csv", "manifest.jsonl")
+_FORMULAS = ("=", "+", "-", "@", "\t", "\n")
+
+
+def row(
+    name: str,
+    capture: Capture,
+    hit: Span,
+    cut: Span,
+    *,
+    fit: float | None,
+    pattern: str,
+    symbols: Sequence[dict[str, Any]],
+    preview: str | None,
+) -> dict[str, Any]:
+    """Return the columns of a clip, in their order."""
+    return {
+        "clip": name,
+        "capture": capture.path,
+        "capture_id": capture.id,
+        "label": capture.label,
+        "fps": rate_of(capture),
+        "hit_start_frame": hit.start,
+        "hit_end_frame": hit.stop,
+        "clip_start_frame": cut.start,
+        "clip_end_frame": cut.stop,
+        "start": seconds(capture, cut.start),
+        "end": seconds(capture, cut.stop),
+        "fit": fit,
+        "pattern": pattern,
+        "symbols": list(symbols),
+        **({} if preview is None else {"preview": preview}),
+    }
+
+
+def files(rows: Sequence[dict[str, Any]]) -> Iterator[File]:
+    """Yield the manifest as CSV, then as JSON lines."""
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    for one in rows:
+        writer.writerow({key: _cell(value) for key, value in one.items()})
+    lines = (json.dumps(one, ensure_ascii=False) + "\n" for one in rows)
+    for name, content in zip(NAMES, (text.getvalue(), "".join(lines)), strict=True):
+        yield File(name, content.encode())
+
+
+def _cell(value: Any) -> Any:
+    """Return a value as a cell of CSV that no spreadsheet takes for a formula."""
+    if isinstance(value, list):
+        value = "; ".join(map(_in_words, value))
+    if isinstance(value, str):
+        value = re.sub("\r\n?", "\n", value)  # alone it would end the row
+        return f"'{value}" if value.startswith(_FORMULAS) else value
+    return value
+
+
+def _in_words(symbol: dict[str, Any]) -> str:
+    words = [symbol.get(key) for key in ("part", "direction", "level")]
+    if (amount := symbol.get("amount")) is not None:
+        words.append(KINDS[kind_of(symbol["part"])].amount(amount))
+    frames = f"{symbol['start_frame']}-{symbol['end_frame']}"
+    return " ".join([*(str(word) for word in words if word), frames])
