@@ -10,15 +10,15 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from fractions import Fraction
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex import records
 from lanindex.errors import LanindexError, PatternError, UsageError, quoted, shown
+from lanindex.library.session import Progress, no_progress
 from lanindex.model import Capture, Meter
 from lanindex.notation.text import read_toml
-from lanindex.pipeline.deadline import Deadline, Tell, silent
+from lanindex.pipeline.deadline import Deadline
 from lanindex.pipeline.discover import discover
 from lanindex.pipeline.labels import Labels, key_of
 from lanindex.pipeline.pool import prepared
@@ -198,7 +198,7 @@ def evaluate(
     near: bool = False,
     fuzzy: str | float | None = None,
     timeout: float | None = None,
-    tell: Tell = silent,
+    progress: Progress = no_progress,
 ) -> list[Result]:
     """Search all clips for each pattern.
 
@@ -218,11 +218,14 @@ def evaluate(
     1.0
     """
     how = SearchOptions.read(near=near, fuzzy=fuzzy)
-    deadline = Deadline(tell, timeout, "evaluation", BOUND_REMEDY)
+    deadline = Deadline(progress, timeout, "evaluation", BOUND_REMEDY)
     search = searcher([clip.capture for clip in clips], [clip.tracks for clip in clips], how)
     results = []
     for done, expectation in enumerate(expectations):
-        watch = partial(_searching, deadline, done, len(expectations))
+
+        def watch(*_: int, done: int = done) -> None:
+            deadline("patterns", done, len(expectations))  # however far the search of one is
+
         watch()
         refused: list[LanindexError] = []
         hits = search(expectation.query, watch, refused)
@@ -238,11 +241,6 @@ def evaluate(
         )
         results.append(Result(expectation, found, wanted, misses, tuple(refused)))
     return results
-
-
-def _searching(deadline: Deadline, done: int, total: int, *_: int) -> None:
-    """Say how many patterns are done, however far a search is."""
-    deadline("patterns", done, total)
 
 
 def summary(results: Sequence[Result]) -> dict[str, Any]:

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
 Progress = Callable[[str, int, int], None]
-"""Is called with what a job goes through (``captures``), how many are done, and of how many; it may
-raise, which breaks the job off."""
+"""Called with what a job counts (``captures``), how many are done, and how many there are. It may
+raise, which breaks off the job."""
 
 
 def no_progress(noun: str, done: int, total: int) -> None:

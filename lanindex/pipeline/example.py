@@ -27,7 +27,7 @@ from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Reading, Span, Track
 from lanindex.model.columns import Roster, columns_of
 from lanindex.notation import notation_of
-from lanindex.pipeline.deadline import Deadline, silent
+from lanindex.pipeline.deadline import Deadline
 from lanindex.pipeline.named import ranged, stored, within
 from lanindex.pipeline.prepare import as_ingested
 from lanindex.search.example.align import Clips, Pair, Source, pairs
@@ -127,7 +127,7 @@ def alike(
     deadline: Deadline | None = None,
 ) -> Alike:
     """Return the captures of a library that are most like a clip; its own is left out."""
-    query, watch = one.clip(), deadline or Deadline(silent, None)
+    query, watch = one.clip(), deadline or Deadline()
     roster, source = source_of(store, chosen, query.parts, one.capture)
     found = nearest(query, len(one.span) / one.rate, source, limit, watch=watch)
     hits = Hits(_hits(store, query, roster, source, found.near), f"like {one.named}")
@@ -197,7 +197,7 @@ def reranked(store: Store, found: Alike, deadline: Deadline | None = None) -> Al
         raise UsageError(f"no joint positions: {error}", place=place) from error
     notes: list[str] = []
     apart: list[float] = []
-    watch, best = deadline or Deadline(silent, None), hits[:MOST]
+    watch, best = deadline or Deadline(), hits[:MOST]
     for done, hit in enumerate(best):
         watch("files", done, len(best))
         try:

@@ -65,9 +65,7 @@ def export(
 ) -> list[dict[str, Any]]:
     """Write clips, an LND excerpt beside each, and a manifest; all or nothing."""
     rows: list[dict[str, Any]] = []
-    files = clips(
-        store, wanted, pad=pad, format=format, origin=origin, preview=preview, rows=rows
-    )
+    files = clips(store, wanted, pad=pad, format=format, origin=origin, preview=preview, rows=rows)
     write_all(
         ((folder / file.name, file.content[:]) for file in files),
         force=force,

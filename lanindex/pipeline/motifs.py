@@ -11,7 +11,7 @@ import numpy as np
 from lanindex.errors import UsageError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Span
-from lanindex.pipeline.deadline import Deadline, silent
+from lanindex.pipeline.deadline import Deadline
 from lanindex.pipeline.example import sampled
 from lanindex.search.example.motifs import LONGEST, Motif, line_of, motifs, ranked
 
@@ -87,7 +87,7 @@ def recurring(
     deadline: Deadline | None = None,
 ) -> Motifs:
     """Return the sequences that recur in the captures of a library."""
-    watch, names = deadline or Deadline(silent, None), list(parts or store.parts(checked=False))
+    watch, names = deadline or Deadline(), list(parts or store.parts(checked=False))
     store.check_parts(names)
     if least < 2:
         raise UsageError(f"{least}", place="--min-count", wanted="2 or more")

@@ -9,7 +9,7 @@ from lanindex.alphabet import kind_of
 from lanindex.errors import UsageError
 from lanindex.library.store import Store
 from lanindex.model import Capture
-from lanindex.pipeline.deadline import Deadline, silent
+from lanindex.pipeline.deadline import Deadline
 from lanindex.pipeline.example import sampled, source_of
 from lanindex.search.example.groups import Grouped, grouped
 
@@ -57,7 +57,7 @@ def similar(
     roster, source = source_of(store, chosen, limbs)
     found, numbers = Grouped([], 0, True), roster.number
     if len(roster) and limbs:
-        watch, places = deadline or Deadline(silent, None), sampled(len(roster), sample)
+        watch, places = deadline or Deadline(), sampled(len(roster), sample)
         clips, numbers = source.taken(places, watch), numbers[places]
         found = grouped(clips, least=least, wanted=wanted, watch=watch)
     captures = store.captures_numbered(numbers.tolist())

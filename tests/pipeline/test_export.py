@@ -401,9 +401,7 @@ def test_no_cell_of_the_table_is_a_formula(library: Library, first: str) -> None
     said = {"part": first + "1", "direction": None, "level": "mid", "start_frame": 1}
     wanted = Request(capture, Span(3, 9), first + "> r_arm", 0.5, ({**said, "end_frame": 2},))
     manifest: list[dict[str, object]] = []
-    content = {
-        file.name: file.content for file in clips(library.store, [wanted], rows=manifest)
-    }
+    content = {file.name: file.content for file in clips(library.store, [wanted], rows=manifest)}
     table = csv.DictReader(io.StringIO(content["manifest.csv"].decode(), newline=""))
     (row,) = table
     shown = first.replace("\r", "\n")

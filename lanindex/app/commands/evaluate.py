@@ -58,7 +58,9 @@ def run(
     for expectation in expectations:
         if unused := expectation.unused(clip.capture.label for clip in clips):
             out.note(f"{expectation.name}: no clip has the label {', '.join(unused)}")
-    results = evaluate(clips, expectations, near=near, fuzzy=fuzzy, timeout=timeout, tell=out.watch)
+    results = evaluate(
+        clips, expectations, near=near, fuzzy=fuzzy, timeout=timeout, progress=out.watch
+    )
     end_progress()
     for result in results:
         for line in too_rich(result.refused):
