@@ -92,28 +92,24 @@ class Figure:
 
     def shown(self, tracks: Iterable[str]) -> NDArray[np.bool_]:
         """Return which bones show tracks, (B,) bool."""
-        found: set[str] = set()
+        parts: set[str] = set()
         for track in tracks:
             if track not in TRACKS:
                 raise UsageError(f'there is no part "{track}"', wanted=f"one of {' '.join(TRACKS)}")
-            found.update(_bones_of(track))
+            side, group = track[:2], track[2:]
+            if track in _WHOLE or side not in ("r_", "l_"):
+                parts.update(_WHOLE.get(track, (track,)))
+            else:
+                parts.update(side + part for part in _GROUPS.get(group, (group,)))
         for end, before in _INSTEAD.items():
             for side in ("r_", "l_"):
-                if side + end in found and side + end not in self.parts:
-                    found.add(side + before)
-        return np.array([part in found for part in self.parts], bool)
+                if side + end in parts and side + end not in self.parts:
+                    parts.add(side + before)
+        return np.array([part in parts for part in self.parts], bool)
 
     def joints(self, tracks: Iterable[str]) -> NDArray[np.int64]:
         """Return the joints of the bones that show tracks, (K,), in order."""
         return np.unique(self.bones[self.shown(tracks)])
-
-
-def _bones_of(track: str) -> tuple[str, ...]:
-    """Return the parts whose bones show a track."""
-    side, group = track[:2], track[2:]
-    if track in _WHOLE or side not in ("r_", "l_"):
-        return _WHOLE.get(track, (track,))
-    return tuple(side + part for part in _GROUPS.get(group, (group,)))
 
 
 def figure(motion: Motion) -> Figure:
@@ -204,14 +200,23 @@ def view(
     """
     places = _sampled(figure, start, len(figure) if stop is None else stop)
     turn = ahead = _front(places)
-    moves = np.concatenate(
-        [_moves(figure, places, track) for track in tracks or ("body_travel",)], axis=1
-    )
-    spread = _spread(moves)
-    best = _best(spread)
-    if best is not None and _seen(spread, best) > (1 + WORTH) * _seen(spread, ahead):
-        sides = {track[:2] for track in tracks or ()}
-        turn = _nearer(best, ahead, left=sides == {"l_"})
+    moves = []
+    for track in tracks or ("body_travel",):
+        joints = figure.joints([track])
+        moves.append(places[:, joints])
+        if kind_of(track) in _STAYS:  # relative to where a limb hangs
+            part = PARTS.get(track.removesuffix("_bend"))
+            hangs = JOINT_CODES[part.parent if part else "Pelvis"]
+            moves[-1] = moves[-1] - places[:, hangs, None]
+    spread = _spread(np.concatenate(moves, axis=1))
+    xx, xz, zz = spread[0, 0], spread[0, 2], spread[2, 2]
+    if math.hypot(xx - zz, 2 * xz) > 1e-9 * (xx + zz):  # else all turns are equal
+        best = -0.5 * math.atan2(2 * xz, xx - zz)
+        if _seen(spread, best) > (1 + WORTH) * _seen(spread, ahead):
+            side = 1.0 if {track[:2] for track in tracks or ()} == {"l_"} else -1.0
+            off = (best - ahead + math.pi) % (2 * math.pi) - math.pi
+            ways = (off, off - math.copysign(math.pi, off))  # from this side of it or the other
+            turn = ahead + min(ways, key=lambda it: (round(abs(it), 1), -side * it))
     return _view(turn, tilt)
 
 
@@ -248,16 +253,6 @@ def _front(places: NDArray[np.float64]) -> float:
     return 0.0
 
 
-def _moves(figure: Figure, places: NDArray[np.float64], track: str) -> NDArray[np.float64]:
-    """Return the moving joints, (S, K, 3), of limbs relative to where they hang."""
-    joints = figure.joints([track])
-    if kind_of(track) not in _STAYS:
-        return places[:, joints]
-    part = PARTS.get(track.removesuffix("_bend"))
-    hangs = JOINT_CODES[part.parent if part else "Pelvis"]
-    return places[:, joints] - places[:, hangs, None]
-
-
 def _spread(moves: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the mean products of x, y and z about their means, all joints taken together."""
     joints = moves.reshape(len(moves), -1, 3)
@@ -269,23 +264,7 @@ def _spread(moves: NDArray[np.float64]) -> NDArray[np.float64]:
     return spread
 
 
-def _best(spread: NDArray[np.float64]) -> float | None:
-    """Return the turn, radians, across the widest spread over the floor; None: all are equal."""
-    xx, xz, zz = spread[0, 0], spread[0, 2], spread[2, 2]
-    if math.hypot(xx - zz, 2 * xz) <= 1e-9 * (xx + zz):
-        return None
-    return -0.5 * math.atan2(2 * xz, xx - zz)
-
-
 def _seen(spread: NDArray[np.float64], turn: float) -> float:
     """Return how far a movement spreads on the picture, squared."""
     right = np.array([math.cos(turn), 0.0, -math.sin(turn)])
     return float(right @ spread @ right + spread[1, 1])
-
-
-def _nearer(turn: float, front: float, *, left: bool) -> float:
-    """Return this view or the one from behind, whichever is nearer to the front, or its side."""
-    off = (turn - front + math.pi) % (2 * math.pi) - math.pi
-    ways = (off, off - math.copysign(math.pi, off))
-    side = 1.0 if left else -1.0
-    return front + min(ways, key=lambda it: (round(abs(it), 1), -side * it))

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
+from functools import lru_cache
 from io import BytesIO
 from math import floor, inf
 from typing import TYPE_CHECKING, Any
@@ -12,11 +15,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.draw import draw
+from lanindex.draw.layout import (
+    BEAT,
+    MARGIN,
+    NAMES,
+    NUMBERS,
+    START,
+    TimeAxis,
+    has_column,
+    staff_columns,
+    usual_tracks,
+)
+from lanindex.draw.picture import PIXEL
+from lanindex.draw.staff import settled
+from lanindex.draw.svg import rendered
 from lanindex.errors import ExportError, UsageError, shown
-from lanindex.film.figure import Figure, View, front, view
+from lanindex.film.figure import Figure, front
+from lanindex.film.figure import view as best_view
 from lanindex.film.scene import COLORS, LINE, PAPER, Painter, scene
-from lanindex.film.staff import FilmStaff
-from lanindex.model import Score, Symbol
+from lanindex.model import Score, Symbol, Track
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -69,17 +87,13 @@ def film_bytes(frames: Iterable[Image], form: str, size: tuple[int, int], rate: 
         raise UsageError(f"{float(rate):g} frames a second", place="--fps", wanted=wanted)
     if form == "gif":
         return b"".join(_gif(frames, size, rate))
-    return _av(frames, form, size, rate)
-
-
-def _av(frames: Iterable[Image], form: str, size: tuple[int, int], rate: Fraction) -> bytes:
     import av
 
     shots: Any = av.VideoFrame
-    codec, pixels, how, options = _AV[form]
+    codec, pixels, codec_options, options = _AV[form]
     content = BytesIO()
     with av.open(content, "w", format=form, options=options) as container:
-        stream: Any = container.add_stream(codec, rate=rate, options=how)
+        stream: Any = container.add_stream(codec, rate=rate, options=codec_options)
         stream.width, stream.height = size
         stream.pix_fmt = pixels
         stream.codec_context.thread_count = 1  # the same film is then the same bytes everywhere
@@ -91,23 +105,19 @@ def _av(frames: Iterable[Image], form: str, size: tuple[int, int], rate: Fractio
     return content.getvalue()
 
 
-def _palette() -> list[int]:
-    """Return the colours of a GIF: shades from paper to all that is drawn."""
-    shades = []
-    for color in COLORS:
-        way = np.array(color) - PAPER
-        share = np.linspace(0, 1, 1 + abs(way).max() // _STEP)
-        shades.append(PAPER + share[:, None] * way)
-    table: list[int] = np.concatenate(shades).round().astype(int).ravel().tolist()
-    return table + [*_NOWHERE] * (256 - len(table) // 3)
-
-
 def _gif(frames: Iterable[Image], size: tuple[int, int], rate: Fraction) -> Iterator[bytes]:
     """Yield the pieces of a GIF."""
     from PIL import Image
     from PIL.GifImagePlugin import getdata
 
-    table, colors = Image.new("P", (1, 1)), _palette()
+    shades = []  # from paper to all that is drawn
+    for color in COLORS:
+        way = np.array(color) - PAPER
+        share = np.linspace(0, 1, 1 + abs(way).max() // _STEP)
+        shades.append(PAPER + share[:, None] * way)
+    colors: list[int] = np.concatenate(shades).round().astype(int).ravel().tolist()
+    colors += [*_NOWHERE] * (256 - len(colors) // 3)
+    table = Image.new("P", (1, 1))
     table.putpalette(colors)
     yield b"GIF89a" + struct.pack("<HHBBB", *size, 0xF7, 0, 0)  # 256 colours follow
     yield bytes(colors)
@@ -174,71 +184,47 @@ class Film:
     ) -> None:
         if len(figure) < 2:
             raise ExportError("a capture of one frame", wanted="a movement")
-        _check(size)
+        if any(not SMALLEST <= side <= LARGEST or side % 2 for side in size):
+            wanted = f"even numbers of {SMALLEST} to {LARGEST}"
+            raise UsageError(f"a film of {size[0]}x{size[1]} pixels", wanted=wanted)
         end = min(float(len(figure) / figure.rate), float(score.frames / score.rate))
         stop = end if stop is None else min(stop, end)
         if not 0 <= start < stop:
             wanted = f"a stretch of 0 to {end:g} s"
             raise UsageError(f"nothing from {start:g} s to {stop:g} s", wanted=wanted)
-        self.rate, self.size, self.score = Fraction(rate), size, score
+        self.rate, self.size = Fraction(rate), size
         count = max(round((stop - start) * self.rate), 1)
         self.times = start + np.arange(count) / float(self.rate)
         shown = np.floor(self.times * float(figure.rate) + 1e-6).astype(np.int64)
         self.frames = np.minimum(shown, len(figure) - 1)
+        half = round(SHARE * size[0]), size[1]
         self.staff = FilmStaff(
-            score,
-            start,
-            stop,
-            (round(SHARE * size[0]), size[1]),
-            parts=parts,
-            marked=marked,
-            seconds=seconds,
+            score, start, stop, half, parts=parts, marked=marked, seconds=seconds
         )
+        first, last = int(self.frames[0]), int(self.frames[-1]) + 1
+        if view != AUTO:
+            eye = front(figure, first, last, turned_of(view))
+        else:
+            if marked:
+                ratio = figure.rate / score.rate
+                begin = max(first, floor(min(it.start for it in marked) * ratio))
+                end_of_hit = min(last, floor(max(it.stop for it in marked) * ratio))
+                if begin < end_of_hit:
+                    first, last = begin, end_of_hit
+                parts = list(dict.fromkeys(it.part for it in marked))
+            eye = best_view(figure, parts, first, last)
+        lit = np.zeros((count, len(figure.bones)), bool)  # which bones are coloured when
+        for symbol in marked:
+            begins, ends = (float(it / score.rate) for it in (symbol.start, symbol.stop))
+            edges = begins - 1e-6, max(ends, begins + FLASH) - 1e-6
+            lit[slice(*np.searchsorted(self.times, edges)), figure.shown([symbol.part])] = True
         room = (size[0] - self.staff.width, size[1])
-        eye = self._eye(figure, view, parts, marked)
         self.scene = scene(figure, self.frames, eye, room, float(self.rate))
-        lit = self._lit(figure, marked)
         self.painter = Painter(figure, self.scene, lit, float(self.rate))
 
     def __len__(self) -> int:
         """Return the number of film frames."""
         return len(self.times)
-
-    def _eye(
-        self,
-        figure: Figure,
-        named: str | float,
-        parts: Sequence[str] | None,
-        marked: Sequence[Symbol],
-    ) -> View:
-        """Return the view."""
-        first, last = int(self.frames[0]), int(self.frames[-1]) + 1
-        if named != AUTO:
-            return front(figure, first, last, turned_of(named))
-        if marked:
-            ratio = figure.rate / self.score.rate
-            begins, ends = (
-                floor(edge(getattr(it, name) for it in marked) * ratio)
-                for name, edge in (("start", min), ("stop", max))
-            )
-            some = max(first, begins), min(last, ends)
-            if some[0] < some[1]:
-                first, last = some
-            parts = list(dict.fromkeys(it.part for it in marked))
-        return view(figure, parts, first, last)
-
-    def _lit(self, figure: Figure, marked: Sequence[Symbol]) -> NDArray[np.bool_]:
-        """Return which bones are coloured when, (N, B)."""
-        lit = np.zeros((len(self), len(figure.bones)), bool)
-        bones: dict[str, NDArray[np.bool_]] = {}
-        for symbol in marked:
-            if symbol.part not in bones:
-                bones[symbol.part] = figure.shown([symbol.part])
-            start, stop = (float(it / self.score.rate) for it in (symbol.start, symbol.stop))
-            stop = max(stop, start + FLASH)
-            first, last = np.searchsorted(self.times, (start - 1e-6, stop - 1e-6)).tolist()
-            lit[first:last, bones[symbol.part]] = True
-        return lit
 
     def pictures(self) -> Iterator[Image]:
         """Yield the frames, RGB, one after another."""
@@ -288,8 +274,112 @@ def turned_of(named: str | float) -> float:
     return degrees
 
 
-def _check(size: tuple[int, int]) -> None:
-    for side in size:
-        if not SMALLEST <= side <= LARGEST or side % 2:
-            wanted = f"even numbers of {SMALLEST} to {LARGEST}"
-            raise UsageError(f"a film of {size[0]}x{size[1]} pixels", wanted=wanted)
+class DrawnRows:
+    """What is drawn of each track, in order."""
+
+    def __init__(self, score: Score) -> None:
+        self.score, self._held = score, {}
+        for part, track in score.tracks.items():
+            rows = track.symbols[~track.symbols["passing"]]
+            ends = np.maximum.accumulate(rows["stop"])  # when it and all before it are over
+            self._held[part] = rows, np.ascontiguousarray(rows["start"]), ends
+
+    def around(self, start: float, stop: float, parts: Collection[str] | None = None) -> Score:
+        """Return the score with the rows of a stretch alone, seconds: one more on either side."""
+        tracks, rate = {}, float(self.score.rate)
+        for part, (rows, begins, ends) in self._held.items():
+            if parts is None or part in parts:
+                first = int(np.searchsorted(ends, start * rate, "right"))
+                last = int(np.searchsorted(begins, stop * rate, "left"))
+                some = rows[max(first - 1, 0) : max(last, first) + 1]
+                tracks[part] = Track(part, some, self.score.tracks[part].known)
+        return replace(self.score, tracks=tracks)
+
+
+USUAL_SCALE, LARGEST_SCALE = 1.0, 1.6
+"""Usual and largest scale of symbols; the usual one where one page cannot hold a film."""
+
+_BELOW = MARGIN + START + NAMES + MARGIN  # the staff's beginning, in units
+_AROUND = 2 * MARGIN + _BELOW
+_KNOTS = 33  # moments of a page whose places are worked out; others lie between
+
+
+class FilmStaff:
+    """A score, page by page."""
+
+    def __init__(
+        self,
+        score: Score,
+        start: float,
+        stop: float,
+        size: tuple[int, int],
+        *,
+        parts: Sequence[str] | None = None,
+        marked: Sequence[Symbol] = (),
+        seconds: bool = True,
+    ) -> None:
+        there = [part for part in score.tracks if len(score.tracks[part])]
+        self.score, self.start, self.stop, self.seconds = score, start, stop, seconds
+        self.parts = list(parts or (part for part in usual_tracks(there) if has_column(part)))
+        self.rate = 1.0 if seconds else float(score.meter.speed / 60)  # counts a second
+        own = staff_columns(self.parts)
+        wide = 2 * MARGIN + NUMBERS + own.left + own.right
+        all_of_it = _AROUND + BEAT * max((stop - start) * self.rate, 1.0)
+        fits = min(max(PIXEL * size[1] / all_of_it, USUAL_SCALE), LARGEST_SCALE)
+        most = (size[0] / wide, size[1] / (_AROUND + BEAT))
+        self.scale = min(fits, *(PIXEL * it for it in most))
+        self.width, self.height = min(round(wide * self.scale / PIXEL), size[0]), size[1]
+        counts = floor((PIXEL * self.height / self.scale - _AROUND) / BEAT + 1e-9)
+        self.lasts = max(counts, 1) / self.rate
+        self.warnings: dict[str, None] = {}
+        self._rows = _rows(score)
+        self._marked = defaultdict[int, list[Symbol]](list)
+        for symbol in settled(score, marked):
+            first, last = (self._page(float(it / score.rate)) for it in (symbol.start, symbol.stop))
+            for page in range(max(first, 0), last + 1):
+                self._marked[page].append(symbol)
+        self._number = -1
+        self._shown: tuple[Image, list[float], list[float]]
+
+    def at(self, seconds: float) -> tuple[Image, float]:
+        """Return the page that shows a moment, and how far down on it the moment lies, pixels."""
+        number = self._page(seconds)
+        if number != self._number:
+            self._shown, self._number = self._drawn(number), number
+        picture, times, downs = self._shown
+        return picture, float(np.interp(seconds, times, downs))
+
+    def _page(self, seconds: float) -> int:
+        return floor((seconds - self.start) / self.lasts + 1e-9)
+
+    def _drawn(self, number: int) -> tuple[Image, list[float], list[float]]:
+        """Return a page, some of its moments, and their places from the top."""
+        from PIL import Image
+
+        start = self.start + number * self.lasts
+        stop = min(start + self.lasts, self.stop)
+        score = self._rows.around(start, stop)
+        picture = draw(
+            score,
+            parts=self.parts,
+            start=start,
+            stop=stop,
+            bars=None,
+            seconds=self.seconds,
+            marked=self._marked.get(number, ()),
+        )
+        self.warnings |= dict.fromkeys(picture.warnings)
+        scale = min(self.scale, PIXEL * self.height / picture.height)
+        with Image.open(BytesIO(rendered(picture, "png", scale))) as image:
+            page = Image.new("RGB", (self.width, self.height), PAPER)
+            page.paste(image.convert("RGB"), (0, self.height - image.height))
+        clock = TimeAxis(score, self.seconds)
+        times = np.linspace(start, stop, _KNOTS).tolist()
+        begin = clock.at(start)
+        ups = [_BELOW + (clock.at(it) - begin) * BEAT for it in times]
+        return page, times, [self.height - up * scale / PIXEL for up in ups]
+
+
+@lru_cache(maxsize=1)  # for many films of one capture
+def _rows(score: Score) -> DrawnRows:
+    return DrawnRows(score)

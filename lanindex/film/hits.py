@@ -21,7 +21,7 @@ from lanindex.draw.staff import keys_of
 from lanindex.draw.svg import INK
 from lanindex.errors import UsageError
 from lanindex.film.figure import Figure, View, view
-from lanindex.film.staff import DrawnRows
+from lanindex.film.film import DrawnRows
 from lanindex.model import Hit, Score
 from lanindex.model.capture import in_words
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -133,7 +132,10 @@ def scene(
     if (far := high - low > room * 1.001).any():
         steady = _steadied((lows + highs) / 2, round(STEADY * rate))
         eye[:, far] = np.clip(steady, highs - room / 2, lows + room / 2)[:, far]
-    floor = _floor(places[:, _FEET, 1])
+    heights = places[:, _FEET, 1]
+    lowest = np.nanmin(np.where(np.isnan(heights), np.inf, heights), axis=1)
+    lowest = np.sort(lowest[np.isfinite(lowest)])
+    floor = float(lowest[int(_LOWEST * len(lowest))]) if len(lowest) else None
     points = _placed(seen[..., 0] - eye[:, :1], seen[..., 1] - eye[:, 1:2], size, scale)
     path = np.full((len(frames), 2), np.nan, np.float32)
     if floor is not None:
@@ -154,13 +156,6 @@ def _ends(
         filled = [np.interp(frames, there, found[:, axis]) for axis in range(3)]
         ends.append(np.stack(filled, axis=1))
     return ends[0], ends[1]
-
-
-def _floor(heights: Floats) -> float | None:
-    """Return how high the floor is on which the lowest foot stands, mm."""
-    lowest = np.nanmin(np.where(np.isnan(heights), np.inf, heights), axis=1)
-    lowest = np.sort(lowest[np.isfinite(lowest)])
-    return float(lowest[int(_LOWEST * len(lowest))]) if len(lowest) else None
 
 
 def _steadied(middle: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
@@ -235,12 +230,22 @@ class Painter:
             self.ground(page, frame)
         canvas = self._canvas
         draw = ImageDraw.Draw(canvas)
-        if marks := [*self._way(draw, frame), *self._body(draw, frame)]:
-            box = self._box(marks)
-            left, top, right, bottom = (it // SMOOTH for it in box)
-            below = page.crop((left, top, right, bottom))
-            page.paste(ImageChops.darker(below, canvas.reduce(SMOOTH, box)), (left, top))
-            canvas.paste(PAPER, box)
+        points = [*self._way(draw, frame), *self._body(draw, frame)]
+        if not points:
+            return
+        free = max(self.head, self.spot, self.bone) + SMOOTH
+        (left, right), (top, bottom) = (
+            (
+                min(max(int(min(it) - free), 0), most - SMOOTH) // SMOOTH * SMOOTH,
+                min(max(int(max(it) + free) // SMOOTH * SMOOTH + SMOOTH, SMOOTH), most),
+            )
+            for it, most in zip(zip(*points, strict=True), self.size, strict=True)
+        )
+        box = left, top, right, bottom
+        small = left // SMOOTH, top // SMOOTH, right // SMOOTH, bottom // SMOOTH
+        below = page.crop(small)
+        page.paste(ImageChops.darker(below, canvas.reduce(SMOOTH, box)), small[:2])
+        canvas.paste(PAPER, box)
 
     @cached_property
     def _canvas(self) -> Image:
@@ -248,19 +253,6 @@ class Painter:
         from PIL import Image
 
         return Image.new("RGB", self.size, PAPER)
-
-    def _box(self, marks: Iterable[tuple[float, float]]) -> tuple[int, int, int, int]:
-        """Return what to take over of a canvas on which something was drawn around points."""
-        xs, ys = zip(*marks, strict=True)
-        free = max(self.head, self.spot, self.bone) + SMOOTH
-        (left, right), (top, bottom) = (
-            (
-                min(max(int(min(it) - free), 0), most - SMOOTH) // SMOOTH * SMOOTH,
-                min(max(int(max(it) + free) // SMOOTH * SMOOTH + SMOOTH, SMOOTH), most),
-            )
-            for it, most in ((xs, self.size[0]), (ys, self.size[1]))
-        )
-        return left, top, right, bottom
 
     def _way(self, draw: ImageDraw, frame: int) -> list[tuple[float, float]]:
         """Draw where the pelvis has gone, and where it is, on the floor."""

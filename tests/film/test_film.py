@@ -15,9 +15,8 @@ from lanindex.alphabet import JOINT_CODES
 from lanindex.draw import draw
 from lanindex.errors import ExportError, UsageError
 from lanindex.film.figure import Figure, View, figure
-from lanindex.film.film import FORMS, RATES, SIZE, Film, film_bytes, form_of
+from lanindex.film.film import FORMS, RATES, SIZE, Film, FilmStaff, film_bytes, form_of
 from lanindex.film.scene import INK, LEAST, LEFT, LIT, PAPER, scene
-from lanindex.film.staff import FilmStaff
 from lanindex.model import Motion, Score
 
 SMALL = (320, 240)
