@@ -84,6 +84,11 @@ class HitPreview:
     played: Playback | None = None
     trouble: str = ""  # Why there is nothing to play
 
+    @property
+    def caption(self) -> str:
+        """When it is, its label and its symbols."""
+        return " \u00b7 ".join(filter(None, (self.when, self.label, self.words)))
+
 
 class HitPreviews:
     """Makes the previews of hits of one capture."""
@@ -94,46 +99,57 @@ class HitPreviews:
 
     def shot(self, hit: Hit, body: Figure | None, trouble: str = "") -> HitPreview:
         """Return the preview of a hit."""
-        rate, span = hit.capture.rate, hit.span
-        edges = (float(it / rate) for it in (span.start, span.stop, hit.capture.frames))
-        begin, end = _lasting(*edges)
+        rate = hit.capture.rate
+        start, stop, whole = (float(it / rate) for it in (hit.start, hit.stop, hit.capture.frames))
+        begin = min(start - (LEAST - (stop - start)) / 2, start, whole - LEAST)  # at least a second
+        begin = max(begin, 0.0)
+        end = max(stop, min(begin + LEAST, whole))
         beat = max(round(STAFF / max(end - begin, LEAST)), 1)
         staff = self._staff(hit, begin, end, beat)
         shot = HitPreview(
             hit.path,
             hit.capture.label,
-            f"{float(span.start / rate):.2f}-{float(span.stop / rate):.2f} s",
+            f"{start:.2f}-{stop:.2f} s",
             ", ".join(in_words(hit.symbols)),
             staff,
             staff.height - _BELOW if staff else 0,
             beat,
             trouble=trouble,
         )
-        return shot if body is None else self._seen(shot, hit, body, (begin, end))
-
-    def _seen(
-        self, shot: HitPreview, hit: Hit, body: Figure, lasts: tuple[float, float]
-    ) -> HitPreview:
-        """Return a preview with poses and movement."""
-        begin, end = (float(frame / hit.capture.rate) for frame in (hit.start, hit.stop))
-        frames = _frames(body, begin, end)
-        parts = [part for part in dict.fromkeys(it.part for it in hit.symbols) if part in TRACKS]
+        if body is None:
+            return shot
+        frames = _frames(body, start, stop)
         if np.isnan(body.places[frames]).all():
             return replace(shot, trouble="no joint is known meanwhile")
+        parts = [part for part in dict.fromkeys(it.part for it in hit.symbols) if part in TRACKS]
         kinds = [
             ("lit" if lit else "") + ("far" if part.startswith("l_") else "bone")
             for lit, part in zip(body.shown(parts).tolist(), body.parts, strict=True)
         ]
         eye = view(body, parts or None, int(frames[0]), int(frames[-1]) + 1)
-        places = body.places[_frames(body, *lasts)]
-        within = begin - lasts[0], end - lasts[0]
-        return replace(
-            shot,
-            poses=_poses(body, body.places[frames], kinds, eye, hit.path),
-            played=Playback(
-                *_played(body, places, kinds), lasts[0], lasts[1] - lasts[0], within, eye.turn
-            ),
+        own = np.unique(body.bones)
+        numbers = {joint: number for number, joint in enumerate(own.tolist())}
+        bones = tuple(
+            (numbers[inner], numbers[outer], kind)
+            for (inner, outer), kind in zip(body.bones.tolist(), kinds, strict=True)
         )
+        places = body.places[_frames(body, begin, end)]
+        upon = _upon(places)
+        origin = upon[np.flatnonzero(~np.isnan(upon[:, 0]))[0]].copy()
+        origin[1] = np.nanmin(places[..., 1])
+        moved = (places[:, own] - origin).clip(UNKNOWN + 1, -UNKNOWN - 1)
+        joints = np.where(np.isnan(moved), UNKNOWN, moved.round()).astype(np.int16)
+        played = Playback(
+            joints,
+            bones,
+            numbers.get(_TOP, -1),
+            begin,
+            end - begin,
+            (start - begin, stop - begin),
+            eye.turn,
+        )
+        poses = _poses(body, body.places[frames], kinds, eye, hit.path)
+        return replace(shot, poses=poses, played=played)
 
     def _staff(self, hit: Hit, begin: float, end: float, beat: int) -> Picture | None:
         """Return the staff of the matched symbols; None where they have no column."""
@@ -157,12 +173,6 @@ class HitPreviews:
         # what each column is for is said beside it
         marks = tuple(it for it in picture.marks if not isinstance(it, Label) or not it.turned)
         return replace(picture, height=picture.height - NAMES, marks=marks)
-
-
-def _lasting(begin: float, end: float, whole: float) -> tuple[float, float]:
-    """Widen a stretch to a second, within the whole."""
-    begin = max(min(begin - (LEAST - (end - begin)) / 2, begin, whole - LEAST), 0.0)
-    return begin, max(end, min(begin + LEAST, whole))
 
 
 def _frames(body: Figure, begin: float, end: float) -> NDArray[np.int64]:
@@ -199,50 +209,24 @@ def _poses(
     marks: list[Mark] = [line(0, HEIGHT - _FLOOR, POSES * WIDTH, HEIGHT - _FLOOR, "light")]
     chosen = np.linspace(0, len(seen) - 1, POSES).round().astype(np.int64)
     for number, frame in enumerate(chosen.tolist()):
+        x, y = WIDTH * number + WIDTH // 2, HEIGHT - _FLOOR
         at = (seen[frame] - ((left + right) / 2, low)) * (scale, -scale)
-        marks += _pose(at, body, kinds, WIDTH * number + WIDTH // 2, scale)
-    said = f"{POSES} poses of {path}"
-    return Picture(POSES * WIDTH, HEIGHT, said, said, tuple(marks))
-
-
-def _pose(
-    at: NDArray[np.float64], body: Figure, kinds: Sequence[str], x: int, scale: float
-) -> list[Mark]:
-    """Return the marks of a pose, without unknown joints."""
-    marks: list[Mark] = []
-    known: NDArray[np.bool_] = np.isfinite(at.sum(axis=1))
-    points = np.where(known[:, None], at, 0).round().astype(np.int64).tolist()
-    for kind in KINDS:
-        bones = [
-            (tuple(points[inner]), tuple(points[outer]))
-            for (inner, outer), own in zip(body.bones.tolist(), kinds, strict=True)
-            if own == kind and known[inner] and known[outer]
-        ]
-        if bones:
-            marks.append(Polyline(x, HEIGHT - _FLOOR, tuple(bones), style=kind))
-    if known[_TOP]:
-        style = dict(zip(body.bones[:, 1].tolist(), kinds, strict=True)).get(_TOP, "bone")
-        across, up = points[_TOP]
-        marks.append(Circle(x + across, HEIGHT - _FLOOR + up, round(_HEAD * scale), style))
-    return marks
-
-
-def _played(
-    body: Figure, places: NDArray[np.float32], kinds: Sequence[str]
-) -> tuple[NDArray[np.int16], tuple[tuple[int, int, str], ...], int]:
-    """Return places relative to the first standing point, the bones, and the joint of the head."""
-    own = np.unique(body.bones)
-    upon = _upon(places)
-    origin = upon[np.flatnonzero(~np.isnan(upon[:, 0]))[0]].copy()
-    origin[1] = np.nanmin(places[..., 1])
-    moved = (places[:, own] - origin).clip(UNKNOWN + 1, -UNKNOWN - 1)
-    numbers = {joint: number for number, joint in enumerate(own.tolist())}
-    bones = tuple(
-        (numbers[inner], numbers[outer], kind)
-        for (inner, outer), kind in zip(body.bones.tolist(), kinds, strict=True)
-    )
-    whole = np.where(np.isnan(moved), UNKNOWN, moved.round()).astype(np.int16)
-    return whole, bones, numbers.get(_TOP, -1)
+        known: NDArray[np.bool_] = np.isfinite(at.sum(axis=1))
+        points = np.where(known[:, None], at, 0).round().astype(np.int64).tolist()
+        for kind in KINDS:
+            bones = [
+                (tuple(points[inner]), tuple(points[outer]))
+                for (inner, outer), own in zip(body.bones.tolist(), kinds, strict=True)
+                if own == kind and known[inner] and known[outer]
+            ]
+            if bones:
+                marks.append(Polyline(x, y, tuple(bones), style=kind))
+        if known[_TOP]:
+            style = dict(zip(body.bones[:, 1].tolist(), kinds, strict=True)).get(_TOP, "bone")
+            across, up = points[_TOP]
+            marks.append(Circle(x + across, y + up, round(_HEAD * scale), style))
+    title = f"{POSES} poses of {path}"
+    return Picture(POSES * WIDTH, HEIGHT, title, title, tuple(marks))
 
 
 PAGE_HITS = 1000
@@ -250,51 +234,44 @@ PAGE_HITS = 1000
 
 
 def page(shots: Sequence[HitPreview], title: str) -> str:
-    """Return hits as a page."""
+    """Return hits as a page: items, and buttons of those that can be played."""
+    cards = []
+    for shot in shots:
+        find = svg.text_of(f"{shot.path} {shot.label}".lower())
+        tag, attributes = "div", ""
+        if played := shot.played:
+            tag = "button"
+            data = {  # what the page's script reads
+                "joints": b64encode(played.places.astype("<i2").tobytes()).decode(),
+                "count": played.places.shape[1],
+                "bones": " ".join(f"{inner},{outer},{kind}" for inner, outer, kind in played.bones),
+                "head": played.head,
+                "seconds": f"{played.seconds:g}",
+                "start": f"{played.start:g}",
+                "from": f"{played.hit[0]:g}",
+                "to": f"{played.hit[1]:g}",
+                "turn": f"{played.turn:g}",
+                "base": shot.base,
+                "beat": shot.beat,
+            }
+            attributes = ' type="button"'
+            attributes += "".join(f' data-{name}="{it}"' for name, it in data.items())
+        trouble = svg.text_of(shot.trouble)
+        trouble = f'<span class="trouble">{trouble}</span>' if trouble else ""
+        pictures = "".join(
+            f'<span class="{name}">{svg.write(picture)}</span>'
+            for name, picture in (("poses", shot.poses), ("staff", shot.staff))
+            if picture
+        )
+        cards.append(
+            f'<li data-find="{find}"><{tag} class="hit"{attributes}>'
+            f'<span class="path">{svg.text_of(shot.path)}</span>'
+            f'<span class="said">{svg.text_of(shot.caption)}</span>'
+            f'{trouble}<span class="seen">{pictures}</span></{tag}></li>\n'
+        )
     template = Template(Path(__file__).with_name("page.html").read_text("utf-8"))
     count = f"{len(shots)} hit{'s' * (len(shots) != 1)}"
-    cards = "".join(map(_page_card, shots))
-    return template.substitute(title=svg.text_of(title), count=count, cards=cards)
-
-
-def _page_card(shot: HitPreview) -> str:
-    """Return the item of a hit: a button if it can be played."""
-    find = svg.text_of(f"{shot.path} {shot.label}".lower())
-    said = svg.text_of(" \u00b7 ".join(filter(None, (shot.when, shot.label, shot.words))))
-    tag = "button" if shot.played else "div"
-    kind = ' type="button"' if shot.played else ""
-    trouble = f'<span class="trouble">{svg.text_of(shot.trouble)}</span>' if shot.trouble else ""
-    seen = "".join(
-        f'<span class="{name}">{svg.write(picture)}</span>'
-        for name, picture in (("poses", shot.poses), ("staff", shot.staff))
-        if picture
-    )
-    return (
-        f'<li data-find="{find}"><{tag} class="hit"{kind}{_data(shot)}>'
-        f'<span class="path">{svg.text_of(shot.path)}</span><span class="said">{said}</span>'
-        f'{trouble}<span class="seen">{seen}</span></{tag}></li>\n'
-    )
-
-
-def _data(shot: HitPreview) -> str:
-    """Return the attributes that the page's script reads."""
-    if shot.played is None:
-        return ""
-    played = shot.played
-    data = {
-        "joints": b64encode(played.places.astype("<i2").tobytes()).decode(),
-        "count": played.places.shape[1],
-        "bones": " ".join(f"{inner},{outer},{kind}" for inner, outer, kind in played.bones),
-        "head": played.head,
-        "seconds": f"{played.seconds:g}",
-        "start": f"{played.start:g}",
-        "from": f"{played.hit[0]:g}",
-        "to": f"{played.hit[1]:g}",
-        "turn": f"{played.turn:g}",
-        "base": shot.base,
-        "beat": shot.beat,
-    }
-    return "".join(f' data-{name}="{it}"' for name, it in data.items())
+    return template.substitute(title=svg.text_of(title), count=count, cards="".join(cards))
 
 
 SHEET_HITS = 200
@@ -322,35 +299,21 @@ def sheet(shots: Sequence[HitPreview], title: str) -> str:
     for number, shot in enumerate(shots):
         x = _GAP + number % across * (_CARD[0] + _GAP)
         y = _SHEET_TOP + number // across * (_CARD[1] + _GAP)
-        parts += _sheet_card(shot, x, y)
+        low = y + 32  # below capture and time: poses and staff
+        frame = f"M{x} {y}h{_CARD[0]}v{_CARD[1]}h{-_CARD[0]}z"
+        parts.append(f'<path d="{frame}" fill="none" stroke="#ccc"/>\n')
+        parts.append(_text(x + 6, y + 14, shot.path, ' font-weight="bold"', _LETTERS - 12))
+        parts.append(_text(x + 6, y + 28, shot.caption, "", _LETTERS))
+        if shot.poses:
+            parts.append(svg.placed(shot.poses, x, low, ink=INK))
+        else:
+            parts.append(_text(x + 6, low + 40, shot.trouble, ' fill="#b00020"', _LETTERS - 25))
+        if shot.staff:
+            wide, tall = shot.staff.width / PIXEL, shot.staff.height / PIXEL
+            scale = min(_SCALE, _STAVES / wide, (_CARD[1] - 36) / tall)
+            right = x + _CARD[0] - round(wide * scale)
+            parts.append(svg.placed(shot.staff, right, low, scale=scale, ink=INK))
     return "".join([*parts, "</svg>\n"])
-
-
-def _sheet_card(shot: HitPreview, x: int, y: int) -> list[str]:
-    """Return a card at x, y: capture and time, below them poses and staff."""
-    low = y + 32
-    parts = [
-        f'<path d="M{x} {y}h{_CARD[0]}v{_CARD[1]}h{-_CARD[0]}z" fill="none" stroke="#ccc"/>\n',
-        _text(x + 6, y + 14, shot.path, ' font-weight="bold"', _LETTERS - 12),
-        _text(
-            x + 6,
-            y + 28,
-            " \u00b7 ".join(filter(None, (shot.when, shot.label, shot.words))),
-            "",
-            _LETTERS,
-        ),
-    ]
-    if shot.poses:
-        parts.append(svg.placed(shot.poses, x, low, ink=INK))
-    else:
-        parts.append(_text(x + 6, low + 40, shot.trouble, ' fill="#b00020"', _LETTERS - 25))
-    if shot.staff:
-        room = (_STAVES, _CARD[1] - 36)
-        size = shot.staff.width / PIXEL, shot.staff.height / PIXEL
-        scale = min(_SCALE, *(most / own for most, own in zip(room, size, strict=True)))
-        right = x + _CARD[0] - round(size[0] * scale)
-        parts.append(svg.placed(shot.staff, right, low, scale=scale, ink=INK))
-    return parts
 
 
 def _text(x: int, y: int, text: str, style: str, most: int) -> str:
