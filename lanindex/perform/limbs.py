@@ -1,4 +1,4 @@
-"""How limbs, palms, chest and head of the standard body go where a score tells them to.
+"""The standard body, and how its limbs, palms, chest and head go where a score tells them to.
 
 Source: ``encoding/BODY.md``, "Touch", "Palms", "Twists" and "Inclines", read backwards. Directions
 are vectors of the body frame: forward +x, up +y, right +z.
@@ -6,19 +6,21 @@ are vectors of the body frame: forward +x, up +y, right +z.
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import JOINT_CODES, LOW, MID, PLACE, TOUCHED, amounts_of
+from lanindex.alphabet import JOINT_CODES, JOINTS, LOW, MID, PLACE, TOUCHED, amounts_of
 from lanindex.body.palms import facing, planes
-from lanindex.model import SYMBOL, Score
+from lanindex.model import SYMBOL, Score, Skeleton
 from lanindex.model.derived import DEGREE, degree_of
-from lanindex.perform.standard_body import Body
 
 Floats = NDArray[np.float64]
 Cell = tuple[int, int]
@@ -26,6 +28,87 @@ Cell = tuple[int, int]
 FORWARD = np.array([1.0, 0.0, 0.0])
 UP = np.array([0.0, 1.0, 0.0])
 FOLDED: Cell = (PLACE, MID)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Limb:
+    """An arm or a leg of two equal bones, and how it folds."""
+
+    bones: tuple[str, str]  # Upper and lower, without their side
+    # (3,) forward, up, out: directions of the folded limb's end and of its middle joint
+    toward: Floats
+    bend: Floats
+    near: float  # How far the folded limb's end lies, of the limb's length
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """The skeleton of the standard body, which bone moves each joint, and how long bones are.
+
+    Lengths are millimetres.
+    """
+
+    skeleton: Skeleton  # (J) joints at rest: facing +z, y up, left +x
+    bones: tuple[str, ...]  # (J) the bone that turns each joint's offset, or the empty string
+    limbs: dict[str, Limb]  # By group: ``arm``, ``leg``
+    sole: float  # Height of the lowest joint at rest
+    arm: tuple[float, float, float]  # Upper arm, forearm, and hand to the tips of the fingers
+    shoulders: float  # Height above the hips
+    leg: float  # From the hip to the ankle
+    # (3,) in the body frame at rest: the toe's joint from the ankle, and the hips from the root
+    toe: Floats
+    hips: dict[str, Floats]
+
+    @property
+    def ankle(self) -> float:
+        """Height of an ankle above the floor."""
+        return self.sole - float(self.toe[1])
+
+
+@cache
+def standard(palms: frozenset[str] = frozenset()) -> Body:
+    """Return the standard body."""
+    table = tomllib.loads(files("lanindex.perform").joinpath("figure.toml").read_text("utf-8"))
+    joints = [it for it in table["joints"] if it["bone"][1:] != "_palm" or it["bone"] in palms]
+    names = [joint["name"] for joint in joints]
+    plays = [joint["plays"] for joint in joints]
+    parents = [names.index(it["parent"]) if it["parent"] else -1 for it in joints]
+    offsets = np.array([joint["offset"] for joint in joints], np.float64)
+    skeleton = Skeleton(
+        tuple(names),
+        np.array(parents, np.int16),
+        offsets.astype(np.float32),
+        np.array([plays.index(joint) for joint in JOINTS], np.int16),
+    )
+    limbs = {
+        name: Limb(
+            tuple(limb["bones"]), np.array(limb["toward"]), np.array(limb["bend"]), limb["near"]
+        )
+        for name, limb in table["limbs"].items()
+    }
+
+    def length(*bones: str) -> float:
+        own = [it for it, joint in zip(offsets, joints, strict=True) if joint["bone"] in bones]
+        return float(sum(np.linalg.norm(it) for it in own))
+
+    def seen(joint: str) -> Floats:
+        x, y, z = offsets[plays.index(joint)]
+        return np.array([z, y, -x])
+
+    shoulders, joint = 0.0, plays.index("RShoulder")
+    while joint > 0:
+        shoulders, joint = shoulders + float(offsets[joint][1]), parents[joint]
+    return Body(
+        skeleton,
+        tuple(joint["bone"] for joint in joints),
+        limbs,
+        table["sole"],
+        (length("r_upper_arm"), length("r_forearm"), length("r_hand")),
+        shoulders,
+        length("r_thigh", "r_shank"),
+        seen("RToe"),
+        {side: seen(f"{side.upper()}Hip") for side in "rl"},
+    )
 
 
 def direction_vector(cell: Cell) -> Floats:
@@ -267,10 +350,7 @@ def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> tupl
     places = {
         name: joints[:, body.skeleton.body[code]].copy() for name, code in JOINT_CODES.items()
     }
-    upper, lower = (
-        float(np.linalg.norm(body.skeleton.offsets[body.skeleton.body[JOINT_CODES[it]]]))
-        for it in ("RElbow", "RWrist")
-    )
+    upper, lower, _ = body.arm
     arm, left_out = upper + lower, dict[str, None]()
     for one in _touches(score):
         share = one.share(times)

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import CARRIERS
 from lanindex.model import Score
-from lanindex.perform.limbs import minimum_jerk
-from lanindex.perform.standard_body import Body
+from lanindex.perform.limbs import Body, minimum_jerk
 
 Floats = NDArray[np.float64]
 
@@ -330,7 +329,7 @@ def rest_bones(
     found = {"torso": resting.blended(bones["torso"], aims, slerp)}
     if bones["head"] is bones["torso"]:
         found["head"] = found["torso"]
-    up, sizes = hips + _along(body, "RightShoulder") * found["torso"][:, 1], _sizes(body)
+    up, sizes = hips + body.shoulders * found["torso"][:, 1], body.arm
     for side in "rl":
         names = [f"{side}_{it}" for it in ARM]
         touches = (f"{side}_hand_touch", "hands_touch")
@@ -361,21 +360,3 @@ def _reach(shoulder: float, sizes: Sequence[float]) -> tuple[Floats, Floats, Flo
     arm = sum(sizes[:2])
     way_down = way(float(np.degrees(np.arccos(min(max(shoulder / arm - LIES, 0), 1)))))
     return way_down, way_down, way(90.0)
-
-
-def _sizes(body: Body) -> tuple[float, float, float]:
-    """Return how long upper arm, forearm and hand are, mm."""
-    found = dict.fromkeys(ARM, 0.0)
-    for name, offset in zip(body.bones, body.skeleton.offsets, strict=True):
-        if name.startswith("r_") and name[2:] in found:
-            found[name[2:]] += float(np.linalg.norm(offset))
-    return found["upper_arm"], found["forearm"], found["hand"]
-
-
-def _along(body: Body, name: str) -> float:
-    """Return how far along the trunk a joint lies, mm."""
-    found, joint = 0.0, body.skeleton.names.index(name)
-    while joint > 0:
-        found += float(body.skeleton.offsets[joint][1])
-        joint = int(body.skeleton.parents[joint])
-    return found

@@ -17,7 +17,9 @@ from lanindex.perform.limbs import (
     TOUCHES,
     TURNED,
     UP,
+    Body,
     Cell,
+    Limb,
     Reach,
     angles,
     bring_hands,
@@ -30,9 +32,9 @@ from lanindex.perform.limbs import (
     palm_axes,
     reach_when_bent,
     reaches,
+    standard,
 )
 from lanindex.perform.resting import OTHER, rest_bones
-from lanindex.perform.standard_body import Body, Limb, standard
 from lanindex.perform.travel import WEIGHT, Travel, travel_of
 
 Floats = NDArray[np.float64]
@@ -174,7 +176,7 @@ def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
                 bones[lower] = bones[lower] if part in score.tracks else own[upper]
             bones[lower] = own.get(lower, bones[lower])
         bones[f"{side}_hand"] = own.get(f"{side}_hand", bones[f"{side}_forearm"])
-        standing = np.broadcast_to(body.standing_foot, (len(times), 3))
+        standing = np.broadcast_to(body.toe / np.linalg.norm(body.toe), (len(times), 3))
         turned = _turned(standing, -UP, bones[f"{side}_shank"])
         bones[f"{side}_foot"] = bones[f"{side}_toes"] = own.get(f"{side}_foot", turned)
         bones |= {part: own[part] for part in FACING if part in own}

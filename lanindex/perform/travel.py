@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTION_CODES, FEET, HIGH, JOINT_CODES, LOW, PLACE
+from lanindex.alphabet import DIRECTION_CODES, FEET, HIGH, LOW, PLACE
 from lanindex.model import SYMBOL, Score
-from lanindex.perform.limbs import FORWARD, UP, minimum_jerk, reach_when_bent
+from lanindex.perform.limbs import FORWARD, UP, Body, minimum_jerk, reach_when_bent
 from lanindex.perform.resting import (
     LIES,
     CarrierSpan,
@@ -30,7 +30,6 @@ from lanindex.perform.resting import (
     straight,
     way,
 )
-from lanindex.perform.standard_body import Body
 
 Floats = NDArray[np.float64]
 
@@ -47,22 +46,6 @@ TOES = 64.0
 """Millimetres from the toe's joint to its tip."""
 
 SIDES = "rl"
-
-
-@dataclass(frozen=True, slots=True)
-class Size:
-    """How long a leg is, where the toe is seen from the ankle, how high that stands; mm."""
-
-    leg: float
-    toe: Floats
-    ankle: float
-
-    @classmethod
-    def of(cls, body: Body) -> Size:
-        """Return the sizes of a body."""
-        toe = bone(body, "RToe")
-        bones = (bone(body, f"R{joint}") for joint in ("Knee", "Ankle"))
-        return cls(sum(float(np.linalg.norm(it)) for it in bones), toe, body.sole - float(toe[1]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,22 +73,22 @@ def leg_bones(
     side: str, hips: Floats, front: Floats, stand: FootPlacement, reach: Floats, body: Body
 ) -> dict[str, Floats]:
     """Return the directions of a leg's bones, (T, 3), to its foot's place."""
-    size, joint, ahead = Size.of(body), hip(body, side), toward(front + np.pi / 2)
-    foot_size, raised = float(np.linalg.norm(size.toe)), stand.raised[side]
-    back = size.leg * stand.heels[side] - size.toe[1]
+    joint, ahead = body.hips[side], toward(front + np.pi / 2)
+    foot_size, raised = float(np.linalg.norm(body.toe)), stand.raised[side]
+    back = body.leg * stand.heels[side] - body.toe[1]
     back = np.sqrt(foot_size**2 - np.minimum(back, 0.99 * foot_size) ** 2)
-    tip = stand.over[side] + size.toe[0] * ahead  # the toe stays where the heel cannot
+    tip = stand.over[side] + body.toe[0] * ahead  # the toe stays where the heel cannot
     heel = tip - back[:, None] * ahead
-    height = size.ankle + size.leg * (raised + stand.heels[side])
+    height = body.ankle + body.leg * (raised + stand.heels[side])
     target = np.stack((heel[:, 0], height, heel[:, 1]), axis=1)
-    way = (turned(target - hips, -front) - joint) / size.leg
+    way = (turned(target - hips, -front) - joint) / body.leg
     far, free = np.linalg.norm(way, axis=1), np.clip((raised - stand.high) / LIFTED, 0, 1)
     way *= (1 - free * np.maximum(1 - reach / np.maximum(far, 1e-9), 0))[:, None]
     thigh, shank = _bent(way, stand.knees[side])
-    point = np.stack((tip[:, 0], body.sole + size.leg * raised, tip[:, 1]), axis=1)
-    foot = turned(point - hips, -front) - joint - size.leg / 2 * (thigh + shank)
+    point = np.stack((tip[:, 0], body.sole + body.leg * raised, tip[:, 1]), axis=1)
+    foot = turned(point - hips, -front) - joint - body.leg / 2 * (thigh + shank)
     foot /= np.linalg.norm(foot, axis=1, keepdims=True)
-    toes = above(foot, (body.sole + size.leg * raised) / TOES)
+    toes = above(foot, (body.sole + body.leg * raised) / TOES)
     return {
         f"{side}_thigh": thigh,
         f"{side}_shank": shank,
@@ -118,7 +101,7 @@ def resting_height(
     rest: Rest, times: Floats, hips: Floats, front: Floats, stand: FootPlacement, body: Body
 ) -> float:
     """Return the height of the hips of a resting body whose lower knee is on the floor."""
-    leg = Size.of(body).leg
+    leg = body.leg
     if rest.pose.up is not None:
         return leg * rest.pose.up
     frame = min(int(np.searchsorted(times, min(rest.stop, rest.rise[0]))), len(times) - 1)
@@ -149,17 +132,6 @@ def _bent(way: Floats, knees: Floats) -> tuple[Floats, Floats]:
     aside = np.where(size > 1e-6, aside / np.maximum(size, 1e-6), UP)
     bow = np.sqrt(np.maximum(1 - reach**2, 0)) * aside
     return reach * along + bow, reach * along - bow
-
-
-def bone(body: Body, joint: str) -> Floats:
-    """Return the offset of a joint of the body model, in the body frame at rest, mm."""
-    x, y, z = body.skeleton.offsets[body.skeleton.body[JOINT_CODES[joint]]].astype(float)
-    return np.array([z, y, -x])
-
-
-def hip(body: Body, side: str) -> Floats:
-    """Return where a hip is seen from the root, in the body frame at rest, mm."""
-    return bone(body, f"{side.upper()}Hip")
 
 
 def toward(azimuth: Any) -> Floats:
@@ -256,7 +228,7 @@ class FeetPath:
     def of(cls, body: Body, times: Floats, front: Floats) -> FeetPath:
         """Return the path of a body that stands."""
         steps, shift = np.zeros((2, len(times), 2))
-        feet = {side: hip(body, side)[2] * toward(0.0) for side in SIDES}
+        feet = {side: body.hips[side][2] * toward(0.0) for side in SIDES}
         return cls(body, times, front, steps, shift, np.zeros(len(times)), [], np.zeros(2), feet)
 
     def follow(
@@ -280,11 +252,11 @@ class FeetPath:
 
     def _joints(self, turned: float) -> dict[str, Floats]:
         """Return where both hips are over the ground."""
-        return {side: self._now + hip(self.body, side)[2] * toward(turned) for side in SIDES}
+        return {side: self._now + self.body.hips[side][2] * toward(turned) for side in SIDES}
 
     def _rest(self, one: Rest, placed: dict[str, Floats]) -> None:
         """Bring the hips before the foot in front, or behind the other; feet are drawn up."""
-        leg, before = Size.of(self.body).leg, toward(self._front(one.start) + np.pi / 2)
+        leg, before = self.body.leg, toward(self._front(one.start) + np.pi / 2)
         apart = abs(float((self._feet["r"] - self._feet["l"]) @ before)) / 2
         away = leg * one.pose.ahead + np.copysign(apart, one.pose.ahead)
         self._shift((self._feet["r"] + self._feet["l"]) / 2 + away * before, one.forth)
@@ -307,7 +279,7 @@ class FeetPath:
 
     def _move(self, one: Move) -> None:
         """Step or jump."""
-        leg, turned = Size.of(self.body).leg, self._front(one.stop)
+        leg, turned = self.body.leg, self._front(one.stop)
         some, share = one.within(self.times)
         if one.direction != PLACE:
             way = toward(np.radians(45.0 * one.direction) + turned)
@@ -326,7 +298,7 @@ class FeetPath:
 
     def _draw(self, side: str, one: Move, joint: Floats, turned: float) -> None:
         """Draw the foot along that carries a body which rises from a rest as it steps."""
-        toe = Size.of(self.body).toe[0] * toward(turned + np.pi / 2)
+        toe = self.body.toe[0] * toward(turned + np.pi / 2)
         way, most = self._feet[side] + toe - joint, self._room(one.level)
         far = float(np.hypot(*way))
         if far > most:
@@ -336,19 +308,19 @@ class FeetPath:
 
     def _room(self, level: int) -> float:
         """Return how far a toe is over the ground, mm, that comes near to the floor."""
-        size = Size.of(self.body)
-        reach = size.leg + float(np.linalg.norm(size.toe))
-        high = size.leg * (REACHES + HEIGHT.get(level, 0.0) - HANGS) - size.toe[1]
+        body = self.body
+        reach = body.leg + float(np.linalg.norm(body.toe))
+        high = body.leg * (REACHES + HEIGHT.get(level, 0.0) - HANGS) - body.toe[1]
         return float(np.sqrt(max(reach**2 - high**2, 0)))
 
     def _stride(self, one: Move, way: Floats, turned: float) -> float:
         """Return how far a step goes: so far that the other foot keeps its toe near the floor."""
-        side, size = SIDES[1 - SIDES.index(one.feet)], Size.of(self.body)
-        toe = self._feet[side] + size.toe[0] * toward(turned + np.pi / 2)
+        side, body = SIDES[1 - SIDES.index(one.feet)], self.body
+        toe = self._feet[side] + body.toe[0] * toward(turned + np.pi / 2)
         away = toe - self._joints(turned)[side]
         along = float(away @ way)
         room = along**2 - float(away @ away) + self._room(one.level) ** 2
-        return float(np.clip((along + np.sqrt(max(room, 0))) / size.leg, SHORT, STRIDE))
+        return float(np.clip((along + np.sqrt(max(room, 0))) / body.leg, SHORT, STRIDE))
 
 
 Rows = NDArray[Any]
@@ -418,13 +390,13 @@ def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats])
     own = sorted((*moves, *path.drawn), key=lambda it: it.start)
     for side in SIDES:
         places = body_at, feet_at
-        over[side], raised[side] = _foot(side, own, times, places, front, hip(body, side), high)
+        over[side], raised[side] = _foot(side, own, times, places, front, body.hips[side], high)
     heels = np.maximum(levels, 0)
     stands = np.minimum(REACHES + levels, heels + np.maximum(*asked.values()))
-    resting, size = RestBlend(rests, times), Size.of(body)
+    resting = RestBlend(rests, times)
     heel, knees = _drawn_up(resting, placed, times, heels)
     stand = FootPlacement(over, raised, heel, knees, high)
-    up = size.ankle + size.leg * (stands + high)
+    up = body.ankle + body.leg * (stands + high)
     up = _sunk(up, body_at, front, stand, body)
     hips = np.stack((body_at[:, 0], up, body_at[:, 1]), axis=1)
     lies = [resting_height(it, times, hips, front, stand, body) for it in rests]
@@ -444,7 +416,7 @@ def _on_floor(
     body: Body,
 ) -> Bones:
     """Return where the bones of legs point, hips raised, in place, where a knee would sink."""
-    leg, legs = Size.of(body).leg, dict[str, Floats]()
+    leg, legs = body.leg, dict[str, Floats]()
     for _ in range(SETTLED):
         sinks = np.zeros(len(hips))
         for side, told_of in asked.items():
@@ -554,16 +526,16 @@ def _asked(score: Score, times: Floats) -> Bones:
 
 def _sunk(up: Floats, place: Floats, front: Floats, stand: FootPlacement, body: Body) -> Floats:
     """Return how high hips are, mm, that sink a little where toes would leave the floor."""
-    size, least = Size.of(body), up.copy()
-    longest = size.leg + float(np.linalg.norm(size.toe))
+    least = up.copy()
+    longest = body.leg + float(np.linalg.norm(body.toe))
     for side in SIDES:
-        joint = place + hip(body, side)[2] * toward(front)
-        toe = stand.over[side] + size.toe[0] * toward(front + np.pi / 2)
+        joint = place + body.hips[side][2] * toward(front)
+        toe = stand.over[side] + body.toe[0] * toward(front + np.pi / 2)
         far = np.linalg.norm(toe - joint, axis=1)
-        floor = body.sole + size.leg * stand.raised[side]
+        floor = body.sole + body.leg * stand.raised[side]
         high = floor + np.sqrt(np.maximum(longest**2 - far**2, 0))
         least = np.minimum(least, high)
-    return np.maximum(least, up - GIVES * size.leg)
+    return np.maximum(least, up - GIVES * body.leg)
 
 
 def _shown(score: Score, part: str) -> Rows:

@@ -13,9 +13,8 @@ from lanindex.errors import UsageError
 from lanindex.model import Motion, Score
 from lanindex.notation import lnd
 from lanindex.perform import perform
-from lanindex.perform.limbs import great_circle, minimum_jerk
+from lanindex.perform.limbs import great_circle, minimum_jerk, standard
 from lanindex.perform.stage import LONGEST
-from lanindex.perform.standard_body import standard
 
 
 def act(*lines: str, rate: Fraction | int = 60, **options: float) -> Motion:
