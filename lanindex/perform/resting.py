@@ -150,26 +150,30 @@ def plan_rests(
     """Return how the body comes down to each carrier and rises, and which have no time for it."""
     joined = [None, *map(_joined, those[:-1], those[1:]), None]
     halves = [-np.inf, *((one[1] + two[0]) / 2 for one, two in pairwise(those)), np.inf]
-    ends, found, doubts = [it[1] for it in busy], list[Rest](), dict[str, None]()
+    ends, rests, doubts = [it[1] for it in busy], list[Rest](), dict[str, None]()
     for number, (start, stop, what) in enumerate(those):
-        before, after = joined[number : number + 2]
+        pose, (before, after) = POSES[what], joined[number : number + 2]
         past, next_one = bisect_right(ends, start), bisect_right(ends, stop)
         step_end, height = (ends[past - 1] + LANDS, busy[past - 1][2]) if past else (-np.inf, 0.0)
-        down = before or _down(start, start - max(step_end, halves[number]), what, height)
+        length = min(max(start - max(step_end, halves[number]), LEAST), DOWN)
+        until = start + pose.comes * pose.slower(height) * length**1.5 if start > 0 else 0.0
+        down = before or (until - length, until)
         room, returns = halves[number + 1] - stop, after is None
         if next_one < len(busy):
             begin, end, then = busy[next_one]
             if begin - stop < LEAST:
                 returns, begin, height = False, end, min(height, then)
             room = min(room, begin - stop)
-        rise = after or _rise(stop, room, what, height, last)
-        found.append(Rest(start, stop, down, rise, what, returns))
+        length = min(max(room, LEAST), RISES)
+        begin = stop - pose.leaves * pose.slower(height) * length**1.5
+        rise = after or ((begin, begin + length) if stop < last else (stop + 1, stop + 2))
+        rests.append(Rest(start, stop, down, rise, what, returns))
         tight = (not before and 0 < start < step_end - LANDS + LEAST / 2) or room < LEAST / 2
         if tight or after:
             doubts[f"{what} carries at {start:g} s: {HURRIES}"] = None
-        if stop - start < POSES[what].least:
+        if stop - start < pose.least:
             doubts[f"{what} carries at {start:g} s for so short a time that nobody sees it"] = None
-    return found, tuple(doubts)
+    return rests, tuple(doubts)
 
 
 def _joined(one: CarrierSpan, two: CarrierSpan) -> Window | None:
@@ -178,63 +182,41 @@ def _joined(one: CarrierSpan, two: CarrierSpan) -> Window | None:
     if gap >= 1.25 * LEAST:
         return None
     length = max(gap, 1.5 * LEAST)
-    if _rank(two) > _rank(one):
+    ranks = [_RANKS.index(it[2].removeprefix("prone ")) for it in (one, two)]
+    if ranks[1] > ranks[0]:
         until = two[0] + POSES[two[2]].comes * length**1.5
         return until - length, until
     begin = one[1] - POSES[one[2]].leaves * length**1.5
     return begin, begin + length
 
 
-def _rank(one: CarrierSpan) -> int:
-    """Return which of several supports is told: the highest."""
-    return ("other", "knee", "hand", "seat", "trunk").index(one[2].removeprefix("prone "))
-
-
-def _down(start: float, room: float, what: str, height: float) -> Window:
-    length, pose = min(max(room, LEAST), DOWN), POSES[what]
-    until = start + pose.comes * pose.slower(height) * length**1.5 if start > 0 else 0.0
-    return until - length, until
-
-
-def _rise(stop: float, room: float, what: str, height: float, last: float) -> Window:
-    if stop >= last:
-        return stop + 1, stop + 2
-    length, pose = min(max(room, LEAST), RISES), POSES[what]
-    begin = stop - pose.leaves * pose.slower(height) * length**1.5
-    return begin, begin + length
+_RANKS = ("other", "knee", "hand", "seat", "trunk")
+"""Carriers; of several the last one is written."""
 
 
 class MovedParts:
     """Whether a score moves parts while the body comes down or rests."""
 
     def __init__(self, score: Score) -> None:
-        self._score, self._begins = score, dict[str, NDArray[np.float64]]()
+        self._begins = dict[str, Floats]()
+        for part, track in score.tracks.items():
+            rows = track.symbols
+            rows = rows[~rows["passing"] & (rows["stop"] > rows["start"])]
+            self._begins[part] = np.sort(rows["start"] / float(score.rate))
 
     def __call__(self, rest: Rest, *parts: str) -> bool:
-        """Tell it of one of a score's rests."""
-        return any(self._in(rest, part) for part in parts if part in self._score.tracks)
+        """Return whether a score moves one of some parts in a rest."""
+        return any(self._count(rest, part) for part in parts)
 
     def beside(self, rests: Sequence[Rest], part: str) -> bool:
-        """Tell it of the time beside rests."""
-        if part not in self._score.tracks:
-            return False
-        begins = self._of(part)
-        return len(begins) > sum(int(np.diff(self._within(it, begins))[0]) for it in rests)
+        """Return whether a score moves a part at another time than in rests."""
+        begins = self._begins.get(part, ())
+        return len(begins) > sum(self._count(rest, part) for rest in rests)
 
-    def _in(self, rest: Rest, part: str) -> bool:
-        first, last = self._within(rest, self._of(part))
-        return bool(first < last)
-
-    def _of(self, part: str) -> Floats:
-        if part not in self._begins:
-            rows = self._score.tracks[part].symbols
-            rows = rows[~rows["passing"] & (rows["stop"] > rows["start"])]
-            self._begins[part] = np.sort(rows["start"] / float(self._score.rate))
-        return self._begins[part]
-
-    def _within(self, rest: Rest, begins: Floats) -> NDArray[np.int64]:
-        found: NDArray[np.int64] = np.searchsorted(begins, (rest.start - DOWN, rest.stop))
-        return found
+    def _count(self, rest: Rest, part: str) -> int:
+        begins = self._begins.get(part, ())
+        first, last = np.searchsorted(begins, (rest.start - DOWN, rest.stop)).tolist()
+        return int(last - first)
 
 
 class RestBlend:
@@ -317,46 +299,40 @@ def rest_bones(
     `hips` (T,) are heights in mm, `bones` the directions by the score's own tracks.
     """
     rests, doubts = resting.rests, dict[str, None]()
-    tells, middles = MovedParts(score), [rest.middle(times) for rest in rests]
+    moved, middles = MovedParts(score), [rest.middle(times) for rest in rests]
     aims = list[Floats | None]()
     for rest, middle in zip(rests, middles, strict=True):
         pose, lean = rest.pose, bones["torso"][middle]
-        told = tells(rest, "torso", "torso_incline")
+        moves = moved(rest, "torso", "torso_incline")
         suits = abs(lean[1]) < LEVEL or (pose.props and lean[0] > LEVEL)
-        aims.append(None if pose.trunk is None or told or suits else way(pose.trunk))
-        if pose.trunk is not None and told and not suits:
+        aims.append(None if pose.trunk is None or moves or suits else way(pose.trunk))
+        if pose.trunk is not None and moves and not suits:
             doubts[f"torso goes as told at {rest.start:g} s: {rest.what} may not carry"] = None
-    found = {"torso": resting.blended(bones["torso"], aims, slerp)}
+    blended = {"torso": resting.blended(bones["torso"], aims, slerp)}
     if bones["head"] is bones["torso"]:
-        found["head"] = found["torso"]
-    up, sizes = hips + body.shoulders * found["torso"][:, 1], body.arm
+        blended["head"] = blended["torso"]
+    up, length = hips + body.shoulders * blended["torso"][:, 1], sum(body.arm[:2])
     for side in "rl":
         names = [f"{side}_{it}" for it in ARM]
         touches = (f"{side}_hand_touch", "hands_touch")
-        told_of = [
-            tells(it, f"{side}_arm", *names, *(touches if it.pose.props else ())) for it in rests
+        arm_moves = [
+            moved(it, f"{side}_arm", *names, *(touches if it.pose.props else ())) for it in rests
         ]
         reaches = list[list[Floats | None]]()
-        for rest, middle, told in zip(rests, middles, told_of, strict=True):
-            props = rest.pose.props and not told
-            reaches.append([*_reach(float(up[middle]), sizes)] if props else [None] * len(ARM))
-            if rest.pose.props and (told or up[middle] > (1 + 2 * LIES) * sum(sizes[:2])):
+        for rest, middle, moves in zip(rests, middles, arm_moves, strict=True):
+            high = float(up[middle])
+            down = way(float(np.degrees(np.arccos(min(max(high / length - LIES, 0), 1)))))
+            props = rest.pose.props and not moves  # the hand is on the floor
+            reaches.append([down, down, way(90.0)] if props else [None] * len(ARM))
+            if rest.pose.props and (moves or high > (1 + 2 * LIES) * length):
                 doubts[f"{side}_hand does not prop at {rest.start:g} s: it goes as told"] = None
-        high, lies = up, resting.done > 0
-        for number, (name, size) in enumerate(zip(names, sizes, strict=True)):
+        heights, lies = up, resting.done > 0
+        for number, (name, size) in enumerate(zip(names, body.arm, strict=True)):
             ways = resting.blended(bones[name], [it[number] for it in reaches], slerp)
-            ways[lies] = above(ways[lies], (high[lies] - FLESH) / size)
-            found[name], high = ways, high + size * ways[:, 1]
-        for rest, middle, told in zip(rests, middles, told_of, strict=True):
-            if told and any(
-                float(found[it][middle] @ bones[it][middle]) < LEVEL for it in names[:2]
-            ):
+            ways[lies] = above(ways[lies], (heights[lies] - FLESH) / size)
+            blended[name], heights = ways, heights + size * ways[:, 1]
+        for rest, middle, moves in zip(rests, middles, arm_moves, strict=True):
+            cosines = (float(blended[it][middle] @ bones[it][middle]) for it in names[:2])
+            if moves and min(cosines) < LEVEL:
                 doubts[f"{side}_arm would go through the floor at {rest.start:g} s"] = None
-    return found, tuple(doubts)
-
-
-def _reach(shoulder: float, sizes: Sequence[float]) -> tuple[Floats, Floats, Floats]:
-    """Return where the bones of an arm point whose hand is on the floor."""
-    arm = sum(sizes[:2])
-    way_down = way(float(np.degrees(np.arccos(min(max(shoulder / arm - LIES, 0), 1)))))
-    return way_down, way_down, way(90.0)
+    return blended, tuple(doubts)
