@@ -209,67 +209,56 @@ def add(steps: Floats, some: slice, done: Floats, whole: Any) -> None:
         steps[some.stop] += whole
 
 
-@dataclass(slots=True, eq=False)
 class FeetPath:
     """Places of body and feet, move after move."""
 
-    body: Body
-    times: Floats  # (T,) seconds
-    front: Floats  # (T,) radians turned to the left
-    steps: Floats  # (T, 2) mm from frame to frame that steps move the hips
-    shift: Floats  # (T, 2) mm that rests move them
-    high: Floats  # (T,) height of flights in lengths of a leg
-    drawn: list[Move]  # Feet that are drawn up while the body rests, or behind it as it rises
-    _now: Floats
-    _feet: dict[str, Floats]
-    _until: float = -np.inf
-
-    @classmethod
-    def of(cls, body: Body, times: Floats, front: Floats) -> FeetPath:
-        """Return the path of a body that stands."""
-        steps, shift = np.zeros((2, len(times), 2))
-        feet = {side: body.hips[side][2] * toward(0.0) for side in SIDES}
-        return cls(body, times, front, steps, shift, np.zeros(len(times)), [], np.zeros(2), feet)
+    def __init__(self, body: Body, times: Floats, front: Floats) -> None:
+        self.body, self.times, self.front = body, times, front
+        # (T, 2) mm from frame to frame that steps move the hips, and that rests move them
+        self.steps, self.shift = np.zeros((2, len(times), 2))
+        self.high = np.zeros(len(times))  # Height of flights in lengths of a leg
+        # Feet that are drawn up while the body rests, or behind it as it rises
+        self.drawn = list[Move]()
+        self._now, self._until = np.zeros(2), -np.inf
+        self._feet = self._joints(0.0)
 
     def follow(
         self, moves: Sequence[Move], rests: Sequence[Rest], placed: Sequence[dict[str, Floats]]
     ) -> None:
         """Apply moves and rests; `placed` are feet by rest and side that a score places itself."""
-        both: list[Move | tuple[Rest, dict[str, Floats]]] = [
-            *moves,
-            *zip(rests, placed, strict=True),
-        ]
-        for one in sorted(both, key=lambda it: it.stop if isinstance(it, Move) else it[0].stop):
-            if isinstance(one, tuple):
-                if not moves:  # its feet have turned along
-                    self._feet = self._joints(self._front(one[0].start))
-                self._rest(*one)
-            else:
+        feet = dict(zip(rests, placed, strict=True))
+        both: list[Move | Rest] = [*moves, *rests]
+        for one in sorted(both, key=lambda it: it.stop):
+            if isinstance(one, Move):
                 self._move(one)
+                continue
+            if not moves:  # its feet have turned along
+                self._feet = self._joints(self._front(one.start))
+            self._rest(one, feet[one])
 
     def _front(self, time: float) -> float:
         return float(np.interp(time, self.times, self.front))
 
-    def _joints(self, turned: float) -> dict[str, Floats]:
+    def _joints(self, front: float) -> dict[str, Floats]:
         """Return where both hips are over the ground."""
-        return {side: self._now + self.body.hips[side][2] * toward(turned) for side in SIDES}
+        return {side: self._now + self.body.hips[side][2] * toward(front) for side in SIDES}
 
-    def _rest(self, one: Rest, placed: dict[str, Floats]) -> None:
+    def _rest(self, rest: Rest, placed: dict[str, Floats]) -> None:
         """Bring the hips before the foot in front, or behind the other; feet are drawn up."""
-        leg, before = self.body.leg, toward(self._front(one.start) + np.pi / 2)
+        leg, before = self.body.leg, toward(self._front(rest.start) + np.pi / 2)
         apart = abs(float((self._feet["r"] - self._feet["l"]) @ before)) / 2
-        away = leg * one.pose.ahead + np.copysign(apart, one.pose.ahead)
-        self._shift((self._feet["r"] + self._feet["l"]) / 2 + away * before, one.forth)
-        turned = self._front(one.stop)
-        back = np.array([-one.pose.ahead, 0.0])
-        for side, joint in self._joints(turned).items():
+        away = leg * rest.pose.ahead + np.copysign(apart, rest.pose.ahead)
+        self._shift((self._feet["r"] + self._feet["l"]) / 2 + away * before, rest.forth)
+        front = self._front(rest.stop)
+        back = np.array([-rest.pose.ahead, 0.0])
+        for side, joint in self._joints(front).items():
             ahead, right = leg * placed.get(side, back)
-            to = joint + ahead * toward(turned + np.pi / 2) + right * toward(turned)
+            to = joint + ahead * toward(front + np.pi / 2) + right * toward(front)
             self._feet[side] = to
-            self.drawn.append(Move(*one.draws, PLACE, -1, side, to=to))
-        self._until = one.stop
-        if one.returns:
-            self._shift((self._feet["r"] + self._feet["l"]) / 2, one.back)
+            self.drawn.append(Move(*rest.draws, PLACE, -1, side, to=to))
+        self._until = rest.stop
+        if rest.returns:
+            self._shift((self._feet["r"] + self._feet["l"]) / 2, rest.back)
 
     def _shift(self, there: Floats, window: tuple[float, float]) -> None:
         some = slice(*np.searchsorted(self.times, window).tolist())
@@ -277,50 +266,37 @@ class FeetPath:
         add(self.shift, some, whole * part(self.times[some], window)[:, None], whole)
         self._now = there
 
-    def _move(self, one: Move) -> None:
+    def _move(self, move: Move) -> None:
         """Step or jump."""
-        leg, turned = self.body.leg, self._front(one.stop)
-        some, share = one.within(self.times)
-        if one.direction != PLACE:
-            way = toward(np.radians(45.0 * one.direction) + turned)
-            way *= leg * (STRIDE if one.flies else self._stride(one, way, turned))
+        body, front = self.body, self._front(move.stop)
+        some, share = move.within(self.times)
+        toe, reach = body.toe[0] * toward(front + np.pi / 2), body.leg + np.linalg.norm(body.toe)
+        high = body.leg * (REACHES + HEIGHT.get(move.level, 0.0) - HANGS) - body.toe[1]
+        room = np.sqrt(max(reach**2 - high**2, 0))  # of a toe near the floor, over the ground
+        if move.direction != PLACE:
+            way, stride = toward(np.radians(45.0 * move.direction) + front), STRIDE
+            if not move.flies:  # so far that the other foot keeps its toe near the floor
+                side = SIDES[1 - SIDES.index(move.feet)]
+                away = self._feet[side] + toe - self._joints(front)[side]
+                along = float(away @ way)
+                square = along**2 - float(away @ away) + room**2
+                stride = np.clip((along + np.sqrt(max(square, 0))) / body.leg, SHORT, STRIDE)
+            way *= body.leg * stride
             add(self.steps, some, way * share[:, None], way)
             self._now = self._now + way
-        joints = self._joints(turned)
-        for side in SIDES:
-            if one.flies or side in one.feet:
-                self._feet[side] = joints[side]
-            elif one.start < self._until + BRIEF:
-                self._draw(side, one, joints[side], turned)
-        if one.flies:
-            self.high[some] += DRAWN / 2 * (one.stop - one.start) ** 2 * share * (1 - share)
+        for side, joint in self._joints(front).items():
+            if move.flies or side in move.feet:
+                self._feet[side] = joint
+            elif move.start < self._until + BRIEF:  # it carries a body that rises as it steps
+                away = self._feet[side] + toe - joint
+                far = float(np.hypot(*away))
+                if far > room:
+                    self._feet[side] = to = joint + room / far * away - toe
+                    begin = max(move.start, self._until)
+                    self.drawn.append(Move(begin, move.stop, PLACE, -1, side, to=to))
+        if move.flies:
+            self.high[some] += DRAWN / 2 * (move.stop - move.start) ** 2 * share * (1 - share)
         self._until = -np.inf
-
-    def _draw(self, side: str, one: Move, joint: Floats, turned: float) -> None:
-        """Draw the foot along that carries a body which rises from a rest as it steps."""
-        toe = self.body.toe[0] * toward(turned + np.pi / 2)
-        way, most = self._feet[side] + toe - joint, self._room(one.level)
-        far = float(np.hypot(*way))
-        if far > most:
-            self._feet[side] = joint + most / far * way - toe
-            begin = max(one.start, self._until)
-            self.drawn.append(Move(begin, one.stop, PLACE, -1, side, to=self._feet[side]))
-
-    def _room(self, level: int) -> float:
-        """Return how far a toe is over the ground, mm, that comes near to the floor."""
-        body = self.body
-        reach = body.leg + float(np.linalg.norm(body.toe))
-        high = body.leg * (REACHES + HEIGHT.get(level, 0.0) - HANGS) - body.toe[1]
-        return float(np.sqrt(max(reach**2 - high**2, 0)))
-
-    def _stride(self, one: Move, way: Floats, turned: float) -> float:
-        """Return how far a step goes: so far that the other foot keeps its toe near the floor."""
-        side, body = SIDES[1 - SIDES.index(one.feet)], self.body
-        toe = self._feet[side] + body.toe[0] * toward(turned + np.pi / 2)
-        away = toe - self._joints(turned)[side]
-        along = float(away @ way)
-        room = along**2 - float(away @ away) + self._room(one.level) ** 2
-        return float(np.clip((along + np.sqrt(max(room, 0))) / body.leg, SHORT, STRIDE))
 
 
 Rows = NDArray[Any]
@@ -376,23 +352,29 @@ def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats])
     rate = float(score.rate)
     front = _front(shown["body_turn"], times, rate)
     moves, left_out = _on_feet(_moves(shown, rate), carried)
-    carried = [_faced(it, times, bones["torso"]) for it in carried]
+    for number, (start, stop, what) in enumerate(carried):
+        lean = bones["torso"][min(int(np.searchsorted(times, (start + stop) / 2)), len(times) - 1)]
+        if what == "trunk" and lean[0] > PRONE:
+            carried[number] = start, stop, "prone trunk"
     busy = [(it.start, it.stop, HEIGHT.get(it.level, 0.0)) for it in moves]
     rests, doubts = plan_rests(carried, busy, score.frames / rate)
-    path = FeetPath.of(body, times, front)
-    tells = MovedParts(score)
-    placed = _placed(tells, rests, times, bones)
+    moved, path = MovedParts(score), FeetPath(body, times, front)
+    placed = _placed(moved, rests, times, bones)
     path.follow(moves, rests, placed)
     feet_at, high = path.steps.cumsum(axis=0), path.high
     body_at = feet_at + path.shift.cumsum(axis=0)
-    levels, asked = _levels(_begun(score), moves, times), _asked(score, times)
+    levels, legs_reach = _levels(score, moves, times), dict[str, Floats]()
     over, raised = dict[str, Floats](), dict[str, Floats]()
     own = sorted((*moves, *path.drawn), key=lambda it: it.start)
     for side in SIDES:
+        bends = score.tracks.get(f"{side}_leg_bend")
+        legs_reach[side] = (
+            reach_when_bent(bends.symbols, times, score.rate) if bends else np.ones(len(times))
+        )
         places = body_at, feet_at
         over[side], raised[side] = _foot(side, own, times, places, front, body.hips[side], high)
     heels = np.maximum(levels, 0)
-    stands = np.minimum(REACHES + levels, heels + np.maximum(*asked.values()))
+    stands = np.minimum(REACHES + levels, heels + np.maximum(*legs_reach.values()))
     resting = RestBlend(rests, times)
     heel, knees = _drawn_up(resting, placed, times, heels)
     stand = FootPlacement(over, raised, heel, knees, high)
@@ -401,39 +383,23 @@ def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats])
     hips = np.stack((body_at[:, 0], up, body_at[:, 1]), axis=1)
     lies = [resting_height(it, times, hips, front, stand, body) for it in rests]
     hips[:, 1] = resting.blended(up, lies, straight)
-    legs = _on_floor(hips, front, stand, asked, resting, body)
-    stands = () if any(map(len, shown.values())) else tuple(_stands(tells, rests))
-    unlike = _unlike(tells, rests, times, bones, legs, asked)
-    return Travel(front, hips, legs, resting, (*left_out, *doubts, *unlike, *stands))
-
-
-def _on_floor(
-    hips: Floats,
-    front: Floats,
-    stand: FootPlacement,
-    asked: Bones,
-    resting: RestBlend,
-    body: Body,
-) -> Bones:
-    """Return where the bones of legs point, hips raised, in place, where a knee would sink."""
-    leg, legs = body.leg, dict[str, Floats]()
-    for _ in range(SETTLED):
+    legs = dict[str, Floats]()
+    for _ in range(SETTLED):  # hips rise where a knee would sink
         sinks = np.zeros(len(hips))
-        for side, told_of in asked.items():
-            reach = straight(told_of, np.ones(len(hips)), resting.done)
+        for side in SIDES:
+            reach = straight(legs_reach[side], np.ones(len(hips)), resting.done)
             legs |= leg_bones(side, hips, front, stand, reach, body)
-            sinks = np.maximum(sinks, FLESH - hips[:, 1] - leg / 2 * legs[f"{side}_thigh"][:, 1])
+            thigh = body.leg / 2 * legs[f"{side}_thigh"][:, 1]
+            sinks = np.maximum(sinks, FLESH - hips[:, 1] - thigh)
         if not sinks.any():
             break
         hips[:, 1] += sinks
-    return legs
-
-
-def _faced(one: CarrierSpan, times: Floats, torso: Floats) -> CarrierSpan:
-    """Return what carries: of a trunk that is told to lean forward, a prone one."""
-    start, stop, what = one
-    lean = torso[min(int(np.searchsorted(times, (start + stop) / 2)), len(times) - 1)]
-    return (start, stop, "prone trunk") if what == "trunk" and lean[0] > PRONE else one
+    unlike = tuple(_unlike(moved, rests, times, bones, legs, legs_reach))
+    if not any(map(len, shown.values())):  # it stands, and does nothing but rest
+        limbs = [f"{side}_{it}" for side in SIDES for it in ("leg", "thigh", "shank", "foot")]
+        only = "goes as told only while something else than feet carries"
+        unlike += tuple(f"{name} {only}" for name in limbs if moved.beside(rests, name))
+    return Travel(front, hips, legs, resting, (*left_out, *doubts, *unlike))
 
 
 def _drawn_up(
@@ -456,7 +422,7 @@ def _drawn_up(
 
 
 def _placed(
-    tells: MovedParts, rests: Sequence[Rest], times: Floats, bones: dict[str, Floats]
+    moved: MovedParts, rests: Sequence[Rest], times: Floats, bones: dict[str, Floats]
 ) -> list[dict[str, Floats]]:
     """Return where legs have their feet that are told to go elsewhere: see `FeetPath.follow`."""
     found = list[dict[str, Floats]]()
@@ -466,14 +432,19 @@ def _placed(
             thigh, shank = (f"{side}_{it}" for it in ("thigh", "shank"))
             foot = (bones[thigh][frame, ::2] + bones[shank][frame, ::2]) / 2
             elsewhere = np.hypot(foot[0] + rest.pose.ahead, foot[1]) > ELSEWHERE
-            if elsewhere and tells(rest, f"{side}_leg", thigh, shank):
+            if elsewhere and moved(rest, f"{side}_leg", thigh, shank):
                 feet[side] = foot
         found.append(feet)
     return found
 
 
 def _unlike(
-    tells: MovedParts, rests: Sequence[Rest], times: Floats, told: Bones, legs: Bones, asked: Bones
+    moved: MovedParts,
+    rests: Sequence[Rest],
+    times: Floats,
+    told: Bones,
+    legs: Bones,
+    reaches: Bones,
 ) -> Iterator[str]:
     """Say which legs do not go as told while something else carries."""
     for rest in rests:
@@ -482,19 +453,12 @@ def _unlike(
             limb, bones = f"{side}_leg", [f"{side}_{it}" for it in ("thigh", "shank")]
             for name in bones:
                 cosine = float(told[name][frame] @ legs[name][frame])
-                if tells(rest, name, limb) and cosine < UNLIKE:
+                if moved(rest, name, limb) and cosine < UNLIKE:
                     yield f"{name} goes as {rest.what} needs it at {rest.start:g} s, not as told"
             reach = np.linalg.norm(sum(legs[name][frame] for name in bones)) / 2
-            turn = np.arccos(np.minimum((reach, asked[side][frame]), 1))
-            if tells(rest, f"{limb}_bend") and abs(turn[0] - turn[1]) > np.pi / 8:
+            turn = np.arccos(np.minimum((reach, reaches[side][frame]), 1))
+            if moved(rest, f"{limb}_bend") and abs(turn[0] - turn[1]) > np.pi / 8:
                 yield f"{limb} bends as {rest.what} needs it at {rest.start:g} s, not as told"
-
-
-def _stands(tells: MovedParts, rests: Sequence[Rest]) -> Iterator[str]:
-    """Say which legs do not go as told while a body stands that a score lets rest."""
-    for name in (f"{side}_{it}" for side in SIDES for it in ("leg", "thigh", "shank", "foot")):
-        if tells.beside(rests, name):
-            yield f"{name} goes as told only while something else than feet carries"
 
 
 def _on_feet(
@@ -511,17 +475,6 @@ def _on_feet(
             name = "jump" if move.flies else "step"
             left_out.append(f"a {name} at {move.start:g} s is left out: {what} carries meanwhile")
     return free, tuple(left_out)
-
-
-def _asked(score: Score, times: Floats) -> Bones:
-    """Return how much of their lengths the legs may reach, by side; all, if not told."""
-    tracks = {side: score.tracks.get(f"{side}_leg_bend") for side in SIDES}
-    return {
-        side: np.ones(len(times))
-        if track is None
-        else reach_when_bent(track.symbols, times, score.rate)
-        for side, track in tracks.items()
-    }
 
 
 def _sunk(up: Floats, place: Floats, front: Floats, stand: FootPlacement, body: Body) -> Floats:
@@ -580,18 +533,14 @@ def _moves(shown: dict[str, Rows], rate: float) -> list[Move]:
     return sorted(moves, key=lambda move: move.stop)
 
 
-def _begun(score: Score) -> int:
-    """Return the level at which the feet stand at first; -1 where nothing tells."""
-    for side in SIDES:
-        track = score.tracks.get(f"{side}_support")
-        if track and len(track) and track.symbols["start"][0] == track.symbols["stop"][0]:
-            return int(track.symbols["level"][0])
-    return -1
-
-
-def _levels(begun: int, moves: list[Move], times: Floats) -> Floats:
+def _levels(score: Score, moves: list[Move], times: Floats) -> Floats:
     """Return how much higher the body is than with straight legs, in lengths of a leg."""
-    knots, values = [-1.0], [HEIGHT.get(begun, 0.0)]
+    level = -1  # at which the feet stand at first
+    for track in (score.tracks.get(f"{side}_support") for side in SIDES):
+        if track and len(track) and track.symbols["start"][0] == track.symbols["stop"][0]:
+            level = int(track.symbols["level"][0])
+            break
+    knots, values = [-1.0], [HEIGHT.get(level, 0.0)]
     for move in moves:
         if move.level >= 0:
             knots += [max(move.start, knots[-1] + 1e-6), max(move.stop, knots[-1] + 2e-6)]
