@@ -196,13 +196,13 @@ def face_palms(
     joints: Floats,
     wanted: Mapping[str, tuple[Floats, NDArray[np.int64]]],
     body: Body,
-) -> tuple[str, ...]:
+) -> list[str]:
     """Place the knuckles so that palms face as wanted, in place; return what cannot be done.
 
     `joints` (T, J, 3) are mm; `wanted` holds by part (``r_palm``) unit vectors, (T, 3), and the
     frames of arrival.
     """
-    said = []
+    warnings = []
     for part, (out, arrived) in wanted.items():
         names = part[0].upper() + "Wrist", part[0].upper() + "Hand"
         wrist, tip = (int(body.skeleton.body[JOINT_CODES[name]]) for name in names)
@@ -210,7 +210,7 @@ def face_palms(
         palm = out - _dot(out, along) * along
         size = np.linalg.norm(palm, axis=1)
         if (size[arrived] < NEARLY).any():
-            said.append(f"{part} cannot face along the hand: it comes as near as it can")
+            warnings.append(f"{part} cannot face along the hand: it comes as near as it can")
         none = size < _SLIGHT
         palm[none] = np.cross(along[none], np.eye(3)[np.abs(along[none]).argmin(axis=1)])
         thumb = np.cross(along, _unit(palm)) * (1 if part[0] == "r" else -1)
@@ -218,7 +218,7 @@ def face_palms(
             far, _, aside = body.skeleton.offsets[joint].tolist()
             above = joints[:, body.skeleton.parents[joint]]
             joints[:, joint] = above + abs(far) * along + aside * thumb
-    return tuple(said)
+    return warnings
 
 
 def palm_axes(joints: Floats, body: Body) -> dict[str, NDArray[np.float32]]:
@@ -252,17 +252,13 @@ def angles(score: Score, part: str, times: Floats) -> NDArray[np.complex128]:
     for row in rows[~rows["passing"]]:
         start, stop = (float(Fraction(int(row[end])) / score.rate) for end in ("start", "stop"))
         some = slice(int(np.searchsorted(times, start)), None)
-        there = _angle(int(row["direction"]), int(row["amount"]))
+        code, degrees, there = int(row["direction"]), int(row["amount"]), 0j
+        if 0 <= code < PLACE and degrees >= 0:
+            there = complex(degrees * np.exp(1j * np.radians(45 * code)))
         share = np.clip((times[some] - start) / max(stop - start, 1e-9), 0, 1)
         found[some] = now + (there - now) * minimum_jerk(share)
         now = there
     return found
-
-
-def _angle(code: int, degrees: int) -> complex:
-    if not 0 <= code < PLACE or degrees < 0:
-        return 0j
-    return complex(degrees * np.exp(1j * np.radians(45 * code)))
 
 
 def lean_direction(lean: NDArray[np.complex128]) -> Floats:
@@ -325,107 +321,83 @@ _PLACES: dict[str, tuple[tuple[str, str], float, tuple[float, float, float]]] = 
 and out to the hand's side in lengths of an arm, where the palm comes to."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Touch:
-    """A symbol: its times in seconds, and whose palm comes where."""
-
-    start: float
-    stop: float
-    before: float
-    after: float
-    side: str
-    thing: str
-
-    def share(self, times: Floats) -> Floats:
-        """Return how much the palm is there."""
-        begin, end = self.start + NEARS - self.before, self.stop - LEAVES + self.after
-        comes = np.clip((times - begin) / self.before, 0, 1)
-        goes = np.clip((end - times) / self.after, 0, 1)
-        share: Floats = minimum_jerk(np.minimum(comes, goes))
-        return share
-
-
-def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> tuple[str, ...]:
+def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> list[str]:
     """Bring hands to what they touch, (T, J, 3) mm in place; return what is out of reach."""
-    places = {
-        name: joints[:, body.skeleton.body[code]].copy() for name, code in JOINT_CODES.items()
-    }
-    upper, lower, _ = body.arm
-    arm, left_out = upper + lower, dict[str, None]()
-    for one in _touches(score):
-        share = one.share(times)
+    numbers = {name: int(body.skeleton.body[code]) for name, code in JOINT_CODES.items()}
+    places = {name: joints[:, number].copy() for name, number in numbers.items()}
+    arm, left_out = sum(body.arm[:2]), dict[str, None]()
+    for side, thing, share in _touches(score, times):
         some = np.flatnonzero(share > 0)
         if not len(some):
             continue
-        seen = {name: it[some] for name, it in places.items()}
-        shoulder, axes = seen[one.side + "Shoulder"], _axes(seen, one.side)
-        target = _target(seen, axes, one, arm)
-        there = np.linalg.norm(target - shoulder, axis=1) <= FARTHEST * (arm + PALM * arm)
-        if not there[share[some] > 0.99].all():
-            who = f"{one.side.lower()}_hand"
-            left_out[f"{who} does not reach the {one.thing}: it stays where its arm points"] = None
+        done, seen = share[some], {name: it[some] for name, it in places.items()}
+        shoulder, elbow, wrist, hand = (
+            seen[side + it] for it in ("Shoulder", "Elbow", "Wrist", "Hand")
+        )
+        up = _unit(seen["Neck"] - seen["Pelvis"])
+        right = seen["RHip"] - seen["LHip"]
+        right = _unit(right - (right * up).sum(axis=1, keepdims=True) * up)
+        out = right * (1 if side == "R" else -1)
+        axes = np.stack([np.cross(up, right), up, out], axis=1)  # of the trunk, (T, 3, 3)
+        ends, along, way = _PLACES[thing]
+        other = {"R": "L", "L": "R"}[side]
+        first, last = (it.replace("other ", other).replace("own ", side) for it in ends)
+        target = seen[first] + along * (seen[last] - seen[first])
+        target = target + arm * np.einsum("i,tij->tj", np.array(way), axes)
+        near = np.linalg.norm(target - shoulder, axis=1) <= FARTHEST * (arm + PALM * arm)
+        if not near[done > 0.99].all():
+            hand_name = f"{side.lower()}_hand"
+            left_out[f"{hand_name} does not reach the {thing}: it stays where its arm points"] = (
+                None
+            )
             continue
-        own = [seen[one.side + it] for it in ("Elbow", "Wrist", "Hand")]
-        palm = own[1] + PALM * arm * _unit(own[2] - own[1])
-        palm += (target - palm) * share[some, None]
-        elbow, wrist = _bent(shoulder, palm, axes, own[0], share[some], (upper, lower), arm)
-        _put(joints, body, one.side, some, elbow, wrist, _unit(palm - wrist))
-        for name, code in JOINT_CODES.items():
-            if name[0] == one.side and name[1:] in ("Elbow", "Wrist", "Hand"):
-                places[name][some] = joints[some, body.skeleton.body[code]]
-    return tuple(left_out)
+        palm = wrist + PALM * arm * _unit(hand - wrist)
+        palm += (target - palm) * done[:, None]
+        elbow, wrist = _folded_arm(shoulder, palm, axes, elbow, done, body)
+        joints[some, numbers[side + "Elbow"]] = elbow
+        joints[some, numbers[side + "Wrist"]] = wrist
+        before, far = numbers[side + "Wrist"], 0.0
+        for number, parent in enumerate(body.skeleton.parents):
+            if parent == before:  # those beyond the wrist are in line
+                far += float(np.linalg.norm(body.skeleton.offsets[number]))
+                joints[some, number] = wrist + far * _unit(palm - wrist)
+                before = number
+        for name in (side + it for it in ("Elbow", "Wrist", "Hand")):
+            places[name][some] = joints[some, numbers[name]]
+    return list(left_out)
 
 
-def _touches(score: Score) -> Iterator[_Touch]:
-    """Yield what hands touch, those that touch each other last, so that they do."""
+def _touches(score: Score, times: Floats) -> Iterator[tuple[str, str, Floats]]:
+    """Yield whose palm comes to what, and how much it is there, (T,).
+
+    Hands that touch each other come last, so that they do.
+    """
     for part, sides in reversed(TOUCHES.items()):
         if part not in score.tracks:
             continue
         rows = score.tracks[part].symbols
-        rate: Fraction = score.rate
-        starts, stops = (rows[it].astype(float) / float(rate) for it in ("start", "stop"))
+        starts, stops = (rows[it].astype(float) / float(score.rate) for it in ("start", "stop"))
         rests = np.maximum(starts[1:] - stops[:-1], 0.2) / 2
         before = np.minimum(np.concatenate([[COMES], rests]), COMES)
         after = np.minimum(np.concatenate([rests, [COMES]]), COMES)
         when = np.stack([starts, stops, before[: len(rows)], after[len(after) - len(rows) :]], 1)
-        for row, (start, stop, comes, goes) in zip(rows, when.tolist(), strict=True):
+        for row, (start, stop, coming, going) in zip(rows, when.tolist(), strict=True):
             thing = TOUCHED[row["amount"]] if 0 <= row["amount"] < len(TOUCHED) else ""
             if row["passing"] or thing not in amounts_of(part):
                 continue
-            for side in sides:
-                yield _Touch(start, stop, comes, goes, side, thing)
+            begin, end = start + NEARS - coming, stop - LEAVES + going
+            comes = np.clip((times - begin) / coming, 0, 1)
+            goes = np.clip((end - times) / going, 0, 1)
+            share = minimum_jerk(np.minimum(comes, goes))
+            yield from ((side, thing, share) for side in sides)
 
 
-def _axes(places: dict[str, Floats], side: str) -> Floats:
-    """Return the ways forward, up and out to a side, of the trunk: (T, 3, 3)."""
-    up = _unit(places["Neck"] - places["Pelvis"])
-    right = places["RHip"] - places["LHip"]
-    right = _unit(right - (right * up).sum(axis=1, keepdims=True) * up)
-    found: Floats = np.stack([np.cross(up, right), up, right * (1 if side == "R" else -1)], axis=1)
-    return found
-
-
-def _target(places: dict[str, Floats], axes: Floats, one: _Touch, arm: float) -> Floats:
-    """Return where the palm comes to."""
-    ends, along, way = _PLACES[one.thing]
-    other = {"R": "L", "L": "R"}[one.side]
-    first, last = (it.replace("other ", other).replace("own ", one.side) for it in ends)
-    there = places[first] + along * (places[last] - places[first])
-    found: Floats = there + arm * np.einsum("i,tij->tj", np.array(way), axes)
-    return found
-
-
-def _bent(
-    shoulder: Floats,
-    palm: Floats,
-    axes: Floats,
-    elbow: Floats,
-    share: Floats,
-    bones: tuple[float, float],
-    arm: float,
+def _folded_arm(
+    shoulder: Floats, palm: Floats, axes: Floats, elbow: Floats, share: Floats, body: Body
 ) -> tuple[Floats, Floats]:
     """Return elbow and wrist of an arm whose palm lies there, the hand in line with the forearm."""
-    upper, lower = bones[0], bones[1] + PALM * arm
+    upper, forearm, _ = body.arm
+    lower = forearm + PALM * (upper + forearm)
     way = palm - shoulder
     far = np.clip(np.linalg.norm(way, axis=1, keepdims=True), 1e-9, upper + lower)
     way = _unit(way)
@@ -435,25 +407,4 @@ def _bent(
     along = (upper**2 - lower**2 + far**2) / (2 * far)
     out = np.sqrt(np.maximum(upper**2 - along**2, 0))
     found = shoulder + along * way + out * bend
-    return found, found + bones[1] * _unit(palm - found)
-
-
-def _put(
-    joints: Floats,
-    body: Body,
-    side: str,
-    some: NDArray[np.int64],
-    elbow: Floats,
-    wrist: Floats,
-    hand: Floats,
-) -> None:
-    """Put the joints of an arm in their places, those beyond the wrist in line."""
-    code = body.skeleton.body
-    joints[some, code[JOINT_CODES[side + "Elbow"]]] = elbow
-    joints[some, code[JOINT_CODES[side + "Wrist"]]] = wrist
-    last, far = int(code[JOINT_CODES[side + "Wrist"]]), 0.0
-    for number, parent in enumerate(body.skeleton.parents):
-        if parent == last:
-            far += float(np.linalg.norm(body.skeleton.offsets[number]))
-            joints[some, number] = wrist + far * hand
-            last = number
+    return found, found + forearm * _unit(palm - found)

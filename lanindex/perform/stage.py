@@ -88,51 +88,41 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
         )
     times = np.arange(frames) / float(rate)
     body = standard(frozenset(score.tracks).intersection(FACING))
-    bones, unrested = _bones(score, times, body), tuple[str, ...]()
+    bones, warnings = _bones(score, times, body), _left_out(score, body)
     travel = travel_of(score, times, body, bones)
     if travel is not None and travel.resting.rests:
         own, unrested = rest_bones(score, travel.resting, times, travel.hips[:, 1], bones, body)
-        bones, unrested = bones | own, (*travel.left_out, *unrested)
-    chest = chest_axes(bones["torso"], angles(score, "torso_twist", times).real)
-    joints = _joints(body, bones if travel is None else bones | travel.legs, chest, travel)
-    unreached = bring_hands(joints, score, times, body)
-    unreached += face_palms(joints, _palms(score, times, bones, travel), body)
-    axes = _axes(score, times, bones, travel)
-    if noise:
-        joints += _tremor(body, noise, seed, frames)
-    axes |= palm_axes(joints, body)
-    source = Source("", "score", "mm", 1.0, "y")
-    places, said = joints.astype(np.float32), (*_left_out(score, body), *unrested, *unreached)
-    return Motion(body.skeleton, rate, places, source, warnings=said, axes=axes)
-
-
-def _axes(
-    score: Score, times: Floats, bones: dict[str, Floats], travel: Travel | None
-) -> dict[str, NDArray[np.float32]]:
-    """Return how the head is turned, where the score tells anything of it."""
-    if not {"head_turn", "head_incline"} & score.tracks.keys():
-        return {}
-    turn = (angles(score, part, times).real for part in ("torso_twist", "head_turn"))
-    _, across = chest_axes(bones["torso"], sum(turn, np.zeros(len(times))))
-    right = head_right(bones["head"], bones["torso"], across)
-    axes = np.stack((_seen(right), _seen(bones["head"])), axis=1)
-    return {"Head": (axes if travel is None else _fronted(axes, travel)).astype(np.float32)}
-
-
-def _palms(
-    score: Score, times: Floats, bones: dict[str, Floats], travel: Travel | None
-) -> dict[str, tuple[Floats, NDArray[np.int64]]]:
-    """Return where palms shall face, and the frames in which they have arrived."""
-    found = {}
+        bones, warnings = bones | own, [*warnings, *travel.left_out, *unrested]
+    twist = angles(score, "torso_twist", times).real
+    joints = _joints(body, bones, chest_axes(bones["torso"], twist), travel)
+    warnings += bring_hands(joints, score, times, body)
+    palms = {}
     for part in (part for part in FACING if part in bones):
-        out, ends = _seen(bones[part])[:, None], _shown(score, part)["stop"] / float(score.rate)
-        frames = np.minimum(np.searchsorted(times, ends), len(times) - 1)
-        found[part] = (out if travel is None else _fronted(out, travel))[:, 0], frames
-    return found
+        ends = _shown(score, part)["stop"] / float(score.rate)
+        arrived = np.minimum(np.searchsorted(times, ends), frames - 1)
+        palms[part] = _fronted(_seen(bones[part])[:, None], travel)[:, 0], arrived
+    warnings += face_palms(joints, palms, body)
+    axes = dict[str, NDArray[np.float32]]()
+    if {"head_turn", "head_incline"} & score.tracks.keys():
+        turn = np.zeros(frames) + twist + angles(score, "head_turn", times).real
+        _, across = chest_axes(bones["torso"], turn)
+        right = head_right(bones["head"], bones["torso"], across)
+        head = np.stack((_seen(right), _seen(bones["head"])), axis=1)
+        axes["Head"] = _fronted(head, travel).astype(np.float32)
+    if noise:
+        skeleton = body.skeleton
+        shaken = np.random.default_rng(seed).normal(0, noise, (frames, len(skeleton.names), 3))
+        for joint, name in enumerate(skeleton.names):
+            if name.endswith(" End"):  # it shakes with its joint
+                shaken[:, joint] = shaken[:, skeleton.parents[joint]]
+        joints += shaken
+    axes |= palm_axes(joints, body)
+    source, places = Source("", "score", "mm", 1.0, "y"), joints.astype(np.float32)
+    return Motion(body.skeleton, rate, places, source, warnings=tuple(warnings), axes=axes)
 
 
-def _left_out(score: Score, body: Body) -> tuple[str, ...]:
-    """Say what the standard body cannot do."""
+def _left_out(score: Score, body: Body) -> list[str]:
+    """Return what the standard body cannot do."""
     strange = [
         f"the standard body has no {part}"
         for part in score.tracks
@@ -145,7 +135,7 @@ def _left_out(score: Score, body: Body) -> tuple[str, ...]:
         and PARTS[part].group not in body.limbs
         and _folds(_shown(score, part)).any()
     ]
-    return (*strange, *stiff)
+    return [*strange, *stiff]
 
 
 def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
@@ -195,10 +185,6 @@ def _folds(rows: NDArray[Any]) -> NDArray[np.bool_]:
     return folds
 
 
-def _rest(part: str) -> Cell:
-    return REST.get(part, (PLACE, LOW))
-
-
 def _side(part: str) -> float:
     """Return the sign of a part's own side; the right for head and torso."""
     return -1.0 if part.startswith("l_") else 1.0
@@ -209,7 +195,7 @@ def _pointed(score: Score, part: str, times: Floats) -> Floats:
     rows = _shown(score, part)
     points = np.empty((len(times), 3))
     side = np.array([0.0, 0.0, _side(part)])
-    for reach in reaches(rows[~_folds(rows)], times, score.rate, _rest(part)):
+    for reach in reaches(rows[~_folds(rows)], times, score.rate, REST.get(part, (PLACE, LOW))):
         ends = direction_vector(reach.start), direction_vector(reach.stop)
         points[reach.frames] = great_circle(*ends, reach.share, side)
     return points
@@ -223,7 +209,7 @@ def _bent(score: Score, part: str, limb: Limb, times: Floats) -> tuple[Floats, F
     way, aside = np.empty((2, len(times), 3))
     reach_of = np.empty(len(times))
     mirror = np.array([1.0, 1.0, _side(part)])
-    for reach in reaches(_shown(score, part), times, score.rate, _rest(part)):
+    for reach in reaches(_shown(score, part), times, score.rate, REST.get(part, (PLACE, LOW))):
         some = reach.frames
         way[some], aside[some], reach_of[some] = _ways(reach, limb, mirror)
     if BENDS[part] in score.tracks:
@@ -312,30 +298,29 @@ def _joints(
     skeleton = body.skeleton
     offsets = skeleton.offsets.astype(np.float64)
     frames = len(bones["torso"])
+    bones = bones if travel is None else bones | travel.legs
     joints = np.empty((frames, len(offsets), 3))
     for joint, (parent, bone) in enumerate(zip(skeleton.parents, body.bones, strict=True)):
         offset = np.broadcast_to(offsets[joint], (frames, 3))
         if bone == "torso":
             axes = np.stack((chest[0], bones[bone], chest[1]), axis=1)
-            offset = _seen(np.einsum("ti,tij->tj", _felt(offset), axes))
+            own = offset[:, ::-1] * [1, 1, -1]  # in the body frame
+            offset = _seen(np.einsum("ti,tij->tj", own, axes))
         elif bone and bone not in FACING:
             offset = np.linalg.norm(offsets[joint]) * _seen(bones[bone])
         joints[:, joint] = offset + (joints[:, parent] if parent >= 0 else 0)
     if travel is not None:
-        return _moved(joints, travel)
+        moved: Floats = _fronted(joints - joints[:, :1], travel) + _seen(travel.hips)[:, None]
+        return moved
     feet = [index for index, bone in enumerate(body.bones) if bone.endswith(("_foot", "_toes"))]
     joints[..., 1] += body.sole - joints[:, feet, 1].min(axis=1, keepdims=True)
     return joints
 
 
-def _moved(joints: Floats, travel: Travel) -> Floats:
-    """Turn a body about its root, and bring it to its place."""
-    found: Floats = _fronted(joints - joints[:, :1], travel) + _seen(travel.hips)[:, None]
-    return found
-
-
-def _fronted(vectors: Floats, travel: Travel) -> Floats:
+def _fronted(vectors: Floats, travel: Travel | None) -> Floats:
     """Turn vectors, (T, K, 3), as a body has turned."""
+    if travel is None:
+        return vectors
     sine, cosine = np.sin(travel.front)[:, None], np.cos(travel.front)[:, None]
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack((x * cosine + z * sine, y, z * cosine - x * sine), axis=-1)
@@ -344,18 +329,3 @@ def _fronted(vectors: Floats, travel: Travel) -> Floats:
 def _seen(vectors: Floats) -> Floats:
     """Turn vectors from the body frame to the stage: right is -x, forward +z."""
     return np.stack([-vectors[..., 2], vectors[..., 1], vectors[..., 0]], axis=-1)
-
-
-def _felt(vectors: Floats) -> Floats:
-    """Turn vectors from the stage to the body frame."""
-    return np.stack([vectors[..., 2], vectors[..., 1], -vectors[..., 0]], axis=-1)
-
-
-def _tremor(body: Body, noise: float, seed: int, frames: int) -> Floats:
-    """Return noise for every joint; an End Site shakes with its joint."""
-    skeleton = body.skeleton
-    shaken = np.random.default_rng(seed).normal(0, noise, (frames, len(skeleton.names), 3))
-    for joint, name in enumerate(skeleton.names):
-        if name.endswith(" End"):
-            shaken[:, joint] = shaken[:, skeleton.parents[joint]]
-    return shaken
