@@ -16,11 +16,8 @@ from lanindex.draw.picture import C
 from lanindex.model import Score
 from lanindex.model.derived import STEP
 
-PITCH = round(1.2 * C)
-"""From one column to the next."""
-
-NARROW = round(0.8 * C)
-"""The same for narrow signs."""
+PITCH = round(1.2 * C)  # from one column to the next
+NARROW = round(0.8 * C)  # the same for narrow signs
 
 _INSIDE = (
     ("r_support", "l_support"),
@@ -46,14 +43,12 @@ _OUTSIDE = (
 )
 """Tracks to the right and to the left of the centre, from it outwards."""
 
-_ALWAYS = 2
-"""Columns inside the staff's lines on each side, whatever the score has."""
+_ALWAYS = 2  # columns inside the staff's lines on each side, whatever the score has
 
 BESIDE = ("jump", "hands_touch", "r_hand_touch", "l_hand_touch")
 """Tracks that have no column: they are drawn across those of others."""
 
-STANCES = frozenset({"r_stance", "l_stance"})
-"""Tracks that are drawn as holds."""
+STANCES = frozenset({"r_stance", "l_stance"})  # tracks that are drawn as holds
 
 _FINER = {"leg": ("thigh", "shank", "foot"), "arm": ("upper_arm", "forearm")}
 """Limbs, and the finer tracks that are drawn where a score has no track of the limb."""
@@ -134,8 +129,7 @@ def staff_columns(parts: Iterable[str]) -> StaffColumns:
     return StaffColumns(own, inner, max(inner, ends_left), max(inner, ends_right))
 
 
-FIVE = 5
-"""Seconds in a bar where seconds are counted."""
+FIVE = 5  # seconds in a bar where seconds are counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,26 +174,13 @@ class TimeAxis:
         return str(bar * FIVE) if self.seconds else str(bar + 1)
 
 
-BEAT = round(3.5 * C)
-"""Default height of a beat or a second."""
-
-LEAST = round(0.35 * C)
-"""Height of a symbol, at least, where there is room."""
-
-GAP = C // 16
-"""Left free below and above each symbol."""
-
-MARGIN = round(0.6 * C)
-"""Round the picture, and between starting position and double line."""
-
-NUMBERS = round(1.3 * C)
-"""Width left of each staff, for the numbers of bars."""
-
-START = BEAT
-"""Height of the starting position."""
-
-NAMES = round(4.2 * C)
-"""Height of the names of columns."""
+BEAT = round(3.5 * C)  # default height of a beat or a second
+LEAST = round(0.35 * C)  # height of a symbol, at least, where there is room
+GAP = C // 16  # left free below and above each symbol
+MARGIN = round(0.6 * C)  # round the picture, and between starting position and double line
+NUMBERS = round(1.3 * C)  # width left of each staff, for the numbers of bars
+START = BEAT  # height of the starting position
+NAMES = round(4.2 * C)  # height of the names of columns
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,11 +16,8 @@ from lanindex.alphabet import KINDS, kind_of
 from lanindex.model import Symbol
 from lanindex.model.derived import STRETCHES, degree_of
 
-C = 140
-"""Units of the width of a symbol: all else is measured by it."""
-
-PIXEL = 10
-"""Units of a pixel, at scale 1."""
+C = 140  # units of the width of a symbol: all else is measured by it
+PIXEL = 10  # units of a pixel, at scale 1
 
 Points = tuple[tuple[int, int], ...]
 
@@ -114,11 +111,8 @@ _OUTLINES = {
 }
 """Corners by direction, x and y: 0 and 1 the ends, m and h the middle, k and t a way from them."""
 
-_SLOPE = 0.45
-"""From one stroke of a high symbol to the next, upwards, in widths."""
-
-_DOT = 0.11
-"""Radius of the dot of a middle level, in widths."""
+_SLOPE = 0.45  # from one stroke of a high symbol to the next, upwards, in widths
+_DOT = 0.11  # radius of the dot of a middle level, in widths
 
 
 def sign(
@@ -202,14 +196,9 @@ def _strokes(outline: Points) -> tuple[Points, ...]:
     return tuple(strokes)
 
 
-SMALL = round(0.5 * C)
-"""The size of numbers, and of narrow signs."""
-
-BOW = round(0.3 * C)
-"""How deep bows are."""
-
-_CURVES = 45
-"""Degrees from which on a way is drawn as one that goes round."""
+SMALL = round(0.5 * C)  # the size of numbers, and of narrow signs
+BOW = round(0.3 * C)  # how deep bows are
+_CURVES = 45  # degrees from which on a way is drawn as one that goes round
 
 Sign = Callable[[Symbol, int, int, int], list[Mark]]
 """Draws a symbol from the middle of its column, its lower end and its height."""

@@ -47,11 +47,8 @@ from lanindex.model import Score, Symbol
 from lanindex.model.derived import STEP
 from lanindex.model.symbol import blank, listed
 
-BARS = 4
-"""Bars of a staff."""
-
-LETTERS = ("A", "B")
-"""What stands above the staves of either of two scores."""
+BARS = 4  # bars of a staff
+LETTERS = ("A", "B")  # what stands above the staves of either of two scores
 
 
 def draw(
@@ -178,8 +175,7 @@ def _staff(
 _DOUBLE = C // 5
 _NAME = round(0.45 * C)
 _EPS = 1e-6
-_TICKS = C // 4
-"""Height of a count from which on each has its tick."""
+_TICKS = C // 4  # height of a count from which on each has its tick
 
 
 def _lines(layout: PageLayout, clock: TimeAxis) -> list[Mark]:
@@ -229,8 +225,7 @@ def name_of(part: str) -> str:
 ONE, BOTH = round(0.55 * C), round(0.8 * C)
 """How wide the circle is that keeps the weight on one foot, or on both."""
 
-_LASTS = 0.5
-"""Least counts without a symbol of support that are drawn as a hold of weight."""
+_LASTS = 0.5  # least counts without a symbol of support that are drawn as a hold of weight
 
 
 def _holds(score: Score, clock: TimeAxis, layout: PageLayout) -> list[MarkGroup]:
@@ -267,8 +262,7 @@ def _holds(score: Score, clock: TimeAxis, layout: PageLayout) -> list[MarkGroup]
     return circles
 
 
-Key = tuple[str, int, int]
-"""Identifies a symbol of a score: its part, first frame and end."""
+Key = tuple[str, int, int]  # identifies a symbol of a score: its part, first frame and end
 
 
 def settled(score: Score, symbols: Iterable[Symbol]) -> Iterator[Symbol]:
@@ -411,8 +405,7 @@ def _group(symbol: Symbol, score: Score, marks: list[Mark]) -> MarkGroup:
     return MarkGroup(tuple(marks), f"{part}, {words}{when}", known)
 
 
-LEGEND_WIDTH = 13 * C
-"""Room for signs and words."""
+LEGEND_WIDTH = 13 * C  # room for signs and words
 
 _PITCH = round(1.35 * C)
 

@@ -17,8 +17,7 @@ from lanindex.draw.layout import MARGIN
 from lanindex.draw.picture import PIXEL, Circle, Label, Mark, MarkGroup, Picture, Points, Polyline
 from lanindex.errors import ExportError
 
-_INK = "currentColor"
-"""The colour of ink: that of the text around, so that dark pages work."""
+_INK = "currentColor"  # the colour of ink: that of the text around, so that dark pages work
 
 _BONE = ' stroke-width="28" stroke-linecap="round" fill="none"'
 
@@ -124,8 +123,7 @@ def _point(x: int, y: int) -> str:
     return f"{x}{y}" if y < 0 else f"{x} {y}"
 
 
-RATIO = 2**0.5
-"""How much wider than tall such a sheet is (ISO 216)."""
+RATIO = 2**0.5  # how much wider than tall such a sheet is (ISO 216)
 
 
 def pages(picture: Picture) -> list[Picture]:
@@ -167,14 +165,9 @@ def _parted(mark: Mark, firsts: tuple[int, ...]) -> Iterable[tuple[int, Mark]]:
         yield page, replace(mark, marks=tuple(some))
 
 
-FORMS = ("svg", "png", "pdf")
-"""What a picture can be written as."""
-
-INK, PAPER = "#000", "#fff"
-"""Colours of images."""
-
-MOST = 100_000_000
-"""Pixels of an image, at most: it takes four bytes each, more than once."""
+FORMS = ("svg", "png", "pdf")  # what a picture can be written as
+INK, PAPER = "#000", "#fff"  # colours of images
+MOST = 100_000_000  # pixels of an image, at most: it takes four bytes each, more than once
 
 
 def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:

@@ -117,14 +117,9 @@ _SHORT = Fraction(4)
 _STEPS = (Fraction(1, 10), 5), (Fraction(1, 4), 4)
 """Seconds of a row, and how many rows lie between times: for short stretches, for others."""
 
-_FOLDED = 3
-"""Rows, at most, that say nothing new; more of them are one."""
-
-_LINES = 3
-"""Characters of the staff's lines."""
-
-_WITHIN = 1 << 20
-"""Sub-rows of a row, for several symbols that begin in it."""
+_FOLDED = 3  # rows, at most, that say nothing new; more of them are one
+_LINES = 3  # characters of the staff's lines
+_WITHIN = 1 << 20  # sub-rows of a row, for several symbols that begin in it
 
 _FIRST = (
     *("arm", "support", "leg", "head", "torso", "jump", "body_turn", "body_travel"),

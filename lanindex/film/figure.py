@@ -140,14 +140,9 @@ def figure(motion: Motion) -> Figure:
     return Figure(frozen(places), frozen(pairs), tuple(part for *_, part in bones), motion.rate)
 
 
-TILT = 12.0
-"""Degrees from which a figure is looked down upon, so that the floor is seen."""
-
-SAMPLES = 2048
-"""Frames that are looked at, at most, spread evenly."""
-
-WORTH = 0.1
-"""Share by which another view must show more than the front does."""
+TILT = 12.0  # degrees from which a figure is looked down upon, so that the floor is seen
+SAMPLES = 2048  # frames that are looked at, at most, spread evenly
+WORTH = 0.1  # share by which another view must show more than the front does
 
 _ACROSS = (("LHip", "RHip"), ("LShoulder", "RShoulder"))
 _STAYS = ("gesture", "bend", "touch", "twist", "incline")

@@ -59,14 +59,12 @@ _AV: dict[str, tuple[str, str, dict[str, str], dict[str, str]]] = {
 """By ending: codec, pixels, options of the codec and of the file; flat colours are kept as they
 are by WebP, which is also faster than to blur them."""
 
-FORMS = (*_AV, "gif")
-"""What a film can be written as."""
+FORMS = (*_AV, "gif")  # what a film can be written as
 
 RATE, RATES = Fraction(25), {"webp": Fraction(20), "gif": Fraction(20)}
 """Default frames a second: of most forms, and of some."""
 
-FASTEST = {"gif": 50}
-"""What viewers play no faster."""
+FASTEST = {"gif": 50}  # what viewers play no faster
 
 _CLEAR, _NOWHERE = 255, (1, 254, 1)  # the colour of a GIF that means "as before": no other
 _STEP = 10  # from one shade to the next: Pillow mixes up those that are closer
@@ -148,17 +146,10 @@ def _changed(
     return piece, (int(columns[0]), int(rows[0]))
 
 
-SIZE = (640, 480)
-"""Width and height of a film, pixels."""
-
-SMALLEST, LARGEST = 120, 4096
-"""Pixels that either may be."""
-
-SHARE = 0.5
-"""Of the width that the staff takes, at most."""
-
-FLASH = 0.2
-"""Seconds for which a bone is lit, at least."""
+SIZE = (640, 480)  # width and height of a film, pixels
+SMALLEST, LARGEST = 120, 4096  # pixels that either may be
+SHARE = 0.5  # of the width that the staff takes, at most
+FLASH = 0.2  # seconds for which a bone is lit, at least
 
 AUTO = "auto"
 SIDES = {"front": 0.0, "side": -90.0}

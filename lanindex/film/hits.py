@@ -25,17 +25,10 @@ from lanindex.film.film import DrawnRows
 from lanindex.model import Hit, Score
 from lanindex.model.capture import in_words
 
-POSES = 5
-"""Poses of a hit, from its first frame to its last."""
-
-WIDTH, HEIGHT = 800, 1420
-"""Of a pose, units."""
-
-STAFF = 1000
-"""Height of a hit's staff, units, its starting position apart."""
-
-LEAST = 1.0
-"""Seconds that are played and written of a hit, at least."""
+POSES = 5  # poses of a hit, from its first frame to its last
+WIDTH, HEIGHT = 800, 1420  # of a pose, units
+STAFF = 1000  # height of a hit's staff, units, its starting position apart
+LEAST = 1.0  # seconds that are played and written of a hit, at least
 
 RATE, FRAMES = 30, 300
 """Frames a second that can be played, at most, and frames of a hit: of a longer one fewer a
@@ -44,8 +37,7 @@ second."""
 KINDS = ("far", "bone", "litfar", "litbone")
 """How bones are drawn: those on the left are paler, those of what matched in colour."""
 
-UNKNOWN = -32768
-"""Stands for a place that is not known, among whole millimetres."""
+UNKNOWN = -32768  # stands for a place that is not known, among whole millimetres
 
 _TOP = JOINT_CODES["Head"]
 _BELOW = 2 * MARGIN + START
@@ -229,8 +221,7 @@ def _poses(
     return Picture(POSES * WIDTH, HEIGHT, title, title, tuple(marks))
 
 
-PAGE_HITS = 1000
-"""Default number of hits of a page."""
+PAGE_HITS = 1000  # default number of hits of a page
 
 
 def page(shots: Sequence[HitPreview], title: str) -> str:
@@ -274,8 +265,7 @@ def page(shots: Sequence[HitPreview], title: str) -> str:
     return template.substitute(title=svg.text_of(title), count=count, cards="".join(cards))
 
 
-SHEET_HITS = 200
-"""Hits of a sheet, at most."""
+SHEET_HITS = 200  # hits of a sheet, at most
 
 _SCALE = 0.8  # of a staff
 _STAVES = 124  # pixels of width for a staff

@@ -24,20 +24,11 @@ Floats = NDArray[np.float32]
 ROOM = 1.3
 """How many times as high as the body the picture is at most: whoever goes further is followed."""
 
-DEEPEST = 4000.0
-"""Millimetres towards the eye in which the floor is drawn."""
-
-LEAST = 600.0
-"""Millimetres that are shown, at least."""
-
-ROUND = 160.0
-"""Millimetres left free around the figure: a head is larger than its joint."""
-
-STEADY = 1.0
-"""Seconds on both sides over which the eye that follows is steadied."""
-
-SQUARE = 500.0
-"""Millimetres from one line of the floor to the next."""
+DEEPEST = 4000.0  # millimetres towards the eye in which the floor is drawn
+LEAST = 600.0  # millimetres that are shown, at least
+ROUND = 160.0  # millimetres left free around the figure: a head is larger than its joint
+STEADY = 1.0  # seconds on both sides over which the eye that follows is steadied
+SQUARE = 500.0  # millimetres from one line of the floor to the next
 
 _FEET = [JOINT_CODES[side + joint] for side in "RL" for joint in ("Ankle", "Toe")]
 _LOWEST = 0.01  # of the frames may have a foot below the floor: a camera errs
@@ -172,28 +163,22 @@ Color = tuple[int, int, int]
 
 PAPER: Color = (255, 255, 255)
 INK: Color = (34, 34, 34)
-LEFT: Color = (140, 140, 140)
-"""Of the limbs on the left: so that sides are told apart."""
-
-LIT: Color = (224, 112, 0)
-"""Of parts that matched."""
+LEFT: Color = (140, 140, 140)  # of the limbs on the left: so that sides are told apart
+LIT: Color = (224, 112, 0)  # of parts that matched
 
 FLOOR: Color = (222, 222, 222)
 WAY: Color = (120, 160, 210)
-LINE: Color = (200, 16, 46)
-"""Of the line that moves over the staff."""
+LINE: Color = (200, 16, 46)  # of the line that moves over the staff
 
 COLORS = ((0, 0, 0), INK, LEFT, LIT, FLOOR, WAY, LINE, (252, 227, 178))
 """All that is drawn on paper; the first and the last are the staff's ink and band."""
 
-SMOOTH = 2
-"""How many times larger it is drawn than shown."""
+SMOOTH = 2  # how many times larger it is drawn than shown
 
 BONE, HEAD, SPOT = 26.0, 95.0, 45.0
 """Millimetres: how thick bones are; the radius of a head, and of the spot below the pelvis."""
 
-TRAIL = 5.0
-"""Seconds for which the way stays on the floor."""
+TRAIL = 5.0  # seconds for which the way stays on the floor
 
 _HEAD = JOINT_CODES["Head"]
 

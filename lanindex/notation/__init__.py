@@ -61,11 +61,8 @@ NOTATIONS = {
 }
 """Every notation of scores, by name."""
 
-TABLES = {it.table: it for it in NOTATIONS.values() if it.table}
-"""The tables, by their last ending."""
-
-WRITTEN = tuple(NOTATIONS)
-"""Notations that scores can be written in: all."""
+TABLES = {it.table: it for it in NOTATIONS.values() if it.table}  # the tables, by their last ending
+WRITTEN = tuple(NOTATIONS)  # notations that scores can be written in: all
 
 
 def notation_of(path: str) -> Notation | None:

@@ -20,14 +20,9 @@ from lanindex.errors import NotationError, shown
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.notation.text import read_text, words_of
 
-AUTO = "auto"
-"""In place of a file of beats: find them in the movement."""
-
-SPREAD = 0.05
-"""Largest deviation from the mean interval, as its share, of even beats."""
-
-NEAREST = 0.05
-"""Seconds from one beat to the next, at least."""
+AUTO = "auto"  # in place of a file of beats: find them in the movement
+SPREAD = 0.05  # largest deviation from the mean interval, as its share, of even beats
+NEAREST = 0.05  # seconds from one beat to the next, at least
 
 _LINE = re.compile(r"// beats from (\S+):((?: \S+)+)")
 
@@ -99,8 +94,7 @@ class Beats:
         return None
 
 
-FOUND = "// tempo: "
-"""How the comment begins of a score whose tempo was found in its movement."""
+FOUND = "// tempo: "  # how the comment begins of a score whose tempo was found in its movement
 
 
 def describe_tempo(meter: Meter, lines: Iterable[str]) -> str:

@@ -28,11 +28,8 @@ from lanindex.notation.tiers import (
     write_xml,
 )
 
-TYPE = "labanotation"
-"""The linguistic type of our tiers."""
-
-HITS = "lanindex-hits"
-"""The linguistic type of tiers that hold hits."""
+TYPE = "labanotation"  # the linguistic type of our tiers
+HITS = "lanindex-hits"  # the linguistic type of tiers that hold hits
 
 _ROOT = "ANNOTATION_DOCUMENT"
 _XSI = "{http://www.w3.org/2001/XMLSchema-instance}"

@@ -28,8 +28,7 @@ from lanindex.notation.tiers import (
 _NAMED = "http://www.example.org/labanotation"
 _SPACE = f"{{{_NAMED}}}"
 _SCHEMA = "{http://www.w3.org/2001/XMLSchema-instance}schemaLocation"
-_ARMS = {"4": "r_arm", "-4": "l_arm"}
-"""The columns that no file defines."""
+_ARMS = {"4": "r_arm", "-4": "l_arm"}  # the columns that no file defines
 
 _LIMBS = {
     **{"arm": "arm", "upper_arm": "upper_arm", "lower_arm": "forearm", "hand": "hand"},
@@ -37,20 +36,14 @@ _LIMBS = {
 }
 """What limbs are called in the definitions of columns, and here."""
 
-PARTS = tuple(f"{side}_{limb}" for limb in _LIMBS.values() for side in "rl")
-"""What is written."""
-
-_FIRST_DEFINED = 8
-"""The first column that a file may define."""
-
-_BEAT, _BEATS = 200, 5
-"""Milliseconds of a beat and beats of a measure, as its own files have them."""
+PARTS = tuple(f"{side}_{limb}" for limb in _LIMBS.values() for side in "rl")  # what is written
+_FIRST_DEFINED = 8  # the first column that a file may define
+_BEAT, _BEATS = 200, 5  # milliseconds of a beat and beats of a measure, as its own files have them
 
 _UNITS = {"millisecond": 1, "second": SECOND}
 _LEVELS = {"low": "low", "middle": "mid", "high": "high"}
 _COUNT = re.compile(r"\d{1,6}")
-_SLIP = Fraction(1, 10)
-"""Beats by which a movement may be drawn too long."""
+_SLIP = Fraction(1, 10)  # beats by which a movement may be drawn too long
 
 
 def read(content: bytes, place: str) -> Score:

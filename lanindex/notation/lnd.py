@@ -53,11 +53,8 @@ from lanindex.notation import content_of
 from lanindex.notation.beats import Beats, in_time, ticks_at
 from lanindex.notation.text import DECIMAL, decoded, fraction, number
 
-UNITS_PER_LINE = "#unit_per_line 4"
-"""Default line for how many units stand in a row on paper."""
-
-UNIT = re.compile(r"#unit(\d+)")
-"""The line before the kept lines of a unit."""
+UNITS_PER_LINE = "#unit_per_line 4"  # default line for how many units stand in a row on paper
+UNIT = re.compile(r"#unit(\d+)")  # the line before the kept lines of a unit
 
 PART = re.compile(r"[a-z_]+")
 _HEADING = re.compile(r"#\s*(speed|rhythm|unit_total|unit)(?![a-z_])\s*=?\s*(.*)", re.IGNORECASE)
@@ -68,13 +65,11 @@ _KEYWORDS = (*LINES, "#speed", "#rhythm")
 _WHOLE_BODY = ("support", "jump", "travel", "rotation")
 """Keywords of the whole body; lines with them for a limb are kept, not read."""
 
-_AS_WELL = {("direction", "support")}
-"""Keywords that also begin symbols of another kind."""
+_AS_WELL = {("direction", "support")}  # keywords that also begin symbols of another kind
 
 _LAST_TICK = int(np.iinfo(np.int32).max)
 _SLOWEST, _FASTEST = Fraction(1, 10), Fraction(1000)
-_HOURS = 24
-"""Longest duration of a score: one that is longer holds a slip of the pen."""
+_HOURS = 24  # longest duration of a score: one that is longer holds a slip of the pen
 
 _RANKS = {part: rank for rank, part in enumerate(TRACKS)}
 

@@ -36,8 +36,7 @@ COLUMNS: dict[str, type] = {
 _FEWEST = ("part", "fps", "start_frame", "end_frame")
 _MEASURED = ("swings", "margin", "speed", "size", "straightness")
 _CODES = {"direction": DIRECTION_CODES, "level": LEVEL_CODES}
-_MOST = (1 << 31) - 1
-"""Frames."""
+_MOST = (1 << 31) - 1  # frames
 
 
 def rows_of(score: Score) -> Iterator[dict[str, Any]]:
@@ -235,8 +234,7 @@ def save_jsonl(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
     return count
 
 
-GROUP = 1 << 15
-"""Rows that are in memory at once."""
+GROUP = 1 << 15  # rows that are in memory at once
 
 _TYPES = {str: "string", int: "int64", float: "float64", bool: "bool"}
 

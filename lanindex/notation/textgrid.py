@@ -13,8 +13,7 @@ from lanindex.model import Score
 from lanindex.notation.text import decoded
 from lanindex.notation.tiers import SECOND, TierEntry, duration, entries_of, is_part, score_of
 
-_STARTS = " starts"
-"""Ends the name of a tier of starting positions."""
+_STARTS = " starts"  # ends the name of a tier of starting positions
 
 _INTERVALS, _POINTS = "IntervalTier", "TextTier"
 
@@ -24,8 +23,7 @@ _TOKEN = re.compile(
 )
 """What counts in a file: texts, flags and numbers that stand free; all else is for people."""
 
-_LONGEST = 40
-"""Characters of a number."""
+_LONGEST = 40  # characters of a number
 
 
 class _Tokens:

@@ -30,8 +30,7 @@ from lanindex.errors import ExportError, NotationError, shown
 from lanindex.model import Score, Track
 from lanindex.notation.lnd import PART, LndReader, SymbolLine, fields_of, rank
 
-SECOND = 1000
-"""Units of time in a second."""
+SECOND = 1000  # units of time in a second
 
 _DEGREES = re.compile(r"(\d{1,9})deg")
 
@@ -140,8 +139,7 @@ def _fault(words: str, place: str, wanted: str) -> NotationError:
     return NotationError(f'"{shown(words)}"', place=place, wanted=wanted)
 
 
-_DEEPEST = 100
-"""Elements inside elements: those of notations are a dozen."""
+_DEEPEST = 100  # elements inside elements: those of notations are a dozen
 
 
 def parse_xml(content: bytes, place: str, root: str) -> Element:

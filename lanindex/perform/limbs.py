@@ -186,8 +186,7 @@ def reach_when_bent(rows: NDArray[Any], times: Floats, rate: Fraction) -> Floats
     return reach
 
 
-NEARLY = 0.92
-"""Cosine of 23 degrees: a palm farther off than that is reported."""
+NEARLY = 0.92  # cosine of 23 degrees: a palm farther off than that is reported
 
 _SLIGHT = 1e-6
 
@@ -300,11 +299,8 @@ COMES, NEARS, LEAVES = 0.5, 0.06, 0.12
 """Seconds that a hand is on its way, that it still comes nearer when touch begins, and that it has
 been on its way back when touch ends."""
 
-PALM = 0.15
-"""Lengths of an arm from the wrist to the middle of the palm."""
-
-FARTHEST = 0.97
-"""Part of its length, to the palm, that an arm reaches."""
+PALM = 0.15  # lengths of an arm from the wrist to the middle of the palm
+FARTHEST = 0.97  # part of its length, to the palm, that an arm reaches
 
 _BEND = np.array([-0.3, -0.8, 0.6])  # forward, up, out: where an elbow goes
 _PLACES: dict[str, tuple[tuple[str, str], float, tuple[float, float, float]]] = {

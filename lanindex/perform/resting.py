@@ -21,22 +21,19 @@ from lanindex.perform.limbs import Body, minimum_jerk
 
 Floats = NDArray[np.float64]
 
-OTHER = "other_support"
-"""The track that is carried out here."""
+OTHER = "other_support"  # the track that is carried out here
 
 DOWN, RISES, LEAST = 0.9, 0.8, 0.4
 """Seconds that the body takes to come down and to rise, and that it takes at least."""
 
-LANDS = 0.15
-"""Seconds after a step that its leg still tells the level."""
+LANDS = 0.15  # seconds after a step that its leg still tells the level
 
 HURRIES = "there is no time to come down, or to rise"
 
 DRAWS = (0.1, 1.0)
 """Seconds in which feet are drawn up at least, and before a rest ends; and at most."""
 
-LIES = 0.07
-"""Lengths of a leg above the floor: so high lies a knee or a wrist that carries."""
+LIES = 0.07  # lengths of a leg above the floor: so high lies a knee or a wrist that carries
 
 Window = tuple[float, float]
 CarrierSpan = tuple[float, float, str]
@@ -190,8 +187,7 @@ def _joined(one: CarrierSpan, two: CarrierSpan) -> Window | None:
     return begin, begin + length
 
 
-_RANKS = ("other", "knee", "hand", "seat", "trunk")
-"""Carriers; of several the last one is written."""
+_RANKS = ("other", "knee", "hand", "seat", "trunk")  # carriers; of several the last one is written
 
 
 class MovedParts:
@@ -280,8 +276,7 @@ def way(degrees: float) -> Floats:
 LEVEL = 0.7
 """The sine of half a right angle: what is lower lies; the cosine of two that differ by more."""
 
-FLESH = 10.0
-"""Millimetres above the floor: lower goes no joint of an arm."""
+FLESH = 10.0  # millimetres above the floor: lower goes no joint of an arm
 
 ARM = ("upper_arm", "forearm", "hand")
 

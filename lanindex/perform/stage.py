@@ -63,14 +63,9 @@ TURNING = 0.19
 
 _SLIGHT = 1e-6  # a part of a unit vector: where the joint of a limb that points there goes up
 
-IN_PLACE = 0.3
-"""How much of its length a limb reaches at most that is in place and bent as told."""
-
-FASTEST = 10_000
-"""Frames a second, at most."""
-
-LONGEST = 100_000
-"""Frames, at most: a slip in a file's number of units shall not take all memory."""
+IN_PLACE = 0.3  # how much of its length a limb reaches at most that is in place and bent as told
+FASTEST = 10_000  # frames a second, at most
+LONGEST = 100_000  # frames, at most: a slip in a file's number of units shall not take all memory
 
 
 def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:

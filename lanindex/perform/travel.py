@@ -33,17 +33,10 @@ from lanindex.perform.resting import (
 
 Floats = NDArray[np.float64]
 
-LIFTED = 0.05
-"""Lengths of a leg above the floor: a foot so high goes wherever the knee takes it."""
-
-HEIGHTS = 70
-"""Hundredths of a leg in which the height is looked for at which a body rests."""
-
-SITS = 0.12
-"""Lengths of a leg above the floor: so high are hips that sit."""
-
-TOES = 64.0
-"""Millimetres from the toe's joint to its tip."""
+LIFTED = 0.05  # lengths of a leg above the floor: a foot so high goes wherever the knee takes it
+HEIGHTS = 70  # hundredths of a leg in which the height is looked for at which a body rests
+SITS = 0.12  # lengths of a leg above the floor: so high are hips that sit
+TOES = 64.0  # millimetres from the toe's joint to its tip
 
 SIDES = "rl"
 
@@ -147,8 +140,7 @@ def turned(vectors: Floats, left: Floats) -> Floats:
     return np.stack(turned, axis=1)
 
 
-STRIDE, SHORT = 0.45, 0.22
-"""Lengths of a leg that a step takes the body, at most and at least."""
+STRIDE, SHORT = 0.45, 0.22  # lengths of a leg that a step takes the body, at most and at least
 
 HANGS = 0.03
 """Lengths of a leg that the toe may hang above the floor which a step leaves behind: steps back,
@@ -157,17 +149,10 @@ and to the side on the toes, are shorter."""
 SINKS, HEELS = 0.16, 0.11
 """Lengths of a leg that the body sinks for a low step, and that heels rise for a high one."""
 
-HEIGHT = {LOW: -SINKS, HIGH: HEELS}
-"""Lengths of a leg that a step takes the body up, by its level."""
-
-REACHES = 0.995
-"""Part of its length that a leg that carries has from hip to ankle."""
-
-BRIEF = 0.1
-"""Seconds: a step that begins so soon after a rest begins at once."""
-
-DRAWN = 12.0
-"""Lengths of a leg a second squared: how bodies fall."""
+HEIGHT = {LOW: -SINKS, HIGH: HEELS}  # lengths of a leg that a step takes the body up, by its level
+REACHES = 0.995  # part of its length that a leg that carries has from hip to ankle
+BRIEF = 0.1  # seconds: a step that begins so soon after a rest begins at once
+DRAWN = 12.0  # lengths of a leg a second squared: how bodies fall
 
 
 @dataclass(frozen=True, slots=True)
@@ -300,23 +285,18 @@ class FeetPath:
 
 
 Rows = NDArray[Any]
-Bones = dict[str, Floats]
-"""By bone, or by side."""
+Bones = dict[str, Floats]  # by bone, or by side
 
 LIFTS, FREE = 0.15, 0.25
 """Lengths of a leg that a foot is lifted on its way, and that a foot hangs that does not carry."""
 
-SETTLES = 0.1
-"""Part of a step's time that a foot that carries still takes to come to rest."""
-
-GIVES = 0.04
-"""Lengths of a leg that hips sink at most for a toe to stay on the floor."""
+SETTLES = 0.1  # part of a step's time that a foot that carries still takes to come to rest
+GIVES = 0.04  # lengths of a leg that hips sink at most for a toe to stay on the floor
 
 SETTLED, FLESH = 5, 30.0
 """How often hips are raised for knees that would sink, and millimetres that these lie high."""
 
-PRONE = 0.7
-"""How far forward a trunk leans that lies face down: half a right angle."""
+PRONE = 0.7  # how far forward a trunk leans that lies face down: half a right angle
 
 ELSEWHERE = 0.5
 """Lengths of a leg from where a foot is while something else carries: it is told to go there."""
@@ -324,8 +304,7 @@ ELSEWHERE = 0.5
 UNLIKE = 0.38
 """The cosine between where a bone of a leg points and where it is told to: of three borders."""
 
-WEIGHT = ("r_support", "l_support", "jump", "body_turn")
-"""The tracks that are carried out here."""
+WEIGHT = ("r_support", "l_support", "jump", "body_turn")  # the tracks that are carried out here
 
 _LANDS = {"spring": 2, "hop": 1, "leap": 1, "assemble": 2, "sissonne": 1, "unseen": 2}
 
