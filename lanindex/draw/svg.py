@@ -13,8 +13,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from lanindex.draw.layout import MARGIN
 from lanindex.draw.picture import PIXEL, Circle, Label, Mark, MarkGroup, Picture, Points, Polyline
+from lanindex.draw.staff import MARGIN
 from lanindex.errors import ExportError
 
 _INK = "currentColor"  # the colour of ink: that of the text around, so that dark pages work

@@ -18,8 +18,7 @@ from textwrap import wrap
 import numpy as np
 
 from lanindex.alphabet import BENT, KINDS, Kind, kind_of
-from lanindex.draw.layout import STANCES, staff_columns, usual_tracks
-from lanindex.draw.staff import Key, keys_of, name_of
+from lanindex.draw.staff import STANCES, Key, keys_of, name_of, staff_columns, usual_tracks
 from lanindex.errors import UsageError
 from lanindex.model import Score, Span, Symbol
 from lanindex.model.derived import STRETCHES, degree_of

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.draw import draw
-from lanindex.draw.layout import (
+from lanindex.draw.picture import PIXEL
+from lanindex.draw.staff import (
     BEAT,
     MARGIN,
     NAMES,
@@ -24,16 +25,14 @@ from lanindex.draw.layout import (
     START,
     TimeAxis,
     has_column,
+    settled,
     staff_columns,
     usual_tracks,
 )
-from lanindex.draw.picture import PIXEL
-from lanindex.draw.staff import settled
 from lanindex.draw.svg import rendered
 from lanindex.errors import ExportError, UsageError, shown
-from lanindex.film.figure import Figure, front
+from lanindex.film.figure import COLORS, LINE, PAPER, Figure, Painter, front, scene
 from lanindex.film.figure import view as best_view
-from lanindex.film.scene import COLORS, LINE, PAPER, Painter, scene
 from lanindex.model import Score, Symbol, Track
 
 if TYPE_CHECKING:

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, TRACKS
 from lanindex.draw import Picture, draw, svg
-from lanindex.draw.layout import BEAT, MARGIN, NAMES, START
 from lanindex.draw.picture import PIXEL, Circle, Label, Mark, Polyline, line
-from lanindex.draw.staff import keys_of
+from lanindex.draw.staff import BEAT, MARGIN, NAMES, START, keys_of
 from lanindex.draw.svg import INK
 from lanindex.errors import UsageError
 from lanindex.film.figure import Figure, View, view

@@ -16,7 +16,8 @@ from sample_library import sample_score
 import lanindex
 from lanindex.alphabet import TRACKS, kind_of
 from lanindex.draw import draw, svg
-from lanindex.draw.layout import (
+from lanindex.draw.picture import Circle, Label, MarkGroup, Polyline
+from lanindex.draw.staff import (
     BESIDE,
     MARGIN,
     NUMBERS,
@@ -27,7 +28,6 @@ from lanindex.draw.layout import (
     staff_columns,
     usual_tracks,
 )
-from lanindex.draw.picture import Circle, Label, MarkGroup, Polyline
 from lanindex.errors import UsageError
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 

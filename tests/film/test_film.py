@@ -14,9 +14,8 @@ import lanindex
 from lanindex.alphabet import JOINT_CODES
 from lanindex.draw import draw
 from lanindex.errors import ExportError, UsageError
-from lanindex.film.figure import Figure, View, figure
+from lanindex.film.figure import INK, LEAST, LEFT, LIT, PAPER, Figure, View, figure, scene
 from lanindex.film.film import FORMS, RATES, SIZE, Film, FilmStaff, film_bytes, form_of
-from lanindex.film.scene import INK, LEAST, LEFT, LIT, PAPER, scene
 from lanindex.model import Motion, Score
 
 SMALL = (320, 240)

@@ -13,7 +13,7 @@ from dances import BOW, RAISE, dance
 from film_frames import seen
 
 from lanindex.errors import ExportError, UsageError
-from lanindex.film.scene import LIT
+from lanindex.film.figure import LIT
 from lanindex.formats import read
 from lanindex.formats.bvh.layout import scan
 from lanindex.library.selection import Selection
