@@ -75,7 +75,7 @@ def take_turns(turn: Turn) -> None:
 
 
 def chosen(name: str, size: int) -> bool:
-    """Tell whether to use compiled loops from now on."""
+    """Return whether to use compiled loops from now on."""
     _done[name] += size
     if name not in _chosen:
         work = max(_done[name], _expected)
@@ -97,7 +97,7 @@ def imported(name: str) -> bool:
 
 
 def cached(name: str) -> bool:
-    """Tell whether loops are in the cache of numba, without importing it.
+    """Return whether loops are in the cache of numba, without importing it.
 
     The cache of an older source looks the same: it is compiled anew when it is called.
     """

@@ -165,7 +165,7 @@ def gain(stretch: Stages, segment: Segment, cell: plain_symbol.Cell, space: Spac
 
 
 def goes_on(stretch: Stages, segment: Segment, last: Row, space: Space) -> bool:
-    """Tell whether a move without a symbol touches the last symbol and goes on with it."""
+    """Return whether a move without a symbol touches the last symbol and goes on with it."""
     is_symbol = last is not stretch.rows[0]
     touches = segment.begins <= last.ends + 1
     return is_symbol and touches and gain(stretch, segment, last.cell, space) > 0

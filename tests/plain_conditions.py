@@ -46,7 +46,7 @@ def names_of(condition):
 
 
 def is_true(condition, capture, told):
-    """Tell whether a condition holds; `told` has the symbols by name, in order."""
+    """Return whether a condition holds; `told` has the symbols by name, in order."""
     if isinstance(condition, Mirrors):
         one, two = told.get(condition.first, []), told.get(condition.second, [])
         return bool(one) and [mirror(it) for it in one] == [

@@ -358,7 +358,7 @@ class Plain(Things):
         )
 
     def passes(self, checks, used):
-        """Tell whether nothing happens that must not, but what uses a symbol of the hit."""
+        """Return whether nothing happens that must not, but what uses a symbol of the hit."""
         return not any(
             self.stands(check.companion, check_line(check), it)
             and not it.used & forgiving(used)

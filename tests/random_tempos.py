@@ -56,7 +56,7 @@ def _score(
 
 
 def verdict(found: float, speed: float) -> str:
-    """Tell whether a tempo is the right one, within 2 %, or a simple multiple of it."""
+    """Return whether a tempo is the right one, within 2 %, or a simple multiple of it."""
     if abs(found / speed - 1) <= NEAR:
         return "right"
     return "octave" if any(abs(found / speed / by - 1) <= NEAR for by in OCTAVES) else "wrong"

@@ -278,7 +278,7 @@ def _under_ankles(rig: Rig, body: Mapping[str, int]) -> dict[str, int]:
 
 
 def is_human(body: dict[str, int]) -> bool:
-    """Tell whether enough of a body is there to encode it."""
+    """Return whether enough of a body is there to encode it."""
     return any(_both(body, limb) for limb in LIMBS) and "RHip" in body and "LHip" in body
 
 
@@ -287,7 +287,7 @@ def _both(body: dict[str, int], limb: tuple[str, ...]) -> bool:
 
 
 def _in_part(body: dict[str, int]) -> bool:
-    """Tell whether there is a whole limb, and two hips or shoulders that tell where it faces."""
+    """Return whether there is a whole limb, and two hips or shoulders that tell where it faces."""
     limbs = [all(side + joint in body for joint in limb) for side in "RL" for limb in LIMBS]
     return any(limbs) and any(_both(body, limb[:1]) for limb in LIMBS)
 

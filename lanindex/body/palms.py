@@ -200,7 +200,7 @@ def measured(
 
 
 def _rigid(axes: NDArray[np.float32], positions: NDArray[np.float32], codes: Sequence[int]) -> bool:
-    """Tell whether a palm turns about its forearm by no more than `RIGID`."""
+    """Return whether a palm turns about its forearm by no more than `RIGID`."""
     some = np.unique(np.linspace(0, len(axes) - 1, min(len(axes), _SAMPLED)).astype(int))
     places, palm = positions[some][:, codes].astype(np.float64), axes[some, 0].astype(np.float64)
     upper, lower = np.diff(places, axis=1).transpose(1, 0, 2)

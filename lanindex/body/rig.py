@@ -78,7 +78,7 @@ class Rig:
         return next((one for one in found if inner is None or self._aside(one, outer, inner)), None)
 
     def _aside(self, joint: int, outer: int, inner: int) -> bool:
-        """Tell whether a joint leaves the line from `inner` through `outer`."""
+        """Return whether a joint leaves the line from `inner` through `outer`."""
         bone, before = (
             self.poses[:, b] - self.poses[:, a] for a, b in ((outer, joint), (inner, outer))
         )
@@ -100,7 +100,7 @@ def mean_length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def near_hips(rig: Rig, index: int, body: dict[str, int]) -> bool:
-    """Tell whether a joint lies about where the hips are."""
+    """Return whether a joint lies about where the hips are."""
     middle = (rig.poses[:, body["RHip"]] + rig.poses[:, body["LHip"]]) / 2
     apart = float(mean_length(rig.poses[:, index] - middle))
     thigh = rig.distance(body["RHip"], body["RKnee"])

@@ -268,7 +268,7 @@ def fifth(values: NDArray[Any]) -> float:
 
 
 def _uneven(height: NDArray[np.float32], speed: Floats, rate: float) -> bool:
-    """Tell whether the lower of the feet stands at heights that no floor explains."""
+    """Return whether the lower of the feet stands at heights that no floor explains."""
     lower, slow = np.minimum(*height), np.any(speed < STANDS, axis=0)
     if not slow.any() or np.ptp(lower[slow]) <= UNEVEN:
         return False

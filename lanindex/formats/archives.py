@@ -47,7 +47,7 @@ _DAMAGED = (zipfile.BadZipFile, tarfile.TarError, zlib.error, LZMAError, EOFErro
 
 
 def is_archive(path: str) -> bool:
-    """Tell whether a file's ending is an archive's."""
+    """Return whether a file's ending is an archive's."""
     return path.lower().endswith(ZIPPED + TARRED)
 
 

@@ -23,7 +23,7 @@ _POWERS = len(TENS)
 
 @numba.njit
 def _blank(byte):
-    """Tell whether a byte is a space or one of the five from tab to carriage return."""
+    """Return whether a byte is a space or one of the five from tab to carriage return."""
     return byte == _SPACE or np.uint8(byte - _TAB) < _BLANKS
 
 

@@ -52,7 +52,7 @@ def subject_points(file: File, subjects: Mapping[str, T], whole: T) -> tuple[T, 
 
 
 def is_human(names: tuple[str, ...], parents: tuple[int, ...], poses: NDArray[Any]) -> bool:
-    """Tell whether joints in some poses (S, J, 3) make a body."""
+    """Return whether joints in some poses (S, J, 3) make a body."""
     from lanindex.body.mapping import find_body
     from lanindex.body.rig import Rig
 

@@ -300,7 +300,7 @@ def separator_of(line: bytes) -> bytes:
 
 
 def comma_of(line: bytes, separator: bytes) -> bool:
-    """Tell whether the numbers of a row have commas where a point would stand."""
+    """Return whether the numbers of a row have commas where a point would stand."""
     return separator != b"," and b"." not in line and re.search(rb"\d,\d", line) is not None
 
 

@@ -100,7 +100,7 @@ def _one(file: formats.File, name: str) -> formats.File:
 
 
 def _all_held(same: Mapping[str, int]) -> bool:
-    """Tell whether nobody is missing of those that a library holds of a file, as it is."""
+    """Return whether nobody is missing of those that a library holds of a file, as it is."""
     return "" in same or (len(same) > 1 and set(same.values()) == {len(same)})
 
 
@@ -141,7 +141,7 @@ def encoding_of(task: Task, beside: Iterable[formats.File]) -> Encoding:
 
 
 def as_ingested(file: formats.File, sha256: str, encoding: Encoding) -> bool:
-    """Tell whether a file is as it was, and what it was read with, as far as that was noted."""
+    """Return whether a file is as it was, and what it was read with, as far as that was noted."""
     if file.sha256() != sha256:
         return False
     reading = Reading(**encoding.options)

@@ -23,6 +23,12 @@ def flights(frames: int, fall: float, pace: float = 0.0) -> list[tuple[int, int]
     return ground._flights(carries, height, np.full(40, pace, np.float32), RATE)
 
 
+@pytest.mark.parametrize(("count", "place"), [(1, 0), (5, 0), (6, 1), (10, 1), (11, 2)])
+def test_a_fifth_of_the_other_values_is_smaller(count, place):
+    values = np.random.default_rng(count).permutation(count)
+    assert ground.fifth(values) == place
+
+
 def test_a_flight_lasts_longer_than_a_flicker():
     assert flights(BRIEF, 9.81) == []
     assert flights(BRIEF + 1, 9.81) == [(10, 10 + BRIEF + 1)]

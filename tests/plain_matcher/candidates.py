@@ -130,7 +130,7 @@ class Recording:
         return self._events[state]
 
     def meets(self, frames: int, length: Length | None) -> bool:
-        """Tell whether a number of frames meets a condition on length."""
+        """Return whether a number of frames meets a condition on length."""
         if length is None:
             return True
         least, most = length.bounds(self._clock)
@@ -190,7 +190,7 @@ class Recording:
                 yield match
 
     def begins(self, match: Match, arrow: Arrow) -> bool:
-        """Tell whether an arrow leads from the clip's start to a match."""
+        """Return whether an arrow leads from the clip's start to a match."""
         for event in match.events:
             origin = event.timeline.from_start(event.manner)
             if origin is None or not _allows(arrow, event.timeline.count(origin, event)):
@@ -200,7 +200,7 @@ class Recording:
         return match.may_border and self.meets(match.start, arrow.length)
 
     def ends(self, match: Match, arrow: Arrow) -> bool:
-        """Tell whether an arrow leads from a match to the clip's end."""
+        """Return whether an arrow leads from a match to the clip's end."""
         for event in match.events:
             if not _allows(arrow, event.timeline.remaining(event)):
                 return False

@@ -48,14 +48,14 @@ class Clauses:
         self._rhythm, self._where = query.rhythm, query.where
 
     def may_hold(self, seen: Iterable[Seen]) -> bool:
-        """Tell whether the conditions hold that speak of these labels and of the clip alone."""
+        """Return whether the conditions hold that speak of these labels and of the clip alone."""
         labels = labels_of(self._recording, seen)
         hit = Hit(self._recording.capture, Span(0, 0), 1.0, (), labels)
         told = {CLIP, *labels}
         return all(holds(it, hit) for it in self._where if names_in([it]) <= told)
 
     def met_by(self, way: Way) -> bool:
-        """Tell whether a way through the whole pattern is as the clauses ask."""
+        """Return whether a way through the whole pattern is as the clauses ask."""
         return self._in_rhythm([it.match for it in way.nodes]) and self._true_of(way)
 
     def _in_rhythm(self, matches: list[Match]) -> bool:

@@ -10,7 +10,7 @@ from lanindex.search.language.times import Clock, Time
 
 
 def holds(condition: Condition, hit: Hit) -> bool:
-    """Tell whether a condition is true of a hit with its labels."""
+    """Return whether a condition is true of a hit with its labels."""
     if isinstance(condition, Mirrors):
         one, other = (hit.labels.get(name, ()) for name in (condition.first, condition.second))
         return 0 < len(one) == len(other) and all(map(_mirrors, one, other))
@@ -49,7 +49,7 @@ def _term(term: Term, hit: Hit) -> Value:
 
 
 def _mirrors(one: Symbol, other: Symbol) -> bool:
-    """Tell whether a symbol is the mirror image of another."""
+    """Return whether a symbol is the mirror image of another."""
     direction = one.direction and DIRECTIONS[MIRRORED[DIRECTION_CODES[one.direction]]]
     amounts = [about(it.part, -1 if it.amount is None else it.amount) for it in (one, other)]
     image = mirrored_part(one.part), direction, one.level, amounts[0]

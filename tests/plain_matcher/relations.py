@@ -71,7 +71,7 @@ _BETWEEN: dict[str, Callable[[Stretch, Stretch], int]] = {
 def stands(
     companion: Companion, line: Stretch, other: Stretch, recording: Recording, slack: int
 ) -> bool:
-    """Tell whether another line stands to a line as a companion of it must, or must not.
+    """Return whether another line stands to a line as a companion of it must, or must not.
 
     Parameters
     ----------

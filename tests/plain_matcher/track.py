@@ -270,7 +270,7 @@ class Timeline:
         return Origin(0, int(manner == "hold" or moves_on), 0)
 
     def _left_at_once(self, row: int) -> bool:
-        """Tell whether a row is a starting position that alone is no stay."""
+        """Return whether a row is a starting position that alone is no stay."""
         return self.starting[row] and self.until[row] <= self.start[row]
 
     def count(self, origin: Origin, event: Event) -> int | None:

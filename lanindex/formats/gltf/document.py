@@ -45,7 +45,7 @@ class Value:
     path: str
 
     def __contains__(self, key: str) -> bool:
-        """Tell whether an object has something of that name."""
+        """Return whether an object has something of that name."""
         return isinstance(self.value, dict) and self.value.get(key) is not None
 
     def get(self, key: str, default: Any = None) -> Value:

@@ -117,7 +117,7 @@ def order_of(places: NDArray[Any]) -> Order | None:
 
 
 def _fits(order: Order, poses: NDArray[np.float64]) -> bool:
-    """Tell whether the bones of an order are bones."""
+    """Return whether the bones of an order are bones."""
     ends = [[order.names.index(f"{side}_{end}") for end in bone]
             for bone in _BONES for side in ("left", "right")]  # fmt: skip
     bones = poses[:, [first for first, _ in ends]] - poses[:, [last for _, last in ends]]

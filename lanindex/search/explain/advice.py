@@ -47,7 +47,7 @@ class Budget:
     _begun: float = field(default_factory=monotonic)
 
     def late(self, share: float = 1) -> bool:
-        """Tell whether a share of the time is over."""
+        """Return whether a share of the time is over."""
         allowed = share * self.seconds
         return (
             process_time() - self._worked >= allowed
@@ -221,7 +221,7 @@ class _Adviser:
         return self.counted[query]
 
     def readable(self, query: Query) -> bool:
-        """Tell whether the text of a query parses to the same query."""
+        """Return whether the text of a query parses to the same query."""
         return self.read(str(query)) == query
 
     def never(self) -> Iterator[str]:

@@ -118,7 +118,7 @@ _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
 
 
 def _excludes(node: Any, limit: Limit) -> bool:
-    """Tell whether a query can find more without a limit: ``with`` has a stricter one instead."""
+    """Return whether a query can find more without a limit: ``with`` has a stricter one instead."""
     if isinstance(limit, Repeat):
         return limit.least > 1
     return not isinstance(node, Beside) or node.relation in ("after", "before")
@@ -250,7 +250,7 @@ def _alike(node: Any) -> Iterator[tuple[float, Any]]:
 
 
 def _says_where(step: Step) -> bool:
-    """Tell whether the words of a step can be said of a movement, a stay and a rest alike."""
+    """Return whether the words of a step can be said of a movement, a stay and a rest alike."""
     says = any(word.values != (ANY,) for word in step.words)
     return says and step.manner in _MANNERS and all(it.kind not in MOVING for it in step.words)
 

@@ -107,7 +107,7 @@ class Cursor:
         return token
 
     def stands(self, kind: str, *texts: str) -> bool:
-        """Tell whether the next token is of a kind, and one of these if any are given."""
+        """Return whether the next token is of a kind, and one of these if any are given."""
         return self.token.kind == kind and (not texts or self.token.text in texts)
 
     def take(self, kind: str, *texts: str) -> Token | None:

@@ -274,7 +274,7 @@ def steps_in(line: Line) -> tuple[int, float]:
 
 
 def may_begin(item: Item) -> bool:
-    """Tell whether a starting position fits a line's first step: it has no length and no speed."""
+    """Return whether a starting position fits a line's first step, without length and speed."""
     step = item.unit
     if not isinstance(step, Step) or not KINDS[kind_of(step.mover.members[0])].lasts:
         return False

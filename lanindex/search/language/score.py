@@ -67,7 +67,7 @@ def pattern_in(text: str, folder: Path | None = None) -> str:
 
 
 def is_lnd(cursor: Cursor) -> bool:
-    """Tell whether a line of LND begins here; a word like jump alone is none."""
+    """Return whether a line of LND begins here; a word like jump alone is none."""
     if cursor.stands("word", "direction") or cursor.stands("mark", "#"):
         return True
     kind, part = LINES.get(cursor.token.text), cursor.ahead(1)
@@ -104,7 +104,7 @@ def _words(symbol: model.Symbol) -> tuple[Word, ...]:
 
 
 def _stays(symbols: list[_Symbol]) -> bool:
-    """Tell whether a track is a starting position alone."""
+    """Return whether a track is a starting position alone."""
     return len(symbols) == 1 and not symbols[0].length
 
 

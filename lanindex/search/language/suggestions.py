@@ -146,7 +146,7 @@ def _guess(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
 
 
 def is_unknown(cursor: Cursor) -> bool:
-    """Tell whether the next token is a word that the language does not know."""
+    """Return whether the next token is a word that the language does not know."""
     word = cursor.token.text
     known = word in VALUES or word in LANGUAGE or word in UNITS or COUNT.fullmatch(word)
     return cursor.stands("word") and not (known or cursor.vocabulary.mover(word))

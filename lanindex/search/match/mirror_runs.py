@@ -53,7 +53,7 @@ def repeats(clauses: Clauses, program: Program) -> Repeats | None:
 
 
 def _is_repeat(line: Program) -> bool:
-    """Tell whether a line is one part's movements in a row, all alike, without end."""
+    """Return whether a line is one part's movements in a row, all alike, without end."""
     first, last = line.states[0], len(line.states) - 1
     edges = [edge for edges in line.edges for edge in edges]
     exits = [leaving for exits in line.exits for leaving in exits]

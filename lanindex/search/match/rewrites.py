@@ -125,7 +125,7 @@ class Rewrites:
         own.last = len(self._lines)
 
     def _compete(self, one: _Line, other: _Line) -> bool:
-        """Tell whether two lines could want the same symbol, and note at which states."""
+        """Return whether two lines could want the same symbol, and note at which states."""
         found = False
         one, other = sorted((one, other), key=lambda it: it.denied)
         first, second = one.program, other.program
@@ -154,7 +154,7 @@ class _Line:
     last: int
 
     def holds(self, place: int) -> bool:
-        """Tell whether a line is this one or stands beside it."""
+        """Return whether a line is this one or stands beside it."""
         return self.first <= place < self.last
 
 
@@ -174,7 +174,7 @@ def manner_of(state: State) -> str:
 
 
 def _overlap(one: State, other: State) -> bool:
-    """Tell whether two states can take the same symbol."""
+    """Return whether two states can take the same symbol."""
     if one.near or other.near:  # a symbol near a border may be on either side of it
         return not set(one.members).isdisjoint(other.members)
     return any(
@@ -196,7 +196,7 @@ def _standing(program: Program, companion: Companion) -> tuple[Program, ...]:
 
 
 def _shares_frame(program: Program, companion: Companion) -> bool:
-    """Tell whether what stands beside a line shares a frame with the line itself."""
+    """Return whether what stands beside a line shares a frame with the line itself."""
     if companion.within:
         return False
     if companion.relation != "without":

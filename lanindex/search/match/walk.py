@@ -248,7 +248,7 @@ class Expiry:
 
 
 def _ends_later(companion: Companion) -> bool:
-    """Tell whether a line claims nothing that ends before what it stands beside begins."""
+    """Return whether a line claims nothing that ends before what it stands beside begins."""
     lone = not any(it.companions for it in companion.programs)
     return RELATIONS[companion.relation].ends_later and not companion.within and lone
 
@@ -548,7 +548,7 @@ class Walk:
             ending[leave].append(closed[leave] if shared else last)
 
     def _goes_on_over(self, leave: Exit) -> bool:
-        """Tell whether the matches that end by an exit also go on over it."""
+        """Return whether the matches that end by an exit also go on over it."""
         settled = self._best_ends and self._best_ends.free[leave.state]
         return not settled and any(it.exit == leave for it in self._program.edges[leave.state])
 

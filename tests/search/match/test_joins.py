@@ -47,7 +47,7 @@ def test_the_best_hulls_of_lines_that_share_frames(seed):
 
 
 def overlap(one: Spans, at: int, other: Spans, beside_it: int) -> bool:
-    """Tell whether a line shares half of another, which may be no more than a starting position."""
+    """Return whether a line shares half of another, which may be a starting position alone."""
     frames = set(range(one.start[at], one.until[at]))
     beside = set(range(other.start[beside_it], other.until[beside_it]))
     shared = one.capture[at] == other.capture[beside_it] and len(frames & beside)
