@@ -164,16 +164,10 @@ class View:
 
     def axes(self) -> NDArray[np.float64]:
         """Return the vectors right, up and towards the eye, (3, 3), a row each."""
-        (sin, cos), (sine, cosine) = (
-            (math.sin(it), math.cos(it)) for it in map(math.radians, (self.turn, self.tilt))
-        )
-        return np.array(
-            [
-                [cos, 0.0, -sin],
-                [-sine * sin, cosine, -sine * cos],
-                [cosine * sin, sine, cosine * cos],
-            ]
-        )
+        turn, tilt = math.radians(self.turn), math.radians(self.tilt)
+        sin, cos, sine, cosine = math.sin(turn), math.cos(turn), math.sin(tilt), math.cos(tilt)
+        up, toward = [-sine * sin, cosine, -sine * cos], [cosine * sin, sine, cosine * cos]
+        return np.array([[cos, 0.0, -sin], up, toward])
 
     def project(self, places: NDArray[np.floating]) -> NDArray[np.float32]:
         """Return places on the picture.
@@ -189,7 +183,6 @@ def view(
     tracks: Sequence[str] | None = None,
     start: int = 0,
     stop: int | None = None,
-    tilt: float = TILT,
 ) -> View:
     """Return the view in which the moving parts spread widest.
 
@@ -199,7 +192,7 @@ def view(
     of what moves up and down, or all round. Of the two sides of a line the one nearer to the
     front is taken; of left and right the right, but the left for parts of the left alone.
     """
-    places = _sampled(figure, start, len(figure) if stop is None else stop)
+    places = _sampled(figure, start, stop)
     turn = ahead = _front(places)
     moves = []
     for track in tracks or ("body_travel",):
@@ -218,25 +211,24 @@ def view(
             off = (best - ahead + math.pi) % (2 * math.pi) - math.pi
             ways = (off, off - math.copysign(math.pi, off))  # from this side of it or the other
             turn = ahead + min(ways, key=lambda it: (round(abs(it), 1), -side * it))
-    return _view(turn, tilt)
+    return _view(turn)
 
 
 def front(figure: Figure, start: int = 0, stop: int | None = None, turned: float = 0.0) -> View:
     """Return the view from where the body faces, on average."""
-    places = _sampled(figure, start, len(figure) if stop is None else stop)
-    return _view(_front(places) + math.radians(turned), TILT)
+    return _view(_front(_sampled(figure, start, stop)) + math.radians(turned))
 
 
-def _view(turn: float, tilt: float) -> View:
-    return View(round((math.degrees(turn) + 180) % 360 - 180, 6) + 0.0, tilt)
+def _view(turn: float) -> View:
+    return View(round((math.degrees(turn) + 180) % 360 - 180, 6) + 0.0)
 
 
-def _sampled(figure: Figure, start: int, stop: int) -> NDArray[np.float64]:
+def _sampled(figure: Figure, start: int, stop: int | None) -> NDArray[np.float64]:
     """Return the joints in some frames of a span, (S, 20, 3)."""
+    stop = len(figure) if stop is None else stop
     if not 0 <= start < stop <= len(figure):
-        raise UsageError(
-            f"nothing from frame {start} to {stop}", wanted=f"a stretch of 0 to {len(figure)}"
-        )
+        found = f"nothing from frame {start} to {stop}"
+        raise UsageError(found, wanted=f"a stretch of 0 to {len(figure)}")
     frames = np.linspace(start, stop - 1, min(stop - start, SAMPLES)).astype(np.int64)
     return figure.places[frames].astype(np.float64)
 
@@ -305,10 +297,6 @@ class FigureScene:
     # (N, 2) float32, pixels as if seen with the first frame's eye: the pelvis, on the floor
     path: Floats
 
-    def __len__(self) -> int:
-        """Return the number of film frames."""
-        return len(self.points)
-
     def shift(self, frame: int) -> tuple[float, float]:
         """Return how far the background has moved on the picture since the first frame."""
         right, up, _ = (self.eye[0] - self.eye[frame]) * self.scale
@@ -373,7 +361,12 @@ def scene(
     room = np.array([size[0] / scale, size[1] / scale, DEEPEST])
     eye = np.repeat((low + high)[None] / 2, len(frames), axis=0)
     if (far := high - low > room * 1.001).any():
-        steady = _steadied((lows + highs) / 2, round(STEADY * rate))
+        steady, reach = (lows + highs) / 2, round(STEADY * rate)
+        count = np.arange(len(frames))
+        first, last = np.maximum(count - reach, 0), np.minimum(count + reach + 1, len(frames))
+        for _ in range(2):  # averaged twice: the eye neither starts nor stops suddenly
+            sums = np.concatenate([np.zeros((1, 3)), np.cumsum(steady, axis=0)])
+            steady = (sums[last] - sums[first]) / (last - first)[:, None]
         eye[:, far] = np.clip(steady, highs - room / 2, lows + room / 2)[:, far]
     heights = places[:, _FEET, 1]
     lowest = np.nanmin(np.where(np.isnan(heights), np.inf, heights), axis=1)
@@ -399,16 +392,6 @@ def _ends(
         filled = [np.interp(frames, there, found[:, axis]) for axis in range(3)]
         ends.append(np.stack(filled, axis=1))
     return ends[0], ends[1]
-
-
-def _steadied(middle: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
-    """Return a path, (N, 3), averaged twice over `reach` frames on both sides."""
-    frames = np.arange(len(middle))
-    first, last = np.maximum(frames - reach, 0), np.minimum(frames + reach + 1, len(frames))
-    for _ in range(2):  # so that the eye neither starts nor stops suddenly
-        sums = np.concatenate([np.zeros((1, 3)), np.cumsum(middle, axis=0)])
-        middle = (sums[last] - sums[first]) / (last - first)[:, None]
-    return middle
 
 
 Color = tuple[int, int, int]
@@ -499,7 +482,7 @@ class Painter:
         path = (path + np.array(self.scene.shift(frame), np.float32)) * SMOOTH
         gaps = np.flatnonzero(np.isnan(path[:, 0]))
         drawn: list[tuple[float, float]] = []
-        for piece in np.split(path, gaps) if len(gaps) else [path]:
+        for piece in np.split(path, gaps):
             points = [(x, y) for x, y in piece.tolist() if x == x]
             if len(points) > 1:
                 draw.line(points, fill=WAY, width=2 * SMOOTH)
