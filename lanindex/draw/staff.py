@@ -324,7 +324,7 @@ def draw(
     beat: int = BEAT,
 ) -> Picture:
     """Draw a score."""
-    last = _last([score], start, stop)
+    last = last_second(float(score.frames / score.rate), start, stop)
     drawn, missing = _chosen(score, parts)
     marked = list(marked)
     hidden = sorted({it.part for it in marked} - {*drawn, STEP})
@@ -351,13 +351,11 @@ def draw_pair(
     *,
     titles: Sequence[str] = LETTERS,
     parts: Sequence[str] | None = None,
-    start: float = 0.0,
-    stop: float | None = None,
     bars: int | None = BARS,
     seconds: bool = True,
 ) -> Picture:
     """Draw two scores beside each other, in the same columns and at the same heights."""
-    last = _last(scores, start, stop)
+    last = max(float(score.frames / score.rate) for score in scores)
     drawn, missing = zip(
         *(
             _chosen(score, None if parts is None else [it for it in parts if it in score.tracks])
@@ -366,7 +364,7 @@ def draw_pair(
         strict=True,
     )
     clocks = [TimeAxis(score, seconds) for score in scores]
-    begin, end = clocks[0].at(start), max(clock.at(last) for clock in clocks)
+    begin, end = clocks[0].at(0.0), max(clock.at(last) for clock in clocks)
     columns = staff_columns([part for own in drawn for part in own])
     paper = replace(page_layout(clocks[0], begin, end, bars, columns), scores=len(scores))
     marks, counts = list[Mark](), list[str]()
@@ -379,15 +377,14 @@ def draw_pair(
         staff, symbols = _staff(score, own, clock, layout, marked[number], letters)
         marks += staff
         counts.append(f"{LETTERS[number]}: {symbols} symbol{'s' * (symbols != 1)}")
-    summary = f"{', '.join(counts)}; Labanotation, time upwards: {short(last - start)} s"
+    summary = f"{', '.join(counts)}; Labanotation, time upwards: {short(last)} s"
     warnings = tuple(dict.fromkeys(text for own in missing for text in own))
     title = ", ".join(f"{name}: {it}" for name, it in zip(LETTERS, titles, strict=True))
     return Picture(*paper.size, title, summary, tuple(marks), warnings, paper.staves)
 
 
-def _last(scores: Sequence[Score], start: float, stop: float | None) -> float:
-    """Return the last second that is drawn."""
-    end = max(float(score.frames / score.rate) for score in scores)
+def last_second(end: float, start: float, stop: float | None) -> float:
+    """Return the last second that is shown of a score that ends at a time."""
     last = end if stop is None else min(stop, end)
     if not 0 <= start < last:
         found = f"nothing from {start:g} s to {last:g} s"

@@ -25,6 +25,7 @@ from lanindex.draw.staff import (
     START,
     TimeAxis,
     has_column,
+    last_second,
     settled,
     staff_columns,
     usual_tracks,
@@ -178,10 +179,7 @@ class Film:
             wanted = f"even numbers of {SMALLEST} to {LARGEST}"
             raise UsageError(f"a film of {size[0]}x{size[1]} pixels", wanted=wanted)
         end = min(float(len(figure) / figure.rate), float(score.frames / score.rate))
-        stop = end if stop is None else min(stop, end)
-        if not 0 <= start < stop:
-            wanted = f"a stretch of 0 to {end:g} s"
-            raise UsageError(f"nothing from {start:g} s to {stop:g} s", wanted=wanted)
+        stop = last_second(end, start, stop)
         self.rate, self.size = Fraction(rate), size
         count = max(round((stop - start) * self.rate), 1)
         self.times = start + np.arange(count) / float(self.rate)
@@ -286,6 +284,8 @@ class DrawnRows:
         return replace(self.score, tracks=tracks)
 
 
+_rows_of = lru_cache(maxsize=1)(DrawnRows)  # for many films of one capture
+
 USUAL_SCALE, LARGEST_SCALE = 1.0, 1.6
 """Usual and largest scale of symbols; the usual one where one page cannot hold a film."""
 
@@ -322,7 +322,7 @@ class FilmStaff:
         counts = floor((PIXEL * self.height / self.scale - _AROUND) / BEAT + 1e-9)
         self.lasts = max(counts, 1) / self.rate
         self.warnings: dict[str, None] = {}
-        self._rows = _rows(score)
+        self._rows = _rows_of(score)
         self._marked = defaultdict[int, list[Symbol]](list)
         for symbol in settled(score, marked):
             first, last = (self._page(float(it / score.rate)) for it in (symbol.start, symbol.stop))
@@ -368,8 +368,3 @@ class FilmStaff:
         begin = clock.at(start)
         ups = [_BELOW + (clock.at(it) - begin) * BEAT for it in times]
         return page, times, [self.height - up * scale / PIXEL for up in ups]
-
-
-@lru_cache(maxsize=1)  # for many films of one capture
-def _rows(score: Score) -> DrawnRows:
-    return DrawnRows(score)
