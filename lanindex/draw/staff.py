@@ -34,27 +34,17 @@ from lanindex.model.symbol import blank, listed
 PITCH = round(1.2 * C)  # from one column to the next
 NARROW = round(0.8 * C)  # the same for narrow signs
 
-_INSIDE = (
-    ("r_support", "l_support"),
-    ("r_leg", "l_leg"),
-    ("r_thigh", "l_thigh"),
-    ("r_shank", "l_shank"),
-    ("r_foot", "l_foot"),
-    ("r_leg_bend", "l_leg_bend"),
-)
+
+def _pairs(*groups: str) -> tuple[tuple[str, str], ...]:
+    return tuple((f"r_{group}", f"l_{group}") for group in groups)
+
+
+_INSIDE = _pairs("support", "leg", "thigh", "shank", "foot", "leg_bend")
 _OUTSIDE = (
     ("torso", "torso_twist"),
-    ("r_arm", "l_arm"),
-    ("r_upper_arm", "l_upper_arm"),
-    ("r_forearm", "l_forearm"),
-    ("r_arm_bend", "l_arm_bend"),
-    ("r_hand", "l_hand"),
-    ("r_palm", "l_palm"),
-    ("head", "torso_incline"),
-    ("head_turn", "other_support"),
-    ("head_incline", ""),
-    ("body_turn", ""),
-    ("body_travel", ""),
+    *_pairs("arm", "upper_arm", "forearm", "arm_bend", "hand", "palm"),
+    *(("head", "torso_incline"), ("head_turn", "other_support")),
+    *(("head_incline", ""), ("body_turn", ""), ("body_travel", "")),
 )
 """Tracks to the right and to the left of the centre, from it outwards."""
 

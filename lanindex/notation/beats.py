@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.errors import NotationError, shown
+from lanindex.errors import shown
 from lanindex.model import Meter, Score, Span, Track
-from lanindex.notation.text import read_text, words_of
+from lanindex.notation.text import read_text, refuse, words_of
 
 AUTO = "auto"  # in place of a file of beats: find them in the movement
 SPREAD = 0.05  # largest deviation from the mean interval, as its share, of even beats
@@ -157,22 +157,21 @@ def parse(text: str, beats: int = 4, name: str = "beats") -> Beats:
         try:
             time, *count = float(words[0]), *map(int, words[1:])
         except ValueError:
-            raise NotationError(f'"{shown(" ".join(words))}"', place=place, wanted=wanted) from None
+            refuse(place, f'"{shown(" ".join(words))}"', wanted)
         mixed = bool(times) and bool(count) != bool(counts)
         if len(count) > 1 or not 0 <= time < 1e6 or mixed:
-            raise NotationError(f'"{shown(" ".join(words))}"', place=place, wanted=wanted)
+            refuse(place, f'"{shown(" ".join(words))}"', wanted)
         if times and time < times[-1] + NEAREST:
             found, least = f"a beat at {words[0]} s", times[-1] + NEAREST
-            raise NotationError(found, place=place, wanted=f"one at {least:g} s or later")
+            refuse(place, found, f"one at {least:g} s or later")
         times.append(round(time, 6))
         counts += count
     if len(times) < 2:
-        raise NotationError(f"{len(times)} beats", place=name, wanted="two at least")
+        refuse(name, f"{len(times)} beats", "two at least")
     bar = max(counts) if counts else beats
     for one, two in pairwise(counts):
         if one < 1 or two != one % bar + 1:
-            found, wanted = f"beat {two} behind beat {one}", f"bars of {bar} beats, counted from 1"
-            raise NotationError(found, place=name, wanted=wanted)
+            refuse(name, f"beat {two} behind beat {one}", f"bars of {bar} beats, counted from 1")
     first = counts[0] - 1 if counts else 0
     lead = -Beats(Fraction(0), tuple(times)).numbers(np.zeros(1))[0]
     first += bar * max(ceil((lead - first) / bar), 0)

@@ -17,6 +17,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from lanindex.errors import ExportError, NotationError, shown
 from lanindex.model import Score
+from lanindex.notation.text import refuse
 from lanindex.notation.tiers import (
     SECOND,
     TierEntry,
@@ -78,7 +79,7 @@ def read(content: bytes, place: str) -> Score:
             match = _START.fullmatch(text)
             if match is None:
                 found = f'the starting position "{shown(text.strip())}"'
-                raise NotationError(found, place=f"{place}: {name}", wanted="one like 0 place low")
+                refuse(f"{place}: {name}", found, "one like 0 place low")
             time = int(match[1])
             before = bisect_left(entries, time, key=lambda it: it.start) - 1
             if before >= 0 and time < entries[before].stop:
@@ -87,8 +88,7 @@ def read(content: bytes, place: str) -> Score:
             else:
                 tiers[name].append(TierEntry(match[2], time, time))
     if not tiers and _LENGTH not in properties:
-        wanted = f"one of the type {TYPE}, or named as r_arm"
-        raise NotationError("no tier of a part of the body", place=place, wanted=wanted)
+        refuse(place, "no tier of a part of the body", f"one of the type {TYPE}, or named as r_arm")
     return score_of(tiers, place, warnings, _whole(properties.get(_LENGTH)))
 
 
@@ -96,10 +96,10 @@ def _document(content: bytes, place: str) -> Element:
     root = parse_xml(content, place, _ROOT)
     header, order = root.find("HEADER"), root.find("TIME_ORDER")
     if header is None or order is None:
-        raise NotationError("no header or no time slots", place=place, wanted="an ELAN file")
+        refuse(place, "no header or no time slots", "an ELAN file")
     unit = header.get("TIME_UNITS", "milliseconds")
     if unit != "milliseconds":
-        raise NotationError(f"times in {shown(unit)}", place=place, wanted="milliseconds")
+        refuse(place, f"times in {shown(unit)}", "milliseconds")
     return root
 
 
@@ -109,16 +109,15 @@ def _annotations(
     for one in tier.iterfind("ANNOTATION/*"):
         words = one.findtext("ANNOTATION_VALUE") or ""
         if one.tag != "ALIGNABLE_ANNOTATION":
-            found = "an annotation without times of its own"
-            raise NotationError(found, place=place, wanted="a tier without a parent")
+            refuse(place, "an annotation without times of its own", "a tier without a parent")
         times = [slots.get(one.get(f"TIME_SLOT_REF{end}")) or "" for end in (1, 2)]
         if not all(map(_TIME.fullmatch, times)):
             found = f'"{shown(words)}" at {shown("-".join(times))}'
-            raise NotationError(found, place=place, wanted="times in milliseconds from 0")
+            refuse(place, found, "times in milliseconds from 0")
         start, stop = map(int, times)
         if stop <= start:
             found = f'"{shown(words)}" from {start / SECOND:g} to {stop / SECOND:g} s'
-            raise NotationError(found, place=place, wanted="an end behind its start")
+            refuse(place, found, "an end behind its start")
         yield TierEntry(words, start, stop)
 
 

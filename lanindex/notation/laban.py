@@ -12,9 +12,9 @@ from fractions import Fraction
 from itertools import pairwise
 from xml.etree.ElementTree import Element, SubElement, register_namespace
 
-from lanindex.errors import NotationError, shown
+from lanindex.errors import shown
 from lanindex.model import Score
-from lanindex.notation.text import DECIMAL, number
+from lanindex.notation.text import DECIMAL, number, refuse
 from lanindex.notation.tiers import (
     SECOND,
     TierEntry,
@@ -55,7 +55,7 @@ def read(content: bytes, place: str) -> Score:
     root = parse_xml(content, place, f"{_SPACE}score")
     staff = root.find(f"{_SPACE}staff")
     if staff is None:
-        raise NotationError("no staff", place=place, wanted="a score of MAE")
+        refuse(place, "no staff", "a score of MAE")
     beat, beats = _timing(staff, place)
     parts = dict(_ARMS)
     for column in staff.iter(f"{_SPACE}columnDefinition"):
@@ -72,7 +72,7 @@ def read(content: bytes, place: str) -> Score:
         part = parts.get(index, "")
         if not part:
             wanted = " ".join(name for name, it in parts.items() if it)
-            raise NotationError(f'the column "{shown(index)}"', place=where, wanted=wanted)
+            refuse(where, f'the column "{shown(index)}"', wanted)
         direction = movement.find(f"{_SPACE}direction")
         if direction is None:
             if _text(movement, "hold") != "true":
@@ -84,8 +84,7 @@ def read(content: bytes, place: str) -> Score:
         times = [int(time * beat + Fraction(1, 2)) for time in span]
         level, way = _text(direction, "vertical"), _text(direction, "horizontal")
         if level not in _LEVELS:
-            wanted = " ".join(_LEVELS)
-            raise NotationError(f'the level "{shown(level)}"', place=where, wanted=wanted)
+            refuse(where, f'the level "{shown(level)}"', " ".join(_LEVELS))
         side, _, depth = way.replace("backward", "back").rpartition("-")
         words = f"{f'{side[0]}_' if side else ''}{depth} {_LEVELS[level]}"
         tiers[part].append(TierEntry(words, times[0], times[1]))
@@ -108,7 +107,7 @@ def _text(element: Element, name: str) -> str:
 def _number(element: Element, name: str, place: str) -> Fraction:
     text = _text(element, name)
     if not DECIMAL.fullmatch(text):
-        raise NotationError(f'the {name} "{shown(text)}"', place=place, wanted="a number like 1.5")
+        refuse(place, f'the {name} "{shown(text)}"', "a number like 1.5")
     return Fraction(text)
 
 
@@ -117,15 +116,13 @@ def _timing(staff: Element, place: str) -> tuple[Fraction, Fraction]:
     timing = staff.find(f"{_SPACE}timing")
     unit = "" if timing is None else _text(timing, "timeUnit")
     if timing is None or unit not in _UNITS:
-        wanted = " or ".join(_UNITS)
-        raise NotationError(f'the unit of time "{shown(unit)}"', place=place, wanted=wanted)
+        refuse(place, f'the unit of time "{shown(unit)}"', " or ".join(_UNITS))
     found = {
         (_number(it, "beatDuration", place) * _UNITS[unit], _number(it, "beats", place))
         for it in timing.iterfind(f"{_SPACE}measure")
     }
     if len(found) != 1 or not all(min(found)):
-        wanted = "one for the whole score, and beats that last"
-        raise NotationError(f"{len(found)} timings", place=place, wanted=wanted)
+        refuse(place, f"{len(found)} timings", "one for the whole score, and beats that last")
     return found.pop()
 
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, LEVELS, PLACE
-from lanindex.errors import NotationError, shown
-from lanindex.notation.text import read_text, words_of
+from lanindex.errors import shown
+from lanindex.notation.text import read_text, refuse, words_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ def _number(word: str, place: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value) or value < 0:
-        raise NotationError(f'"{shown(word)}"', place=place, wanted="a number of 0 or more")
+        refuse(place, f'"{shown(word)}"', "a number of 0 or more")
     return value
 
 
@@ -54,31 +54,28 @@ def parse_lpd(text: str, name: str = "LPD") -> Ranges:
     for line, (word, *values) in words_of(text):
         place, word = f"{name}:{line}", word.lower()
         if word not in DIRECTION_CODES and word not in LEVEL_CODES:
-            raise NotationError(f'"{shown(word)}"', place=place, wanted="a direction or a level")
+            refuse(place, f'"{shown(word)}"', "a direction or a level")
         if word in numbers:
-            raise NotationError(f'"{word}" stands twice', place=place, wanted="one line of it")
+            refuse(place, f'"{word}" stands twice', "one line of it")
         if word == "place" and len(values) == 2 and values[1] == "L":
             relative = True
             values = values[:1]
         count = 2 if word == "mid" else 1
         if len(values) != count:
-            found = f"{len(values)} values after {word}"
-            raise NotationError(found, place=place, wanted=str(count))
+            refuse(place, f"{len(values)} values after {word}", str(count))
         numbers[word] = [_number(value, place) for value in values]
     missing = [word for word in (*DIRECTIONS, *LEVEL_CODES) if word not in numbers]
     if missing:
-        raise NotationError("no line for " + ", ".join(missing), place=name, wanted="all of them")
+        refuse(name, "no line for " + ", ".join(missing), "all of them")
     (low,), (mid, mid_end), (high,) = (numbers[level] for level in LEVELS)
     if not 0 < mid < high < 180 or mid_end != 360 - high or low != 360 - mid:
         found = f"low {low:g}, mid {mid:g} {mid_end:g}, high {high:g}"
-        wanted = "mid m 360-h, high h, low 360-m with 0 < m < h < 180"
-        raise NotationError(found, place=name, wanted=wanted)
+        refuse(name, found, "mid m 360-h, high h, low 360-m with 0 < m < h < 180")
     starts = tuple(numbers[word][0] % 360 for word in DIRECTIONS[:PLACE])
     turns = [(b - a) % 360 for a, b in zip(starts, (*starts[1:], starts[0]), strict=True)]
     if min(turns) <= 0 or abs(sum(turns) - 360) > 1e-9:
         found = "the directions do not follow each other round the circle"
-        wanted = "rising starts from right over forward, left and back"
-        raise NotationError(found, place=name, wanted=wanted)
+        refuse(name, found, "rising starts from right over forward, left and back")
     return Ranges(numbers["place"][0], relative, starts, mid, high)
 
 
@@ -110,30 +107,27 @@ def parse_ldd(text: str, name: str = "LDD") -> tuple[Rule, ...]:
         elif mark == "#rule_end" and begin:
             place = f"{name}:{begin}"
             if len(cells) not in (2, 3):
-                found = f"a rule of {len(cells)} rows"
-                raise NotationError(found, place=place, wanted="two or three")
+                refuse(place, f"a rule of {len(cells)} rows", "two or three")
             if not any(deleted):
-                found = "a rule that deletes nothing, it would never end"
-                raise NotationError(found, place=place, wanted="a row with D")
+                refuse(place, "a rule that deletes nothing, it would never end", "a row with D")
             rules.append(Rule(begin, tuple(cells), tuple(deleted)))
             begin = 0
         elif begin and not mark:
             action, *cell = (word.lower() for word in words)
             if len(cell) != 2 or action not in ("l", "d"):
-                wanted = '"L direction level" or "D direction level"'
-                raise NotationError(f'"{line}"', place=place, wanted=wanted)
+                refuse(place, f'"{line}"', '"L direction level" or "D direction level"')
             direction, level = cell
             if direction not in DIRECTION_CODES:
-                raise NotationError(f'"{shown(direction)}"', place=place, wanted="a direction")
+                refuse(place, f'"{shown(direction)}"', "a direction")
             if level not in LEVEL_CODES:
-                raise NotationError(f'"{shown(level)}"', place=place, wanted="high, mid or low")
+                refuse(place, f'"{shown(level)}"', "high, mid or low")
             cells.append((DIRECTION_CODES[direction], LEVEL_CODES[level]))
             deleted.append(action == "d")
         else:
             wanted = "a row of the rule or #rule_end#" if begin else "#rule_start#"
-            raise NotationError(f'"{line}"', place=place, wanted=wanted)
+            refuse(place, f'"{line}"', wanted)
     if begin:
-        raise NotationError("a rule without an end", place=f"{name}:{begin}", wanted="#rule_end#")
+        refuse(f"{name}:{begin}", "a rule without an end", "#rule_end#")
     return tuple(rules)
 
 

@@ -15,9 +15,9 @@ from math import asin, atan2, cos, degrees, hypot, radians, sin
 from typing import Any, NamedTuple
 
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, LEVELS
-from lanindex.errors import NotationError, shown
+from lanindex.errors import shown
 from lanindex.model import Score
-from lanindex.notation.text import DECIMAL, decoded, unique_keys
+from lanindex.notation.text import DECIMAL, decoded, refuse, unique_keys
 from lanindex.notation.tiers import SECOND, TierEntry, duration, entries_of, score_of
 
 ARMS = {
@@ -87,7 +87,7 @@ def read(content: bytes, place: str) -> Score:
     for name, time, position in positions:
         where, marks = f"{place}: {name}", position.pop(_MARKS, {})
         if not isinstance(marks, dict):
-            raise NotationError(f"{_MARKS} {shown(str(marks))}", place=where, wanted="an object")
+            refuse(where, f"{_MARKS} {shown(str(marks))}", "an object")
         for column, value in position.items():
             if column not in (*ARMS, _HEAD, _TURN):
                 warnings[f'the column "{shown(column)}" is no part of the body: left out'] = None
@@ -115,19 +115,18 @@ def _gesture(content: bytes, place: str) -> dict[str, Any]:
     try:
         found = json.loads(text, object_pairs_hook=unique_keys, parse_constant=float)
     except json.JSONDecodeError as error:
-        where = f"{place}:{error.lineno}"
-        raise NotationError(f"damaged JSON ({error.msg})", place=where) from error
+        refuse(f"{place}:{error.lineno}", f"damaged JSON ({error.msg})")
     except (ValueError, RecursionError) as error:
         found, wanted = f"JSON that cannot be read ({error})", "a whole file"
-        raise NotationError(shown(found, 200), place=place, wanted=wanted) from error
+        refuse(place, shown(found, 200), wanted)
     wanted = "an object with one gesture, which holds Position0, Position1 ..."
     if not isinstance(found, dict):
-        raise NotationError("no gesture", place=place, wanted=wanted)
+        refuse(place, "no gesture", wanted)
     if len(found) != 1:
-        raise NotationError(f"{len(found)} gestures", place=place, wanted=wanted)
+        refuse(place, f"{len(found)} gestures", wanted)
     ((name, gesture),) = found.items()
     if not isinstance(gesture, dict):
-        raise NotationError(f'"{shown(name)}" is no gesture', place=place, wanted=wanted)
+        refuse(place, f'"{shown(name)}" is no gesture', wanted)
     return gesture
 
 
@@ -138,19 +137,18 @@ def _positions(gesture: dict[str, Any], place: str) -> Iterator[tuple[str, int, 
         match = _POSITION.fullmatch(name)
         if match is None or not isinstance(position, dict):
             found = f'"{shown(name)}"' if match is None else f"{name} is no position"
-            raise NotationError(found, place=place, wanted="Position0, Position1 ... with columns")
+            refuse(place, found, "Position0, Position1 ... with columns")
         numbers[name] = int(match[1])
     before = -1
     for name in sorted(numbers, key=lambda name: numbers[name]):
         where, position = f"{place}: {name}", gesture[name]
         text = _words(position.get(_TIME), 1)[0]
         if not DECIMAL.fullmatch(text):
-            found = f'the start time "{shown(text)}"'
-            raise NotationError(found, place=where, wanted="milliseconds from 0")
+            refuse(where, f'the start time "{shown(text)}"', "milliseconds from 0")
         time = int(float(text) + 0.5)
         if time < before or (time == before and _ANEW not in str(position.get(_MARKS))):
             found = f"at {time / SECOND:g} s, not behind the position before it"
-            raise NotationError(found, place=where, wanted="times that rise")
+            refuse(where, found, "times that rise")
         before = time
         yield name, time, {key: value for key, value in position.items() if key not in _TIMES}
 
@@ -167,7 +165,7 @@ def _pointed(value: Any, place: str) -> str:
     found = _CELLS.get((" ".join(way.split()), level))
     if found is None:
         wanted = 'a direction and a level like ["Left Forward", "Normal"]'
-        raise NotationError(shown(json.dumps(value)), place=place, wanted=wanted)
+        refuse(place, shown(json.dumps(value)), wanted)
     return found
 
 
@@ -175,8 +173,7 @@ def _turned(value: Any, place: str) -> str:
     """Return degrees to the left."""
     way, number = _words(value, 2)
     if not _DEGREES.fullmatch(number) or way not in ("ToLeft", "ToRight"):
-        wanted = '["ToLeft", degrees] or ["ToRight", degrees]'
-        raise NotationError(shown(json.dumps(value)), place=place, wanted=wanted)
+        refuse(place, shown(json.dumps(value)), '["ToLeft", degrees] or ["ToRight", degrees]')
     return f"{way} {round(float(number)) * (1 if way == 'ToLeft' else -1)}"
 
 

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from io import StringIO, TextIOWrapper
 from itertools import islice, pairwise
-from typing import IO, Any, NoReturn
+from typing import IO, Any
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from lanindex.model import Capture, Meter, Score, Track
 from lanindex.model.symbol import FIELDS, blank
 from lanindex.notation.beats import ticks_at
 from lanindex.notation.lnd import PART, track_of
-from lanindex.notation.text import decoded, unique_keys
+from lanindex.notation.text import decoded, refuse, unique_keys
 
 COLUMNS: dict[str, type] = {
     **{"capture": str, "capture_id": int, "fps": float, "frames": int, "part": str},
@@ -59,29 +59,25 @@ def score_of(rows: Iterable[tuple[str, Mapping[str, Any]]], place: str) -> Score
     wholes: dict[str, dict[Any, None]] = {name: {} for name in ("capture", "fps", "frames")}
     for where, row in rows:
         if absent := [name for name in _FEWEST if row.get(name) is None]:
-            _refuse(where, f"no {absent[0]}", f"the columns {', '.join(_FEWEST)}")
+            refuse(where, f"no {absent[0]}", f"the columns {', '.join(_FEWEST)}")
         for name, found in wholes.items():
             found[row.get(name)] = None
             if len(found) > 1:
                 both = " and ".join(shown(str(it)) for it in found)
-                _refuse(where, f"{name} {both}", "one score")
+                refuse(where, f"{name} {both}", "one score")
         one = _Row(where, row)
         parts[one.part].append(one)
     rate, declared = (next(iter(wholes[name]), None) for name in ("fps", "frames"))
     if rate is not None and not 0 < rate < 100_000:
-        _refuse(place, f"{rate:g} frames a second", "more than 0")
+        refuse(place, f"{rate:g} frames a second", "more than 0")
     last = max((one.stop for own in parts.values() for one in own), default=0)
     frames = max(declared or 0, last)
     exact = Fraction(str(rate)) if rate is not None else Meter().tick_rate
     try:
         tracks = {part: _track(part, own, frames, exact) for part, own in parts.items()}
     except OverflowError:  # a rate so small or so exact that its ticks have no room in 64 bits
-        _refuse(place, f"{rate:g} frames a second", "a rate whose ticks have room")
+        refuse(place, f"{rate:g} frames a second", "a rate whose ticks have room")
     return Score(exact, frames, Meter(), tracks)
-
-
-def _refuse(place: str, found: str, wanted: str) -> NoReturn:
-    raise NotationError(found, place=place, wanted=wanted)
 
 
 class _Row:
@@ -93,10 +89,10 @@ class _Row:
         self.where = where
         self.part: str = row["part"]
         if not PART.fullmatch(self.part):
-            _refuse(where, f'the part "{shown(self.part)}"', "one like r_arm")
+            refuse(where, f'the part "{shown(self.part)}"', "one like r_arm")
         self.start, self.stop = row["start_frame"], row["end_frame"]
         if not 0 <= self.start <= self.stop <= _MOST:
-            _refuse(where, f"frames {self.start} to {self.stop}", "from 0, and an end behind it")
+            refuse(where, f"frames {self.start} to {self.stop}", "from 0, and an end behind it")
         self.passing = bool(row.get("passing"))
         self.values: dict[str, float] = {}
         kind = KINDS[kind_of(self.part)]
@@ -106,20 +102,20 @@ class _Row:
             known = kind.directions if name == "direction" else tuple(codes)
             wanted = " ".join(known) if name in kind.fields else f"none of a {kind.name}"
             if (word in known) != (name in kind.fields) or (word and name not in kind.fields):
-                _refuse(where, f'the {name} "{shown(str(word))}" of {self.part}', wanted)
+                refuse(where, f'the {name} "{shown(str(word))}" of {self.part}', wanted)
             self.values[name] = codes[word] if word else -1
             self.values[f"runner_{name}"] = next((codes[it] for it in runner_up if it in codes), -1)
         amount = row.get("amount")
         most = len(kind.amounts) - 1 if kind.amounts else MOST_AMOUNT
         if (amount is None and "amount" in kind.fields) or not -1 < (amount or 0) <= most:
-            _refuse(where, f"the amount {amount} of {self.part}", f"0 to {most}")
+            refuse(where, f"the amount {amount} of {self.part}", f"0 to {most}")
         self.values["amount"] = -1 if amount is None else amount
         for name in _MEASURED:
             value, limit = row.get(name), FIELDS[name].most / FIELDS[name].scale
             if value is None:
                 continue
             if not 0 <= value <= limit:
-                _refuse(where, f"{name} {value:g}", f"0 to {limit:g}")
+                refuse(where, f"{name} {value:g}", f"0 to {limit:g}")
             self.values[name] = value
 
 
@@ -129,7 +125,7 @@ def _track(part: str, own: list[_Row], frames: int, rate: Fraction) -> Track:
     for one, two in pairwise(one for one in own if not one.passing):
         if two.start < one.stop or two.stop == one.start:
             found = f"{part} from frame {two.start}, where one from {one.start} is not over"
-            _refuse(two.where, found, "one at a time")
+            refuse(two.where, found, "one at a time")
     rows = blank(len(own))
     rows["margin"] = 1
     rows["start"], rows["stop"] = [one.start for one in own], [one.stop for one in own]
@@ -166,7 +162,7 @@ def typed(values: Mapping[str, Any], place: str) -> dict[str, Any]:
         except (ValueError, TypeError, OverflowError):
             sound = False
         if not sound:
-            _refuse(place, f'{name} "{shown(str(value))}"', _WANTED[kind])
+            refuse(place, f'{name} "{shown(str(value))}"', _WANTED[kind])
     return row
 
 
@@ -178,19 +174,19 @@ def read_csv(content: bytes, place: str) -> Score:
         names: list[str] = next(lines, [])
         if absent := [name for name in ("part", "start_frame") if name not in names]:
             wanted = f"a line of names, as {', '.join(COLUMNS)}"
-            _refuse(place, f"no column {absent[0]}", wanted)
+            refuse(place, f"no column {absent[0]}", wanted)
         if again := [name for at, name in enumerate(names) if name in names[:at]]:
-            _refuse(place, f"the column {shown(again[0])} twice", "each once")
+            refuse(place, f"the column {shown(again[0])} twice", "each once")
         for values in filter(None, lines):
             where = f"{place}:{lines.line_num}"
             if len(values) != len(names):
-                _refuse(where, f"{len(values)} values", f"{len(names)}, as in the first line")
+                refuse(where, f"{len(values)} values", f"{len(names)}, as in the first line")
             yield where, typed(dict(zip(names, values, strict=True)), where)
 
     try:
         return score_of(rows(), place)
     except csv.Error as error:
-        raise NotationError(str(error), place=f"{place}:{lines.line_num}") from error
+        refuse(f"{place}:{lines.line_num}", str(error))
 
 
 def save_csv(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
@@ -217,9 +213,9 @@ def read_jsonl(content: bytes, place: str) -> Score:
             try:
                 row = json.loads(line, object_pairs_hook=unique_keys)
             except (ValueError, RecursionError) as error:
-                _refuse(where, shown(f"damaged JSON ({error})", 200), "an object a line")
+                refuse(where, shown(f"damaged JSON ({error})", 200), "an object a line")
             if not isinstance(row, dict):
-                _refuse(where, shown(line.strip()), "an object a line")
+                refuse(where, shown(line.strip()), "an object a line")
             yield where, typed(row, where)
 
     return score_of(rows(), place)
@@ -265,8 +261,7 @@ def read_parquet(content: bytes, place: str) -> Score:
     try:
         return score_of(rows(), place)
     except (pa.ArrowException, OSError, ValueError, KeyError, TypeError) as error:
-        found = f"damaged Parquet ({shown(str(error), 100)})"
-        raise NotationError(found, place=place, wanted="a whole file") from error
+        refuse(place, f"damaged Parquet ({shown(str(error), 100)})", "a whole file")
 
 
 def save_parquet(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:

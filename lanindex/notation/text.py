@@ -11,10 +11,15 @@ from fractions import Fraction
 from functools import lru_cache
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from lanindex.errors import NotationError, shown
 from lanindex.notation import content_of
+
+
+def refuse(place: str, found: str, wanted: str = "") -> NoReturn:
+    """Refuse a file for what is found in it."""
+    raise NotationError(found, place=place, wanted=wanted)
 
 
 def decoded(source: bytes, place: str, wanted: str) -> str:
@@ -29,8 +34,7 @@ def decoded(source: bytes, place: str, wanted: str) -> str:
         raise NotationError(found, place=f"{place}:{line}", wanted=wanted, remedy=remedy) from error
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
-        wanted = f"{wanted}, which is text"
-        raise NotationError("binary data", place=f"{place}:{line}", wanted=wanted)
+        refuse(f"{place}:{line}", "binary data", f"{wanted}, which is text")
     return text
 
 
@@ -59,7 +63,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         found = "brackets inside brackets, too many"
     except ValueError:  # the one that Python refuses to read
         found, wanted = "a number without end", f"at most {sys.get_int_max_str_digits()} digits"
-    raise NotationError(found, place=str(path), wanted=wanted)
+    refuse(str(path), found, wanted)
 
 
 def words_of(text: str) -> Iterator[tuple[int, list[str]]]:

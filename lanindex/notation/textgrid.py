@@ -10,7 +10,7 @@ from collections import defaultdict
 
 from lanindex.errors import NotationError, shown
 from lanindex.model import Score
-from lanindex.notation.text import decoded
+from lanindex.notation.text import decoded, refuse
 from lanindex.notation.tiers import SECOND, TierEntry, duration, entries_of, is_part, score_of
 
 _STARTS = " starts"  # ends the name of a tier of starting positions
@@ -105,8 +105,7 @@ def read(content: bytes, place: str) -> Score:
         else:
             tiers[part] += entries
     if number and not tiers:
-        wanted = "one that is named as r_arm"
-        raise NotationError("no tier of a part of the body", place=place, wanted=wanted)
+        refuse(place, "no tier of a part of the body", "one that is named as r_arm")
     return score_of(tiers, place, warnings, end)
 
 

@@ -26,9 +26,10 @@ from lanindex.alphabet import (
     TRACKS,
     kind_of,
 )
-from lanindex.errors import ExportError, NotationError, shown
+from lanindex.errors import ExportError, shown
 from lanindex.model import Score, Track
 from lanindex.notation.lnd import PART, LndReader, SymbolLine, fields_of, rank
+from lanindex.notation.text import refuse
 
 SECOND = 1000  # units of time in a second
 
@@ -94,13 +95,13 @@ def score_of(
     page.understood, page.total = True, -(-length // (4 * SECOND))
     for part, entries in tiers.items():
         if not PART.fullmatch(part):
-            raise NotationError(f'the part "{shown(part)}"', place=place, wanted="one like r_arm")
+            refuse(place, f'the part "{shown(part)}"', "one like r_arm")
         ordered, degrees, before = sorted(entries, key=lambda it: (it.start, it.stop)), [], None
         for it in ordered:
             where = f"{place}: {part} at {it.start / SECOND:g} s"
             if before and (it.start < before.stop or it.stop == before.start):
                 found = f"begins before what begins at {before.start / SECOND:g} s is over"
-                raise NotationError(found, place=where, wanted="one at a time")
+                refuse(where, found, "one at a time")
             cell, degree = _read(part, it.words, where)
             times = Fraction(it.start, SECOND), Fraction(it.stop, SECOND)
             page.written.append(SymbolLine(part, cell, 1, *times, 0))
@@ -125,18 +126,16 @@ def _read(part: str, words: str, place: str) -> tuple[tuple[int, ...], int]:
         word = rest.pop(0) if rest else ("" if codes else "0deg")
         degrees = _DEGREES.fullmatch(word)
         if codes and word not in codes:
-            raise _fault(words, place, " ".join(codes))
+            refuse(place, f'"{shown(words)}"', " ".join(codes))
         if not codes and (degrees is None or int(degrees[1]) > MOST_AMOUNT):
-            raise _fault(words, place, f"degrees at its end, like 90deg, at most {MOST_AMOUNT}")
+            refuse(
+                place, f'"{shown(words)}"', f"degrees at its end, like 90deg, at most {MOST_AMOUNT}"
+            )
         cell.append(int(degrees[1]) if degrees else codes[word])
     bend = " ".join(rest)
     if bend and (kind_of(part) != "gesture" or bend not in HOW_BENT):
-        raise _fault(words, place, f"no more than {' and '.join(fields)}")
+        refuse(place, f'"{shown(words)}"', f"no more than {' and '.join(fields)}")
     return tuple(cell), HOW_BENT.index(bend) if bend else -1
-
-
-def _fault(words: str, place: str, wanted: str) -> NotationError:
-    return NotationError(f'"{shown(words)}"', place=place, wanted=wanted)
 
 
 _DEEPEST = 100  # elements inside elements: those of notations are a dozen
@@ -150,13 +149,11 @@ def parse_xml(content: bytes, place: str, root: str) -> Element:
         document = ElementTree.parse(BytesIO(content), XMLParser(target=builder)).getroot()
     except expat.ExpatError as error:
         found = f"damaged XML ({expat.ErrorString(error.code)})"
-        where = f"{place}:{error.lineno}"
-        raise NotationError(found, place=where, wanted="a whole file") from error
+        refuse(f"{place}:{error.lineno}", found, "a whole file")
     except (ParseError, ValueError, LookupError) as error:
-        raise NotationError(f"XML that cannot be read ({error})", place=place) from error
+        refuse(place, f"XML that cannot be read ({error})")
     if document.tag != root:
-        found = f"XML of <{shown(document.tag)}>"
-        raise NotationError(found, place=place, wanted=f"<{root}>")
+        refuse(place, f"XML of <{shown(document.tag)}>", f"<{root}>")
     return document
 
 
@@ -167,15 +164,14 @@ def _look(content: bytes, place: str) -> None:
 
     def declared(*_: object) -> None:
         line = parser.CurrentLineNumber
-        raise NotationError("a DTD", place=f"{place}:{line}", wanted="XML without one")
+        refuse(f"{place}:{line}", "a DTD", "XML without one")
 
     def begun(*_: object) -> None:
         nonlocal depth
         depth += 1
         if depth > _DEEPEST:
             line = parser.CurrentLineNumber
-            found = f"more than {_DEEPEST} elements inside each other"
-            raise NotationError(found, place=f"{place}:{line}", wanted="fewer")
+            refuse(f"{place}:{line}", f"more than {_DEEPEST} elements inside each other", "fewer")
 
     def ended(_: str) -> None:
         nonlocal depth
