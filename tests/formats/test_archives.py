@@ -11,7 +11,7 @@ import pytest
 
 from lanindex import formats
 from lanindex.errors import CaptureError, LanindexError
-from lanindex.formats import archives, table
+from lanindex.formats import archives, point_tables
 from lanindex.formats.file import siblings
 from lanindex.pipeline import open_library
 from lanindex.pipeline.discover import discover
@@ -70,7 +70,7 @@ def test_a_packed_tar_is_unpacked_twice_at_most(tmp_path: Path, monkeypatch) -> 
     monkeypatch.setattr(
         _compression.DecompressReader, "_rewind", lambda it: rewound.append(1) or rewind(it)
     )
-    rows = table.write(formats.read(COMPASS)).splitlines(keepends=True)
+    rows = point_tables.write(formats.read(COMPASS)).splitlines(keepends=True)
     files = {f"{it:02}.csv": b"".join(rows[: 9 + it]) for it in reversed(range(20))}
     path = tarred(tmp_path / "a.tgz", files)
     found = list(discover([path]))
