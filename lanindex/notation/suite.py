@@ -82,7 +82,7 @@ def read(content: bytes, place: str) -> Score:
     """
     columns: dict[str, list[_Position]] = defaultdict(list)
     warnings: dict[str, None] = {}
-    positions = list(_positions(_gesture(content, place), place))
+    positions = list(_positions(content, place))
     times = [time for _, time, _ in positions] or [0]
     for name, time, position in positions:
         where, marks = f"{place}: {name}", position.pop(_MARKS, {})
@@ -92,7 +92,7 @@ def read(content: bytes, place: str) -> Score:
             if column not in (*ARMS, _HEAD, _TURN):
                 warnings[f'the column "{shown(column)}" is no part of the body: left out'] = None
                 continue
-            words = (_turned if column == _TURN else _pointed)(value, f"{where}, {column}")
+            words = _our_words(column, value, f"{where}, {column}")
             columns[column].append(_Position(time, words, str(marks.get(column, ""))))
     tiers = {part: _moves(columns[name], times[0]) for name, (part, _) in ARMS.items()}
     tiers["body_turn"] = _turns(columns[_TURN])
@@ -109,29 +109,23 @@ def read(content: bytes, place: str) -> Score:
     return score_of({part: it for part, it in tiers.items() if it}, place, warnings, times[-1])
 
 
-def _gesture(content: bytes, place: str) -> dict[str, Any]:
-    """Return the positions of the one gesture that a file holds, by name."""
+def _positions(content: bytes, place: str) -> Iterator[tuple[str, int, dict[str, Any]]]:
+    """Yield name, time in milliseconds and other columns of each position, by number."""
     text = decoded(content, place, "a gesture of LabanotationSuite")
     try:
-        found = json.loads(text, object_pairs_hook=unique_keys, parse_constant=float)
+        gestures = json.loads(text, object_pairs_hook=unique_keys, parse_constant=float)
     except json.JSONDecodeError as error:
         refuse(f"{place}:{error.lineno}", f"damaged JSON ({error.msg})")
     except (ValueError, RecursionError) as error:
-        found, wanted = f"JSON that cannot be read ({error})", "a whole file"
-        refuse(place, shown(found, 200), wanted)
+        refuse(place, shown(f"JSON that cannot be read ({error})", 200), "a whole file")
     wanted = "an object with one gesture, which holds Position0, Position1 ..."
-    if not isinstance(found, dict):
+    if not isinstance(gestures, dict):
         refuse(place, "no gesture", wanted)
-    if len(found) != 1:
-        refuse(place, f"{len(found)} gestures", wanted)
-    ((name, gesture),) = found.items()
+    if len(gestures) != 1:
+        refuse(place, f"{len(gestures)} gestures", wanted)
+    ((name, gesture),) = gestures.items()
     if not isinstance(gesture, dict):
         refuse(place, f'"{shown(name)}" is no gesture', wanted)
-    return gesture
-
-
-def _positions(gesture: dict[str, Any], place: str) -> Iterator[tuple[str, int, dict[str, Any]]]:
-    """Yield name, time in milliseconds and other columns of each position, by number."""
     numbers: dict[str, int] = {}
     for name, position in gesture.items():
         match = _POSITION.fullmatch(name)
@@ -160,21 +154,18 @@ def _words(value: Any, count: int) -> list[str]:
     return [""] * count
 
 
-def _pointed(value: Any, place: str) -> str:
-    way, level = (word.title() for word in _words(value, 2))
-    found = _CELLS.get((" ".join(way.split()), level))
-    if found is None:
+def _our_words(column: str, value: Any, place: str) -> str:
+    """Return a direction and a level, or degrees to the left."""
+    way, amount = _words(value, 2)
+    if column == _TURN:
+        if _DEGREES.fullmatch(amount) and way in ("ToLeft", "ToRight"):
+            return f"{way} {round(float(amount)) * (1 if way == 'ToLeft' else -1)}"
+        wanted = '["ToLeft", degrees] or ["ToRight", degrees]'
+    else:
+        if words := _CELLS.get((" ".join(way.title().split()), amount.title())):
+            return words
         wanted = 'a direction and a level like ["Left Forward", "Normal"]'
-        refuse(place, shown(json.dumps(value)), wanted)
-    return found
-
-
-def _turned(value: Any, place: str) -> str:
-    """Return degrees to the left."""
-    way, number = _words(value, 2)
-    if not _DEGREES.fullmatch(number) or way not in ("ToLeft", "ToRight"):
-        refuse(place, shown(json.dumps(value)), '["ToLeft", degrees] or ["ToRight", degrees]')
-    return f"{way} {round(float(number)) * (1 if way == 'ToLeft' else -1)}"
+    refuse(place, shown(json.dumps(value)), wanted)
 
 
 def _moves(column: Iterable[_Position], opens: int) -> list[TierEntry]:
@@ -262,14 +253,10 @@ def _between(before: str, move: TierEntry, time: int) -> str:
     """Return the direction that is nearest on the straight way of a movement."""
     share = (time - move.start) / (move.stop - move.start)
     ends = zip(_vector(before), _vector(move.words), strict=True)
-    return _nearest(*(one + (two - one) * share for one, two in ends)) or move.words
-
-
-def _nearest(x: float, y: float, z: float) -> str:
-    """Return the direction and level nearest to a vector (right, forward, up), "" for none."""
+    x, y, z = (one + (two - one) * share for one, two in ends)  # right, forward, up
     size = hypot(x, y, z)
     if size < _NOWHERE:
-        return ""
+        return move.words
     rise = round(degrees(asin(max(-1.0, min(1.0, z / size)))) / 45)
     way = "place" if abs(rise) == 2 else DIRECTIONS[round(degrees(atan2(y, x)) / 45) % 8]
     return f"{way} {LEVELS[max(-1, min(1, rise)) + 1]}"
