@@ -126,6 +126,18 @@ def minimum_jerk(share: Floats) -> Floats:
     return share**3 * (10 - 15 * share + 6 * share**2)
 
 
+def dot(one: Floats, other: Floats) -> Floats:
+    """Return products of vectors, (..., 3), as (..., 1)."""
+    product: Floats = np.sum(one * other, axis=-1, keepdims=True)
+    return product
+
+
+def unit(vectors: Floats) -> Floats:
+    """Return vectors, (..., 3), at length 1."""
+    found: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
+    return found
+
+
 def great_circle(start: Floats, stop: Floats, share: Floats, side: Floats) -> Floats:
     """Return directions along the shorter great circle between two.
 
@@ -205,14 +217,14 @@ def face_palms(
     for part, (out, arrived) in wanted.items():
         names = part[0].upper() + "Wrist", part[0].upper() + "Hand"
         wrist, tip = (int(body.skeleton.body[JOINT_CODES[name]]) for name in names)
-        along = _unit(joints[:, tip] - joints[:, wrist])
-        palm = out - _dot(out, along) * along
+        along = unit(joints[:, tip] - joints[:, wrist])
+        palm = out - dot(out, along) * along
         size = np.linalg.norm(palm, axis=1)
         if (size[arrived] < NEARLY).any():
             warnings.append(f"{part} cannot face along the hand: it comes as near as it can")
         none = size < _SLIGHT
         palm[none] = np.cross(along[none], np.eye(3)[np.abs(along[none]).argmin(axis=1)])
-        thumb = np.cross(along, _unit(palm)) * (1 if part[0] == "r" else -1)
+        thumb = np.cross(along, unit(palm)) * (1 if part[0] == "r" else -1)
         for joint in (number for number, bone in enumerate(body.bones) if bone == part):
             far, _, aside = body.skeleton.offsets[joint].tolist()
             above = joints[:, body.skeleton.parents[joint]]
@@ -227,16 +239,6 @@ def palm_axes(joints: Floats, body: Body) -> dict[str, NDArray[np.float32]]:
         wrist = joints[:, body.skeleton.body[JOINT_CODES[hand[0] + "Wrist"]]]
         across, along = joints[:, first] - joints[:, last], joints[:, first] - wrist
         found[hand] = facing(hand, across, along).astype(np.float32)
-    return found
-
-
-def _dot(one: Floats, other: Floats) -> Floats:
-    product: Floats = np.sum(one * other, axis=-1, keepdims=True)
-    return product
-
-
-def _unit(vectors: Floats) -> Floats:
-    found: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
     return found
 
 
@@ -285,11 +287,9 @@ def head_right(up: Floats, trunk: Floats, across: Floats) -> Floats:
 
     `up` is where its top points, `trunk` the chest's up and `across` its right, turned as the head.
     """
-    along = np.sum(up * trunk, axis=1, keepdims=True)
+    along = dot(up, trunk)
     along = np.where(np.abs(along) < _SLIGHT, _SLIGHT, along)
-    right = across - np.sum(up * across, axis=1, keepdims=True) / along * trunk
-    found: Floats = right / np.linalg.norm(right, axis=1, keepdims=True)
-    return found
+    return unit(across - dot(up, across) / along * trunk)
 
 
 TOUCHES = {"hands_touch": "RL", "r_hand_touch": "R", "l_hand_touch": "L"}
@@ -330,9 +330,9 @@ def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> list
         shoulder, elbow, wrist, hand = (
             seen[side + it] for it in ("Shoulder", "Elbow", "Wrist", "Hand")
         )
-        up = _unit(seen["Neck"] - seen["Pelvis"])
+        up = unit(seen["Neck"] - seen["Pelvis"])
         right = seen["RHip"] - seen["LHip"]
-        right = _unit(right - (right * up).sum(axis=1, keepdims=True) * up)
+        right = unit(right - dot(right, up) * up)
         out = right * (1 if side == "R" else -1)
         axes = np.stack([np.cross(up, right), up, out], axis=1)  # of the trunk, (T, 3, 3)
         ends, along, way = _PLACES[thing]
@@ -347,7 +347,7 @@ def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> list
                 None
             )
             continue
-        palm = wrist + PALM * arm * _unit(hand - wrist)
+        palm = wrist + PALM * arm * unit(hand - wrist)
         palm += (target - palm) * done[:, None]
         elbow, wrist = _folded_arm(shoulder, palm, axes, elbow, done, body)
         joints[some, numbers[side + "Elbow"]] = elbow
@@ -356,7 +356,7 @@ def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> list
         for number, parent in enumerate(body.skeleton.parents):
             if parent == before:  # those beyond the wrist are in line
                 far += float(np.linalg.norm(body.skeleton.offsets[number]))
-                joints[some, number] = wrist + far * _unit(palm - wrist)
+                joints[some, number] = wrist + far * unit(palm - wrist)
                 before = number
         for name in (side + it for it in ("Elbow", "Wrist", "Hand")):
             places[name][some] = joints[some, numbers[name]]
@@ -396,11 +396,11 @@ def _folded_arm(
     lower = forearm + PALM * (upper + forearm)
     way = palm - shoulder
     far = np.clip(np.linalg.norm(way, axis=1, keepdims=True), 1e-9, upper + lower)
-    way = _unit(way)
+    way = unit(way)
     bend = np.einsum("i,tij->tj", _BEND, axes) * share[:, None]
     bend += (elbow - shoulder) / upper * (1 - share[:, None])
-    bend = _unit(bend - (bend * way).sum(axis=1, keepdims=True) * way)
+    bend = unit(bend - dot(bend, way) * way)
     along = (upper**2 - lower**2 + far**2) / (2 * far)
     out = np.sqrt(np.maximum(upper**2 - along**2, 0))
     found = shoulder + along * way + out * bend
-    return found, found + forearm * _unit(palm - found)
+    return found, found + forearm * unit(palm - found)

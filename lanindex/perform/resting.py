@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import CARRIERS
 from lanindex.model import Score
-from lanindex.perform.limbs import Body, minimum_jerk
+from lanindex.perform.limbs import FORWARD, Body, dot, minimum_jerk, unit
 
 Floats = NDArray[np.float64]
 
@@ -245,13 +245,10 @@ def straight(start: Floats, stop: Floats, share: Floats) -> Floats:
 
 def slerp(start: Floats, stop: Floats, share: Floats) -> Floats:
     """Return directions on the way from one to another, (T, 3); opposite ones pass the front."""
-    along = np.clip(np.sum(start * stop, axis=1, keepdims=True), -1, 1)
+    along = np.clip(dot(start, stop), -1, 1)
     across = stop - along * start
     size = np.linalg.norm(across, axis=1, keepdims=True)
-    ahead = np.array([1.0, 0.0, 0.0])
-    other = ahead - np.sum(start * ahead, axis=1, keepdims=True) * start
-    across = np.where(size < 1e-6, other, across)
-    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
+    across = unit(np.where(size < 1e-6, FORWARD - dot(start, FORWARD) * start, across))
     angle = np.arctan2(size, along) * share[:, None]
     found: Floats = np.cos(angle) * start + np.sin(angle) * across
     return found
@@ -259,8 +256,7 @@ def slerp(start: Floats, stop: Floats, share: Floats) -> Floats:
 
 def above(ways: Floats, high: Floats) -> Floats:
     """Raise directions, (T, 3), to end above the floor; `high` (T,) is their start in lengths."""
-    ahead = ways * [1, 0, 1] + [1e-6, 0, 0]  # of what points straight down, too
-    ahead /= np.linalg.norm(ahead, axis=1, keepdims=True)
+    ahead = unit(ways * [1, 0, 1] + [1e-6, 0, 0])  # of what points straight down, too
     up = np.maximum(ways[:, 1], np.clip(-high, -1, 1))
     found: Floats = np.sqrt(1 - np.minimum(up**2, 1))[:, None] * ahead
     found[:, 1] = up

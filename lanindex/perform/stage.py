@@ -25,6 +25,7 @@ from lanindex.perform.limbs import (
     bring_hands,
     chest_axes,
     direction_vector,
+    dot,
     face_palms,
     great_circle,
     head_right,
@@ -33,6 +34,7 @@ from lanindex.perform.limbs import (
     reach_when_bent,
     reaches,
     standard,
+    unit,
 )
 from lanindex.perform.resting import OTHER, rest_bones
 from lanindex.perform.travel import WEIGHT, Travel, travel_of
@@ -161,7 +163,7 @@ def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
                 bones[lower] = bones[lower] if part in score.tracks else own[upper]
             bones[lower] = own.get(lower, bones[lower])
         bones[f"{side}_hand"] = own.get(f"{side}_hand", bones[f"{side}_forearm"])
-        standing = np.broadcast_to(body.toe / np.linalg.norm(body.toe), (len(times), 3))
+        standing = np.broadcast_to(unit(body.toe), (len(times), 3))
         turned = _turned(standing, -UP, bones[f"{side}_shank"])
         bones[f"{side}_foot"] = bones[f"{side}_toes"] = own.get(f"{side}_foot", turned)
         bones |= {part: own[part] for part in FACING if part in own}
@@ -237,9 +239,7 @@ def _ways(reach: Reach, limb: Limb, mirror: Floats) -> tuple[Floats, Floats, Flo
 
 def _across(vector: Floats, way: Floats) -> Floats:
     """Return the directions at right angles to ways, (T, 3), that are nearest to a vector."""
-    aside = vector - (way @ vector)[:, None] * way
-    found: Floats = aside / np.linalg.norm(aside, axis=1, keepdims=True)
-    return found
+    return unit(vector - (way @ vector)[:, None] * way)
 
 
 def _carried(across: Floats, ends: Floats, way: Floats, share: Floats) -> Floats:
@@ -261,7 +261,7 @@ def _carried(across: Floats, ends: Floats, way: Floats, share: Floats) -> Floats
 
 def _spun(vectors: Floats, axis: Floats, angle: Any) -> Floats:
     """Turn vectors about an axis by angles, radians."""
-    along = np.sum(axis * vectors, axis=-1, keepdims=True) * axis
+    along = dot(axis, vectors) * axis
     spun: Floats = (
         along + np.cos(angle) * (vectors - along) + np.sin(angle) * np.cross(axis, vectors)
     )
@@ -276,7 +276,7 @@ def _turned(vectors: Floats, start: Floats, stop: Floats) -> Floats:
     axis = np.cross(start, stop)
     sine, cosine = np.linalg.norm(axis, axis=1, keepdims=True), (stop @ start)[:, None]
     axis = axis / np.where(sine > 0, sine, 1)
-    along = np.sum(axis * vectors, axis=1, keepdims=True) * axis
+    along = dot(axis, vectors) * axis
     turned: Floats = cosine * (vectors - along) + along + sine * np.cross(axis, vectors)
     opposite = (sine[:, 0] < 1e-9) & (cosine[:, 0] < 0)
     turned[opposite] = vectors[opposite] * [-1, -1, 1]

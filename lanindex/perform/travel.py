@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTION_CODES, FEET, HIGH, LOW, PLACE
 from lanindex.model import SYMBOL, Score
-from lanindex.perform.limbs import FORWARD, UP, Body, minimum_jerk, reach_when_bent
+from lanindex.perform.limbs import FORWARD, UP, Body, dot, minimum_jerk, reach_when_bent, unit
 from lanindex.perform.resting import (
     LIES,
     CarrierSpan,
@@ -77,10 +77,15 @@ def leg_bones(
     way = (turned(target - hips, -front) - joint) / body.leg
     far, free = np.linalg.norm(way, axis=1), np.clip((raised - stand.high) / LIFTED, 0, 1)
     way *= (1 - free * np.maximum(1 - reach / np.maximum(far, 1e-9), 0))[:, None]
-    thigh, shank = _bent(way, stand.knees[side])
+    reach = np.linalg.norm(way, axis=1, keepdims=True)
+    along, reach = unit(way), np.minimum(reach, 1.0)
+    aside = stand.knees[side] - dot(along, stand.knees[side]) * along
+    size = np.linalg.norm(aside, axis=1, keepdims=True)
+    aside = np.where(size > 1e-6, aside / np.maximum(size, 1e-6), UP)
+    bow = np.sqrt(np.maximum(1 - reach**2, 0)) * aside
+    thigh, shank = reach * along + bow, reach * along - bow
     point = np.stack((tip[:, 0], body.sole + body.leg * raised, tip[:, 1]), axis=1)
-    foot = turned(point - hips, -front) - joint - body.leg / 2 * (thigh + shank)
-    foot /= np.linalg.norm(foot, axis=1, keepdims=True)
+    foot = unit(turned(point - hips, -front) - joint - body.leg / 2 * (thigh + shank))
     toes = above(foot, (body.sole + body.leg * raised) / TOES)
     return {
         f"{side}_thigh": thigh,
@@ -113,18 +118,6 @@ def resting_height(
     if not len(sunk):  # knees that stand up carry nothing
         return leg * SITS
     return float(heights[min(sunk[-1] + 1, HEIGHTS - 1)])
-
-
-def _bent(way: Floats, knees: Floats) -> tuple[Floats, Floats]:
-    """Return where thigh and shank point for an ankle to lie there, (T, 3) lengths of the leg."""
-    reach = np.linalg.norm(way, axis=1, keepdims=True)
-    along = way / np.maximum(reach, 1e-9)
-    reach = np.minimum(reach, 1.0)
-    aside = knees - np.sum(along * knees, axis=1, keepdims=True) * along
-    size = np.linalg.norm(aside, axis=1, keepdims=True)
-    aside = np.where(size > 1e-6, aside / np.maximum(size, 1e-6), UP)
-    bow = np.sqrt(np.maximum(1 - reach**2, 0)) * aside
-    return reach * along + bow, reach * along - bow
 
 
 def toward(azimuth: Any) -> Floats:
