@@ -199,9 +199,8 @@ def _strokes(outline: Points) -> tuple[Points, ...]:
 SMALL = round(0.5 * C)  # the size of numbers, and of narrow signs
 BOW = round(0.3 * C)  # how deep bows are
 _CURVES = 45  # degrees from which on a way is drawn as one that goes round
-
+# Draws a symbol from the middle of its column, its lower end and its height
 Sign = Callable[[Symbol, int, int, int], list[Mark]]
-"""Draws a symbol from the middle of its column, its lower end and its height."""
 
 
 def turn(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:

@@ -49,14 +49,11 @@ _OUTSIDE = (
 """Tracks to the right and to the left of the centre, from it outwards."""
 
 _ALWAYS = 2  # columns inside the staff's lines on each side, whatever the score has
-
+# Tracks that have no column: they are drawn across those of others
 BESIDE = ("jump", "hands_touch", "r_hand_touch", "l_hand_touch")
-"""Tracks that have no column: they are drawn across those of others."""
-
 STANCES = frozenset({"r_stance", "l_stance"})  # tracks that are drawn as holds
-
+# Limbs, and the finer tracks that are drawn where a score has no track of the limb
 _FINER = {"leg": ("thigh", "shank", "foot"), "arm": ("upper_arm", "forearm")}
-"""Limbs, and the finer tracks that are drawn where a score has no track of the limb."""
 
 _TOUCHED = {
     "hand": ("hand", "palm", "forearm", "arm", "upper_arm"),
@@ -468,9 +465,8 @@ def name_of(part: str) -> str:
     return part.removeprefix("r_").removeprefix("l_").removeprefix("body_").replace("_", " ")
 
 
+# How wide the circle is that keeps the weight on one foot, or on both
 ONE, BOTH = round(0.55 * C), round(0.8 * C)
-"""How wide the circle is that keeps the weight on one foot, or on both."""
-
 _LASTS = 0.5  # least counts without a symbol of support that are drawn as a hold of weight
 
 

@@ -113,9 +113,8 @@ StyledLine = tuple[tuple[str, str], ...]
 """Some text, piece by piece, each with its style: ``match``, ``dim``, ``place`` or none."""
 
 _SHORT = Fraction(4)
+# Seconds of a row, and how many rows lie between times: for short stretches, for others
 _STEPS = (Fraction(1, 10), 5), (Fraction(1, 4), 4)
-"""Seconds of a row, and how many rows lie between times: for short stretches, for others."""
-
 _FOLDED = 3  # rows, at most, that say nothing new; more of them are one
 _LINES = 3  # characters of the staff's lines
 _WITHIN = 1 << 20  # sub-rows of a row, for several symbols that begin in it

@@ -265,9 +265,8 @@ def _seen(spread: NDArray[np.float64], turn: float) -> float:
 
 Floats = NDArray[np.float32]
 
+# How many times as high as the body the picture is at most: whoever goes further is followed
 ROOM = 1.3
-"""How many times as high as the body the picture is at most: whoever goes further is followed."""
-
 DEEPEST = 4000.0  # millimetres towards the eye in which the floor is drawn
 LEAST = 600.0  # millimetres that are shown, at least
 ROUND = 160.0  # millimetres left free around the figure: a head is larger than its joint
@@ -404,15 +403,11 @@ LIT: Color = (224, 112, 0)  # of parts that matched
 FLOOR: Color = (222, 222, 222)
 WAY: Color = (120, 160, 210)
 LINE: Color = (200, 16, 46)  # of the line that moves over the staff
-
+# All that is drawn on paper; the first and the last are the staff's ink and band
 COLORS = ((0, 0, 0), INK, LEFT, LIT, FLOOR, WAY, LINE, (252, 227, 178))
-"""All that is drawn on paper; the first and the last are the staff's ink and band."""
-
 SMOOTH = 2  # how many times larger it is drawn than shown
-
+# Millimetres: how thick bones are; the radius of a head, and of the spot below the pelvis
 BONE, HEAD, SPOT = 26.0, 95.0, 45.0
-"""Millimetres: how thick bones are; the radius of a head, and of the spot below the pelvis."""
-
 TRAIL = 5.0  # seconds for which the way stays on the floor
 
 _HEAD = JOINT_CODES["Head"]

@@ -60,12 +60,9 @@ _AV: dict[str, tuple[str, str, dict[str, str], dict[str, str]]] = {
 are by WebP, which is also faster than to blur them."""
 
 FORMS = (*_AV, "gif")  # what a film can be written as
-
+# Default frames a second: of most forms, and of some
 RATE, RATES = Fraction(25), {"webp": Fraction(20), "gif": Fraction(20)}
-"""Default frames a second: of most forms, and of some."""
-
 FASTEST = {"gif": 50}  # what viewers play no faster
-
 _CLEAR, _NOWHERE = 255, (1, 254, 1)  # the colour of a GIF that means "as before": no other
 _STEP = 10  # from one shade to the next: Pillow mixes up those that are closer
 
@@ -285,10 +282,8 @@ class DrawnRows:
 
 
 _rows_of = lru_cache(maxsize=1)(DrawnRows)  # for many films of one capture
-
+# Usual and largest scale of symbols; the usual one where one page cannot hold a film
 USUAL_SCALE, LARGEST_SCALE = 1.0, 1.6
-"""Usual and largest scale of symbols; the usual one where one page cannot hold a film."""
-
 _BELOW = MARGIN + START + NAMES + MARGIN  # the staff's beginning, in units
 _AROUND = 2 * MARGIN + _BELOW
 _KNOTS = 33  # moments of a page whose places are worked out; others lie between

@@ -28,14 +28,10 @@ POSES = 5  # poses of a hit, from its first frame to its last
 WIDTH, HEIGHT = 800, 1420  # of a pose, units
 STAFF = 1000  # height of a hit's staff, units, its starting position apart
 LEAST = 1.0  # seconds that are played and written of a hit, at least
-
+# Frames a second that can be played, at most, and frames of a hit: of a longer one fewer a second
 RATE, FRAMES = 30, 300
-"""Frames a second that can be played, at most, and frames of a hit: of a longer one fewer a
-second."""
-
+# How bones are drawn: those on the left are paler, those of what matched in colour
 KINDS = ("far", "bone", "litfar", "litbone")
-"""How bones are drawn: those on the left are paler, those of what matched in colour."""
-
 UNKNOWN = -32768  # stands for a place that is not known, among whole millimetres
 
 _TOP = JOINT_CODES["Head"]
@@ -265,7 +261,6 @@ def page(shots: Sequence[HitPreview], title: str) -> str:
 
 
 SHEET_HITS = 200  # hits of a sheet, at most
-
 _SCALE = 0.8  # of a staff
 _STAVES = 124  # pixels of width for a staff
 _CARD = (POSES * WIDTH // PIXEL + _STAVES, HEIGHT // PIXEL + 40)

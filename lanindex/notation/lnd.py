@@ -62,9 +62,8 @@ _ONE_LINE = re.compile(r"[^\r\n]+")
 _COUNT = re.compile(r"\d{1,9}")
 _RHYTHM = re.compile(r"([1-9]\d?)\s*/\s*([1-9]\d?)")
 _KEYWORDS = (*LINES, "#speed", "#rhythm")
+# Keywords of the whole body; lines with them for a limb are kept, not read
 _WHOLE_BODY = ("support", "jump", "travel", "rotation")
-"""Keywords of the whole body; lines with them for a limb are kept, not read."""
-
 _AS_WELL = {("direction", "support")}  # keywords that also begin symbols of another kind
 
 _LAST_TICK = int(np.iinfo(np.int32).max)

@@ -292,16 +292,13 @@ def head_right(up: Floats, trunk: Floats, across: Floats) -> Floats:
     return unit(across - dot(up, across) / along * trunk)
 
 
+# The tracks that are carried out here, and whose hands they are of
 TOUCHES = {"hands_touch": "RL", "r_hand_touch": "R", "l_hand_touch": "L"}
-"""The tracks that are carried out here, and whose hands they are of."""
-
+# Seconds that a hand is on its way, that it still comes nearer when touch begins, and that it has
+# been on its way back when touch ends
 COMES, NEARS, LEAVES = 0.5, 0.06, 0.12
-"""Seconds that a hand is on its way, that it still comes nearer when touch begins, and that it has
-been on its way back when touch ends."""
-
 PALM = 0.15  # lengths of an arm from the wrist to the middle of the palm
 FARTHEST = 0.97  # part of its length, to the palm, that an arm reaches
-
 _BEND = np.array([-0.3, -0.8, 0.6])  # forward, up, out: where an elbow goes
 _PLACES: dict[str, tuple[tuple[str, str], float, tuple[float, float, float]]] = {
     "hand": (("Neck", "Pelvis"), 0.35, (0.45, 0.0, 0.06)),

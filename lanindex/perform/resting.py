@@ -22,17 +22,14 @@ from lanindex.perform.limbs import FORWARD, Body, dot, minimum_jerk, unit
 Floats = NDArray[np.float64]
 
 OTHER = "other_support"  # the track that is carried out here
-
+# Seconds that the body takes to come down and to rise, and that it takes at least
 DOWN, RISES, LEAST = 0.9, 0.8, 0.4
-"""Seconds that the body takes to come down and to rise, and that it takes at least."""
-
 LANDS = 0.15  # seconds after a step that its leg still tells the level
 
 HURRIES = "there is no time to come down, or to rise"
 
+# Seconds in which feet are drawn up at least, and before a rest ends; and at most
 DRAWS = (0.1, 1.0)
-"""Seconds in which feet are drawn up at least, and before a rest ends; and at most."""
-
 LIES = 0.07  # lengths of a leg above the floor: so high lies a knee or a wrist that carries
 
 Window = tuple[float, float]
@@ -269,9 +266,8 @@ def way(degrees: float) -> Floats:
     return np.array([np.sin(angle), -np.cos(angle), 0.0])
 
 
+# The sine of half a right angle: what is lower lies; the cosine of two that differ by more
 LEVEL = 0.7
-"""The sine of half a right angle: what is lower lies; the cosine of two that differ by more."""
-
 FLESH = 10.0  # millimetres above the floor: lower goes no joint of an arm
 
 ARM = ("upper_arm", "forearm", "hand")

@@ -60,11 +60,9 @@ REST: dict[str, Cell] = {
 }
 """Where a part is without a symbol; the others hang, palms face the thighs."""
 
+# A limb folds straight towards its beginning; nearer than this, in place, its end turns
 TURNING = 0.19
-"""A limb folds straight towards its beginning; nearer than this, in place, its end turns."""
-
 _SLIGHT = 1e-6  # a part of a unit vector: where the joint of a limb that points there goes up
-
 IN_PLACE = 0.3  # how much of its length a limb reaches at most that is in place and bent as told
 FASTEST = 10_000  # frames a second, at most
 LONGEST = 100_000  # frames, at most: a slip in a file's number of units shall not take all memory

@@ -134,14 +134,11 @@ def turned(vectors: Floats, left: Floats) -> Floats:
 
 
 STRIDE, SHORT = 0.45, 0.22  # lengths of a leg that a step takes the body, at most and at least
-
+# Lengths of a leg that the toe may hang above the floor which a step leaves behind: steps back,
+# and to the side on the toes, are shorter
 HANGS = 0.03
-"""Lengths of a leg that the toe may hang above the floor which a step leaves behind: steps back,
-and to the side on the toes, are shorter."""
-
+# Lengths of a leg that the body sinks for a low step, and that heels rise for a high one
 SINKS, HEELS = 0.16, 0.11
-"""Lengths of a leg that the body sinks for a low step, and that heels rise for a high one."""
-
 HEIGHT = {LOW: -SINKS, HIGH: HEELS}  # lengths of a leg that a step takes the body up, by its level
 REACHES = 0.995  # part of its length that a leg that carries has from hip to ankle
 BRIEF = 0.1  # seconds: a step that begins so soon after a rest begins at once
@@ -279,24 +276,17 @@ class FeetPath:
 
 Rows = NDArray[Any]
 Bones = dict[str, Floats]  # by bone, or by side
-
+# Lengths of a leg that a foot is lifted on its way, and that a foot hangs that does not carry
 LIFTS, FREE = 0.15, 0.25
-"""Lengths of a leg that a foot is lifted on its way, and that a foot hangs that does not carry."""
-
 SETTLES = 0.1  # part of a step's time that a foot that carries still takes to come to rest
 GIVES = 0.04  # lengths of a leg that hips sink at most for a toe to stay on the floor
-
+# How often hips are raised for knees that would sink, and millimetres that these lie high
 SETTLED, FLESH = 5, 30.0
-"""How often hips are raised for knees that would sink, and millimetres that these lie high."""
-
 PRONE = 0.7  # how far forward a trunk leans that lies face down: half a right angle
-
+# Lengths of a leg from where a foot is while something else carries: it is told to go there
 ELSEWHERE = 0.5
-"""Lengths of a leg from where a foot is while something else carries: it is told to go there."""
-
+# The cosine between where a bone of a leg points and where it is told to: of three borders
 UNLIKE = 0.38
-"""The cosine between where a bone of a leg points and where it is told to: of three borders."""
-
 WEIGHT = ("r_support", "l_support", "jump", "body_turn")  # the tracks that are carried out here
 
 _LANDS = {"spring": 2, "hop": 1, "leap": 1, "assemble": 2, "sissonne": 1, "unseen": 2}
