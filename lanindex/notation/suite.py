@@ -253,10 +253,14 @@ def _between(before: str, move: TierEntry, time: int) -> str:
     """Return the direction that is nearest on the straight way of a movement."""
     share = (time - move.start) / (move.stop - move.start)
     ends = zip(_vector(before), _vector(move.words), strict=True)
-    x, y, z = (one + (two - one) * share for one, two in ends)  # right, forward, up
+    return _nearest(*(one + (two - one) * share for one, two in ends)) or move.words
+
+
+def _nearest(x: float, y: float, z: float) -> str:
+    """Return the direction and level nearest to a vector (right, forward, up), "" for none."""
     size = hypot(x, y, z)
     if size < _NOWHERE:
-        return move.words
+        return ""
     rise = round(degrees(asin(max(-1.0, min(1.0, z / size)))) / 45)
     way = "place" if abs(rise) == 2 else DIRECTIONS[round(degrees(atan2(y, x)) / 45) % 8]
     return f"{way} {LEVELS[max(-1, min(1, rise)) + 1]}"

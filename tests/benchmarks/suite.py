@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import lanindex
 from lanindex.model import Score
-from lanindex.notation.suite import ARMS, _nearest, _pointed, _vector
+from lanindex.notation.suite import ARMS, _nearest, _our_words, _vector
 
 Vector = NDArray[np.float64]
 UP = np.array([0.0, 1.0, 0.0])
@@ -44,7 +44,7 @@ def main(folder: str) -> None:
             for column, (part, _) in ARMS.items():
                 side, end = (word.title() for word in column.split())
                 bone = at[f"{end}{side}"] - at[f"{'Shoulder' if end == 'Elbow' else 'Elbow'}{side}"]
-                theirs = _pointed(position[column], column)
+                theirs = _our_words(column, position[column], path.name)
                 said = (
                     pointed(bone, trunk),
                     pointed(bone, axes(-left, UP)),
