@@ -1,19 +1,8 @@
-"""What a query says in English, how it is answered, and why it finds nothing.
-
-For people only: no search needs it.
-"""
+"""For people: what a query says in English, how the search runs, and why it finds nothing."""
 
 from lanindex.search.explain.advice import Advice, advise
 from lanindex.search.explain.english import explanation, sentence
 from lanindex.search.explain.planned import planned
 from lanindex.search.explain.why import Trace, trace
 
-__all__ = [
-    "Advice",
-    "Trace",
-    "advise",
-    "explanation",
-    "planned",
-    "sentence",
-    "trace",
-]
+__all__ = ["Advice", "Trace", "advise", "explanation", "planned", "sentence", "trace"]

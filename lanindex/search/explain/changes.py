@@ -29,14 +29,10 @@ from lanindex.search.language.times import Clock, Length, Time, decimal
 from lanindex.search.language.words import ANY, MOVING, RELATIVE, UNITS, Mover, Vocabulary
 from lanindex.search.plan import NEGATIONS
 
-LEFT_OUT, OTHER_NUMBER = 2.5, 1.05
-"""What it costs to leave a condition out, and to ask for the nearest number instead."""
-
-Limit = Length | Repeat
-"""A condition on a number: of a length, of movements skipped, or of repeats."""
-
-_Put = Callable[[Any], Any]
-"""Takes a node, returns the whole query with that node in the place of another."""
+LEFT_OUT = 2.5  # the cost of leaving a condition out
+OTHER_NUMBER = 1.05  # the cost of the nearest number instead
+Limit = Length | Repeat  # of a time, of the movements skipped, or of the repeats
+_Put = Callable[[Any], Any]  # takes a node, returns the whole query with it in another's place
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +40,12 @@ class Change:
     """A query with one change."""
 
     query: Query
-    cost: float  # from 1, a slip of the pen, to another movement
-    condition: str = ""  # what is left out, as written; empty: the query asks for something else
-    step: str = ""  # of a word that is left out, the step that says it
-    limit: Limit | None = None  # what is left out, where it bounds a number
-    number: str = ""  # how to say which number is nearest
-    limited: Callable[[Limit], Query] | None = None  # the query with another limit there
+    cost: float  # from 1 for a slip of the pen
+    condition: str = ""  # the one left out, as written; empty: something is replaced
+    step: str = ""  # the step with the word that is left out
+    limit: Limit | None = None  # the one left out
+    number: str = ""  # the text about the nearest number
+    limited: Callable[[Limit], Query] | None = None  # returns the query with another limit there
 
     def nearest(self, finds: Callable[[Query], bool]) -> tuple[Change, str] | None:
         """Return the query with the nearest limit that finds something, and the number there."""
@@ -61,9 +57,9 @@ class Change:
 
 
 def changes(query: Query) -> list[Change]:
-    """Return the changes of a query, the cheapest first; equal ones as they stand in the query.
+    """Return the changes of a query, the cheapest first, then in the query's order.
 
-    Lines behind ``without`` and ``never`` are left out, but not changed.
+    A change drops a ``without`` or ``never`` line, but never alters one.
     """
     found: list[Change] = []
     for node, put in nodes_of(query):
@@ -72,11 +68,15 @@ def changes(query: Query) -> list[Change]:
         found += (Change(put(rest), LEFT_OUT, said, step) for said, rest in _shorter(node))
         for name, form, number in _LIMITS.get(type(node), ()):
             limit = getattr(node, name)
-            if limit and _excludes(node, limit):
+            if isinstance(limit, Repeat):
+                excludes = limit.least > 1
+            else:  # "with" without its limit is stricter
+                excludes = limit and getattr(node, "relation", "after") in ("after", "before")
+            if excludes:
                 limited = partial(_put, node, put, name, 0)
                 rest = limited(ONCE if name == "repeat" else None)
-                said = form.format(str(limit).strip())
-                found.append(Change(rest, LEFT_OUT, said, "", limit, number, limited))
+                condition = form.format(str(limit).strip())
+                found.append(Change(rest, LEFT_OUT, condition, "", limit, number, limited))
     return sorted(found, key=lambda it: it.cost)
 
 
@@ -104,7 +104,7 @@ def _put(node: Any, put: _Put, name: str, index: int, other: Any) -> Any:
     return put(replace(node, **{name: other}))
 
 
-# One condition left out.
+# Conditions left out.
 
 _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
     Beside: (("within", "[{}]", "the nearest lies {} away"),),
@@ -114,18 +114,11 @@ _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
     ),
     Item: (("length", "{}", "the nearest takes {}"), ("repeat", "{}", "{} in a row are the most")),
 }
-"""By node, the fields that hold a limit, how it is written, and how to say the nearest number."""
-
-
-def _excludes(node: Any, limit: Limit) -> bool:
-    """Return whether a query can find more without a limit: ``with`` has a stricter one instead."""
-    if isinstance(limit, Repeat):
-        return limit.least > 1
-    return not isinstance(node, Beside) or node.relation in ("after", "before")
+"""By node: the fields with a limit, how it is written, and the text about the nearest number."""
 
 
 def _shorter(node: Any) -> Iterator[tuple[str, Any]]:
-    """Yield each condition of a node but limits, as written, and the node without it."""
+    """Yield each condition of a node except limits, as written, and the node without it."""
     match node:
         case Query():
             if node.rhythm:
@@ -138,7 +131,14 @@ def _shorter(node: Any) -> Iterator[tuple[str, Any]]:
         case Line():
             if node.start:
                 yield f"start {node.start}", replace(node, start=None)
-            yield from _without_ends(node)
+            if node.arrows:
+                first, second, *others = node.items
+                if not node.start and isinstance(second.unit, Step):
+                    second = replace(second, unit=replace(second.unit, named=True))
+                    rest = replace(node, items=(second, *others), arrows=node.arrows[1:])
+                    yield f"{first} {node.arrows[0]}", rest
+                rest = replace(node, items=node.items[:-1], arrows=node.arrows[:-1])
+                yield f"{node.arrows[-1]} {node.items[-1]}", rest
             if node.end:
                 yield f"{node.end} end", replace(node, end=None)
         case Step():
@@ -156,21 +156,8 @@ def _without(node: Any, name: str, index: int) -> Any:
     return replace(node, **{name: several[:index] + several[index + 1 :]})
 
 
-def _without_ends(line: Line) -> Iterator[tuple[str, Line]]:
-    """Yield a line without its first step, then without its last."""
-    if not line.arrows:
-        return
-    first, second, *others = line.items
-    if not line.start and isinstance(second.unit, Step):
-        second = replace(second, unit=replace(second.unit, named=True))
-        rest = replace(line, items=(second, *others), arrows=line.arrows[1:])
-        yield f"{first} {line.arrows[0]}", rest
-    rest = replace(line, items=line.items[:-1], arrows=line.arrows[:-1])
-    yield f"{line.arrows[-1]} {line.items[-1]}", rest
-
-
 def beginnings(lines: Lines) -> Iterator[Lines]:
-    """Yield ever longer beginnings: each with one step more, then the end, then a line more."""
+    """Yield the first step, then one step more each time, then the end, then one line more."""
     line = lines.first
     for count in range(1, len(line.items) + 1):
         yield Lines(Line(line.items[:count], line.arrows[: count - 1], line.start))
@@ -180,7 +167,7 @@ def beginnings(lines: Lines) -> Iterator[Lines]:
         yield Lines(line, lines.others[: count + 1])
 
 
-# Something like it.
+# Conditions replaced.
 
 _RING = DIRECTIONS[:8]
 _AROUND = {name: (_RING[k - 1], _RING[(k + 1) % 8]) for k, name in enumerate(_RING)}
@@ -193,10 +180,9 @@ _NEIGHBOURS: dict[str, tuple[str, ...]] = {
     },
     **{level: LEVELS[max(k - 1, 0) : k] + LEVELS[k + 1 : k + 2] for k, level in enumerate(LEVELS)},
 }
-"""By direction or level, those next to it."""
+"""By direction or level, its neighbours."""
 
-_TO_NEIGHBOUR = {"direction": 1.6, "level": 1.8}
-"""By kind of words, what a neighbour costs."""
+_TO_NEIGHBOUR = {"direction": 1.6, "level": 1.8}  # the cost by kind of word
 
 _RELATIVES = {
     "arm": ("forearm", "upper_arm", "hand"),
@@ -210,7 +196,7 @@ _RELATIVES = {
     "foot": ("leg", "shank"),
     "support": ("leg", "foot"),
 }
-"""By limb, those that it consists of, or that it belongs to."""
+"""By limb, its parts, or the limbs that it is a part of."""
 
 _RELATIONS: dict[str, tuple[tuple[float, dict[str, Any]], ...]] = {
     **dict.fromkeys(
@@ -223,63 +209,57 @@ _RELATIONS: dict[str, tuple[tuple[float, dict[str, Any]], ...]] = {
         (2.2, {"relation": "before"}),
     ),
 }
-"""By relation, how else the line may lie, with the cost."""
+"""By relation, what replaces it, with the cost."""
 
 _MANNERS = {"move": ((1.1, "via"), (1.4, "at")), "at": ((1.3, "move"),), "hold": ((1.3, "at"),)}
-"""By manner, others that ask for the same words, with the cost."""
+"""By manner, others that take the same words, with the cost."""
 
 
 def _alike(node: Any) -> Iterator[tuple[float, Any]]:
     """Yield what a node can become, with the cost."""
     match node:
-        case Query():
-            yield from _all_at_once(node)
+        case Query():  # all arrows, all steps, a part everywhere, or all sides changed
+            nodes = [inner for inner, _ in nodes_of(node)]
+            for cost, change in ((1.1, _later), (1.2, _via)):
+                if sum(change(it) != it for it in nodes) > 1:
+                    yield cost, changed_nodes(node, change)
+            vocabulary = Vocabulary()
+            for mover in dict.fromkeys(it for it in nodes if isinstance(it, Mover)):
+                others = [(1.5, "either", mover.members)] if mover.form == "both" else []
+                for limb in _RELATIVES.get(mover.members[0][2:], ()):
+                    others.append((2.0, mover.form, tuple(it[:2] + limb for it in mover.members)))
+                for cost, form, members in others:
+                    if other := vocabulary.of(form, members):
+                        yield cost, changed_nodes(node, partial(_exchanged, mover, other))
+            mirror_image = mirrored(node.pattern)
+            if mirror_image != node.pattern and not node.where:
+                yield 1.9, replace(node, pattern=mirror_image)
         case Arrow(later=False):
             yield 1.0, _later(node)
         case Beside(within=None):
-            for cost, other in _RELATIONS.get(node.relation, ()):
-                yield cost, replace(node, **other)
+            for cost, fields_changed in _RELATIONS.get(node.relation, ()):
+                yield cost, replace(node, **fields_changed)
         case Step():
             if _says_where(node):
                 yield from ((cost, replace(node, manner=it)) for cost, it in _MANNERS[node.manner])
-            if node.mover.form == "both" and (own := _to_own_sides(node)) != node:
-                yield 1.2, own
+            sides = dict.fromkeys(("right", "left"), "side")
+            own = tuple(
+                replace(
+                    it, values=tuple(dict.fromkeys(sides.get(value, value) for value in it.values))
+                )
+                for it in node.words
+            )
+            if node.mover.form == "both" and own != node.words:
+                yield 1.2, replace(node, words=own)
         case Word(kind, (value,), False) if kind in _TO_NEIGHBOUR:
             for neighbour in _NEIGHBOURS.get(value, ()):
                 yield _TO_NEIGHBOUR[kind], replace(node, values=(neighbour,))
 
 
 def _says_where(step: Step) -> bool:
-    """Return whether the words of a step can be said of a movement, a stay and a rest alike."""
+    """Return whether the words of a step fit a movement, a stay and a rest alike."""
     says = any(word.values != (ANY,) for word in step.words)
     return says and step.manner in _MANNERS and all(it.kind not in MOVING for it in step.words)
-
-
-def _to_own_sides(step: Step) -> Step:
-    words = []
-    for word in step.words:
-        values = ("side" if it in ("right", "left") else it for it in word.values)
-        words.append(replace(word, values=tuple(dict.fromkeys(values))))
-    return replace(step, words=tuple(words))
-
-
-def _all_at_once(query: Query) -> Iterator[tuple[float, Query]]:
-    """Yield a query with all arrows, all steps, a part everywhere, or all sides changed."""
-    nodes = [node for node, _ in nodes_of(query)]
-    for cost, change in ((1.1, _later), (1.2, _via)):
-        if sum(change(it) != it for it in nodes) > 1:
-            yield cost, changed_nodes(query, change)
-    vocabulary = Vocabulary()
-    for mover in dict.fromkeys(it for it in nodes if isinstance(it, Mover)):
-        others = [(1.5, "either", mover.members)] if mover.form == "both" else []
-        for limb in _RELATIVES.get(mover.members[0][2:], ()):
-            others.append((2.0, mover.form, tuple(part[:2] + limb for part in mover.members)))
-        for cost, form, members in others:
-            if other := vocabulary.of(form, members):
-                yield cost, changed_nodes(query, partial(_exchanged, mover, other))
-    mirror_image = mirrored(query.pattern)
-    if mirror_image != query.pattern and not query.where:
-        yield 1.9, replace(query, pattern=mirror_image)
 
 
 def _later(node: Any) -> Any:
@@ -297,27 +277,17 @@ def _exchanged(old: Mover, new: Mover, node: Any) -> Any:
 
 # The nearest number.
 
-_FINEST = {
-    **{"s": Fraction(1, 100), "ms": Fraction(10), "f": Fraction(1), "b": Fraction(1, 100)},
-    "": Fraction(1),
-}
-"""By unit, the steps in which a length is looked for."""
+_HUNDREDTH = Fraction(1, 100)
+_FINEST = {"s": _HUNDREDTH, "ms": Fraction(10), "f": Fraction(1), "b": _HUNDREDTH, "": Fraction(1)}
+"""By unit, the steps in which the nearest length is searched."""
 
-_STEPS = Clock(Fraction(100), Fraction(1))
-"""By this clock a frame is such a step, in any unit."""
-
-_DOUBLINGS = 24
-"""How often a limit is doubled before what lies beyond is given up."""
-
-_FARTHEST = 6
-"""How far from a number of skipped movements the next one is looked for."""
+_STEPS = Clock(Fraction(100), Fraction(1))  # a frame of this clock is such a step, in any unit
+_DOUBLINGS = 24  # of a limit, before the search for a longer one stops
+_FARTHEST = 6  # from a number of skipped movements, up to which other numbers are tried
 
 
 def nearest_limit(limit: Limit, found: Callable[[Limit], bool]) -> tuple[Limit, str] | None:
-    """Return the limit nearest to one that finds nothing, and the number it allows; None: none.
-
-    `found` tells whether another limit in its place finds something.
-    """
+    """Return the nearest limit with which `found` is true, and its number; None: there is none."""
     smallest = 0
     match limit:
         case Length("", Time(count)):  # just so many are skipped: no range, so look around
@@ -335,30 +305,31 @@ def nearest_limit(limit: Limit, found: Callable[[Limit], bool]) -> tuple[Limit, 
     def met(least: int, most: int | None) -> bool:
         return found(_between(limit, least, most))
 
-    above = None if most is None else _above(least, most, met)
-    below = None
+    above = below = None
+    if most is not None and met(least, None):
+        fails = most
+        for doubling in range(_DOUBLINGS):
+            fits = max(2 * most, 1) << doubling
+            if met(least, fits):
+                above = bisect_left(range(fits), True, fails + 1, key=lambda it: met(least, it))
+                break
+            fails = fits
     if least > smallest and met(smallest, most):
         below = bisect_left(range(least), True, smallest, key=lambda it: not met(it, most)) - 1
     if above is not None and (below is None or above - (most or 0) <= least - below):
-        return _between(limit, least, above), _number(limit, above)
-    return None if below is None else (_between(limit, below, most), _number(limit, below))
-
-
-def _above(least: int, most: int, met: Callable[[int, int | None], bool]) -> int | None:
-    """Return the least number above a range up to which something is found."""
-    if not met(least, None):
+        nearest, steps = _between(limit, least, above), above
+    elif below is not None:
+        nearest, steps = _between(limit, below, most), below
+    else:
         return None
-    fails = most
-    for doubling in range(_DOUBLINGS):
-        fits = max(2 * most, 1) << doubling
-        if met(least, fits):
-            return bisect_left(range(fits), True, fails + 1, key=lambda it: met(least, it))
-        fails = fits
-    return None
+    if isinstance(limit, Repeat) or not limit.time.unit:
+        return nearest, str(steps)
+    unit = limit.time.unit
+    return nearest, f"{float(steps * _FINEST[unit]):g} {UNITS[unit]}"
 
 
 def _between(limit: Limit, least: int, most: int | None) -> Limit:
-    """Return a limit like another, from one number of steps to another, None: without end."""
+    """Return a limit of the same unit from `least` to `most` steps, None: without end."""
     if isinstance(limit, Repeat):
         return Repeat(least, None)
     unit = limit.time.unit
@@ -367,9 +338,3 @@ def _between(limit: Limit, least: int, most: int | None) -> Limit:
         return Length("+" if unit else ">=", begin)
     end = Time(most * _FINEST[unit], unit)
     return Length("..", begin, end) if least and unit else Length("<=", end)
-
-
-def _number(limit: Limit, steps: int) -> str:
-    if isinstance(limit, Repeat) or not limit.time.unit:
-        return str(steps)
-    return f"{float(steps * _FINEST[limit.time.unit]):g} {UNITS[limit.time.unit]}"
