@@ -258,7 +258,7 @@ def check(options: Reading) -> None:
     from lanindex.body import calibration
     from lanindex.body.mapping import read_body_file
     from lanindex.errors import UsageError
-    from lanindex.formats.rates import told_rate
+    from lanindex.formats.rates import given_rate
     from lanindex.notation import beats
 
     if options.unit is not None:
@@ -266,7 +266,7 @@ def check(options: Reading) -> None:
     if options.up is not None:
         calibration.up_axis_named(options.up)
     if options.rate is not None:
-        told_rate(options.rate)
+        given_rate(options.rate)
     if options.body is not None:
         read_body_file(options.body)
     if options.tempo not in (None, beats.AUTO):

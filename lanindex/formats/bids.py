@@ -86,7 +86,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     rates = (said.get(key) for key in ("SamplingFrequencyEffective", "SamplingFrequency"))
     rate = next((str(it) for it in rates if isinstance(it, int | float) and it > 0), "")
     times = heads[:, 0] if channels.latency else np.zeros(0)
-    hertz, doubts = rate_by(options, rate, times, f"{_stem(file)}{SIDECAR}")
+    hertz, doubts = rate_by(options, f"{_stem(file)}{SIDECAR}", rate, times)
     places, up, turned = _upright(places, _axes(file, channels, said))
     points = Points(channels.names, places, hertz, Declared(channels.unit, up),
                     doubts=(*doubts, *turned))  # fmt: skip

@@ -26,7 +26,7 @@ from lanindex.errors import CaptureError
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.people import distinct, is_human, named, others, person, take_doubt
 from lanindex.formats.points import Points, motion_of
-from lanindex.formats.rates import nearest_rate, told_rate
+from lanindex.formats.rates import given_rate, nearest_rate
 from lanindex.formats.turning import ancestry, from_parents, inverse, product, unit, worlds
 from lanindex.model import Motion, Reading
 
@@ -174,7 +174,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     points_of = Points(
         whose.names,
         places,
-        rate if options.rate is None else told_rate(options.rate),
+        rate if options.rate is None else given_rate(options.rate),
         declared,
         whose.parents,
         offsets * size,

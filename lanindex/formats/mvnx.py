@@ -5,10 +5,8 @@ Source: Xsens, *MVN User Manual*, section "MVNX"; files of versions 3 and 4.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import NamedTuple, NoReturn
 from xml.parsers import expat
 
@@ -21,7 +19,7 @@ from lanindex.formats.decimals import LARGEST
 from lanindex.formats.file import File, Wanted, clip
 from lanindex.formats.people import plain
 from lanindex.formats.points import END, Points, motion_of
-from lanindex.formats.rates import nearest_rate, told_rate
+from lanindex.formats.rates import rate_by
 from lanindex.formats.turning import rotated
 from lanindex.model import Motion, Reading, Span
 
@@ -59,7 +57,6 @@ UNSEEN = {
 }
 """By configuration of the suit: segments that begin where nothing is measured."""
 
-_SLOWEST = 1  # frames a second
 _UNIT = (0.5, 2.0)  # lengths of quaternions that tell a turn
 
 
@@ -71,7 +68,8 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """
     people = walk(file, True)
     subject = chosen(people, file)
-    rate = _rate(subject, file, options)
+    rate_text = subject.said.get("frameRate", "").replace(",", ".")
+    rate, _ = rate_by(options, f"{file.name}:{subject.line}", rate_text)
     joints, doubts = _joints(subject)
     places, turns, offsets = _placed(subject, joints)
     others = ", ".join(quoted(one.name) for one in people[:20] if one is not subject)
@@ -157,22 +155,6 @@ def _taken(rows: list[Row]) -> Rows:
     array = np.array(rows)
     rows.clear()
     return array
-
-
-def _rate(subject: Subject, file: File, options: Reading) -> Fraction:
-    if options.rate is not None:
-        return told_rate(options.rate)
-    said = subject.said.get("frameRate", "")
-    digits = re.fullmatch(r"\s*(\d{1,6}(?:[.,]\d{1,12})?)\s*", said)
-    rate = Fraction(digits.group(1).replace(",", ".")) if digits else Fraction(0)
-    if rate < _SLOWEST:
-        raise CaptureError(
-            f"frameRate {quoted(said, 40)}" if said else "no frameRate",
-            place=f"{file.name}:{subject.line}",
-            wanted=f"{_SLOWEST} or more frames a second",
-            remedy="Give the rate with --fps.",
-        )
-    return nearest_rate(rate)
 
 
 _PARSED = 1 << 18

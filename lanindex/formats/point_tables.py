@@ -487,7 +487,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     places = places if len(chosen) == len(layout.names) else places[:, chosen]
     gone, places = tables.at_origin(places, names)
     times, unsure = _seconds(layout, heads)
-    rate, doubts = rate_by(options, layout.rate, times, file.name)
+    rate, doubts = rate_by(options, file.name, layout.rate, times)
     unsure = unsure if options.rate is None else ()
     doubts = (*layout.doubts, *twice(names, "points"), *whose, *unsure, *doubts, *gone)
     return motion_of(

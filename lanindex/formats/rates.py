@@ -19,7 +19,7 @@ _SNAP = Fraction(2, 10_000)
 def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None) -> Fraction:
     """Return the frames a second."""
     if wanted is not None:
-        return told_rate(wanted)
+        return given_rate(wanted)
     time = _fraction(text) if text is not None else None
     if time is None or 1 / time < _SLOWEST:
         raise CaptureError(
@@ -31,7 +31,7 @@ def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None)
     return nearest_rate(1 / time)
 
 
-def told_rate(wanted: Fraction | float | str) -> Fraction:
+def given_rate(wanted: Fraction | float | str) -> Fraction:
     """Return the frames a second that the user says."""
     given = _fraction(str(wanted))
     if given is None or given < _SLOWEST:
@@ -90,31 +90,33 @@ UNEVEN = 0.5
 
 
 def rate_by(
-    options: Reading, said: str, times: NDArray[np.float64], place: str
+    options: Reading, place: str, text: str, times: NDArray[np.float64] | None = None
 ) -> tuple[Fraction, tuple[str, ...]]:
-    """Return the frames a second.
-
-    Takes `times` (T,).
+    """Return the frames a second: what a header says, unless its times, (T,), contradict it.
 
     Examples
     --------
     >>> import numpy as np
     >>> from lanindex.formats.rates import rate_by
     >>> from lanindex.model import Reading
-    >>> rate_by(Reading(), "60", np.arange(9) / 60, "")
+    >>> rate_by(Reading(), "", "60", np.arange(9) / 60)
     (Fraction(60, 1), ())
-    >>> rate_by(Reading(), "60", np.arange(9) / 30, "")[1]
+    >>> rate_by(Reading(), "", "60", np.arange(9) / 30)[1]
     ('says 60 frames a second, its times say 30: the times believed',)
     """
     if options.rate is not None:
-        return told_rate(options.rate), ()
-    stated, (seen, doubts) = _number(said), _by_times(times)
+        return given_rate(options.rate), ()
+    stated = _fraction(text)
+    stated = stated if stated and stated >= _SLOWEST else None
+    seen, doubts = (None, ()) if times is None else _by_times(times)
     if stated is None and seen is None:
-        found = f"a rate of {said[:40]!r}" if said else "nothing tells its rate"
-        remedy = "Give the rate with --fps."
-        wanted = "frames a second, 1 to 1000000, or times that grow"
-        raise CaptureError(found, place=place, wanted=wanted, remedy=remedy)
-    if stated is None or seen is None:
+        raise CaptureError(
+            f"a rate of {text[:40]!r}" if text else "nothing tells its rate",
+            place=place,
+            wanted="1 to 1000000 frames a second" + ", or times that grow" * (times is not None),
+            remedy="Give the rate with --fps.",
+        )
+    if times is None or stated is None or seen is None:
         return nearest_rate(stated or seen or Fraction(1)), doubts
     first, last = np.flatnonzero(np.isfinite(times))[[0, -1]].tolist()
     lasts, should = float(times[last] - times[first]), (last - first) / float(stated)
@@ -122,15 +124,6 @@ def rate_by(
         return nearest_rate(stated), doubts
     found = f"says {float(stated):g} frames a second, its times say {float(seen):g}"
     return seen, (f"{found}: the times believed",)
-
-
-def _number(said: str) -> Fraction | None:
-    """Return a rate that a file says, if it is one."""
-    try:
-        value = float(said)
-    except ValueError:
-        return None
-    return Fraction(said.strip()) if 1 <= value <= 1e6 and len(said) < 40 else None
 
 
 def _by_times(times: NDArray[np.float64]) -> tuple[Fraction | None, tuple[str, ...]]:

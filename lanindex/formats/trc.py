@@ -49,7 +49,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     layout = scan(file)
     heads, places = tables.read(file, layout.table)
     place, said = f"{file.name}:3", layout.said
-    rate, doubts = rate_by(options, said.get("datarate", ""), heads[:, 1], place)
+    rate, doubts = rate_by(options, place, said.get("datarate", ""), heads[:, 1])
     declared = Declared(unit=said.get("units"))
     gone, places = tables.at_origin(places, layout.names)
     doubts = (*layout.doubts, *twice(layout.names, "markers"), *doubts, *gone)

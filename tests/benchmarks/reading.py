@@ -20,10 +20,7 @@ import numpy as np
 from places import CAPTURES
 
 from lanindex import formats
-from lanindex.formats import tables, trc
-from lanindex.formats.amc import frames as amc_frames
-from lanindex.formats.amc.asf import parse, skeleton_of
-from lanindex.formats.amc.frames import Numbers
+from lanindex.formats import amc, tables, trc
 from lanindex.formats.c3d.layout import scan
 from lanindex.formats.c3d.read import names_of, places
 from lanindex.formats.file import holding
@@ -60,9 +57,9 @@ def c3d_by_c3d(path: Path) -> None:
 
 def amc_numbers(path: Path) -> None:
     file = formats.opened(path)
-    skeleton, _ = skeleton_of(file, Reading())
-    floats = Numbers(parse(skeleton).bones)
-    layout = amc_frames.scan(file.content, file.name)
+    skeleton, _ = amc.skeleton_of(file, Reading())
+    floats = amc.Numbers(amc.parse(skeleton).bones)
+    layout = amc.scan(file.content, file.name)
     for start in range(0, len(layout.starts), 1024):
         stops, ends = layout.stops[start : start + 1024], layout.ends[start : start + 1024]
         data, first = holding(file.content, int(stops[0]), int(ends[-1]))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,19 +11,15 @@ from numpy.typing import NDArray
 
 from lanindex.body.mapping import Declared
 from lanindex.body.markers import marker_set_of
-from lanindex.errors import CaptureError
 from lanindex.formats.c3d.layout import TURN, C3dLayout, Turns, scan
 from lanindex.formats.file import PIECE, Content, File, Wanted, holding
 from lanindex.formats.people import named, subject_points
 from lanindex.formats.points import Points, motion_of
-from lanindex.formats.rates import nearest_rate, told_rate
+from lanindex.formats.rates import rate_by
 from lanindex.model import Motion, Reading
 
 if TYPE_CHECKING:
     from lanindex.formats.file import File
-
-
-_SLOWEST = 1
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
@@ -38,7 +33,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     the rotations of segments, these where each begins.
     """
     layout = file.once(scan)
-    rate = _rate(file, layout, options)
+    rate, _ = rate_by(options, file.name, "" if layout.rate is None else str(layout.rate))
     every = names_of(layout)
     names, doubts = subject_points(file, people(layout, every), every)
     used = _needed(names) if wanted.body_only and not options.body else names
@@ -52,19 +47,6 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     if used is names:
         return motion
     return replace(motion, source=replace(motion.source, joints=tuple(names.values())))
-
-
-def _rate(file: File, layout: C3dLayout, options: Reading) -> Fraction:
-    if options.rate is not None:
-        return told_rate(options.rate)
-    if layout.rate is None or not _SLOWEST <= layout.rate <= 1e6:
-        raise CaptureError(
-            "says no rate" if layout.rate is None else f"a rate of {layout.rate:g}",
-            place=file.name,
-            wanted=f"{_SLOWEST} or more frames a second",
-            remedy="Give the rate with --fps.",
-        )
-    return nearest_rate(Fraction(layout.rate).limit_denominator(10**6))
 
 
 def _needed(names: dict[int, str]) -> dict[int, str]:

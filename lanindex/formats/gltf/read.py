@@ -19,7 +19,7 @@ from lanindex.formats.gltf.scene import Nodes, Person, nodes_of, people
 from lanindex.formats.gltf.tracks import Clock, Track, clock, moved, takes, timed, tracks
 from lanindex.formats.people import distinct, is_human, named, others, person, take_doubt
 from lanindex.formats.points import BLOCK, Frames, Places, Points, motion_of
-from lanindex.formats.rates import told_rate
+from lanindex.formats.rates import given_rate
 from lanindex.formats.turning import ancestry, from_parents, inverse, product, worlds
 from lanindex.model import Motion, Reading
 
@@ -67,7 +67,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """
     found, doubts = chosen(file, options.take)
     whose, ticks = found.person, found.clock
-    rate = rate_of(found) if options.rate is None else told_rate(options.rate)
+    rate = rate_of(found) if options.rate is None else given_rate(options.rate)
     rest, upright = placed(found.nodes, whose.joints)
     offsets = from_parents(rest[0], whose.parents)
     gaps = unknown(found)
@@ -130,7 +130,7 @@ def rate_of(found: Performance) -> Fraction:
     beside = extras(found)
     if found.clock.count == 1 and isinstance(beside.get("rate"), str):
         with suppress(UsageError):
-            return told_rate(beside["rate"])
+            return given_rate(beside["rate"])
     return found.clock.rate
 
 

@@ -188,7 +188,7 @@ def _from_places(found: Arrays, layout: MovementArray, options: Reading) -> Poin
         names = list(order.names)
         rate, assumed = _assumed(rate, order, options)
         doubts += assumed
-    hertz, unsteady = rate_by(options, rate, np.zeros(0), found.place)
+    hertz, unsteady = rate_by(options, found.place, rate)
     return Points(tuple(names), places, hertz, _declared(found), doubts=(*doubts, *unsteady))
 
 
@@ -215,7 +215,7 @@ def _from_features(found: Arrays, layout: MovementArray, options: Reading) -> Po
             remedy="If they are normalised, multiply them by Std.npy and add Mean.npy.",
         )
     rate, doubts = _assumed(_rate(found), order, options)
-    hertz, unsteady = rate_by(options, rate, np.zeros(0), found.place)
+    hertz, unsteady = rate_by(options, found.place, rate)
     return Points(
         order.names, places, hertz, _declared(found, None, "y"), doubts=(*doubts, *unsteady)
     )
@@ -223,7 +223,7 @@ def _from_features(found: Arrays, layout: MovementArray, options: Reading) -> Po
 
 def _from_turns(found: Arrays, layout: MovementArray, options: Reading) -> Points:
     """Return the points of poses of SMPL."""
-    hertz, doubts = rate_by(options, _rate(found), np.zeros(0), found.place)
+    hertz, doubts = rate_by(options, found.place, _rate(found))
     poses = np.concatenate(
         [_sound(found[name][:, : 3 * smpl.TURNED], name, _TURNS, found.place, known=True)
          for name in _PARTS[layout.key]], axis=1

@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 from lanindex import formats
 from lanindex.errors import CaptureError
 from lanindex.formats import amc
-from lanindex.formats.amc import frames
-from lanindex.formats.amc.frames import Numbers
+from lanindex.formats.amc import Numbers
 from lanindex.formats.file import File, opened
 from lanindex.model import Motion, Reading, Span
 from lanindex.pipeline import open_library
@@ -395,9 +394,9 @@ def test_a_clip_is_its_lines_with_frames_from_1(folder: Path) -> None:
 @pytest.mark.parametrize("piece", [1, 7, 64, 1000])
 def test_frames_are_found_across_pieces(piece: int, monkeypatch: pytest.MonkeyPatch) -> None:
     data = GOOD.replace(b"\n3\n", b"\n  3\n")
-    whole = frames.scan(data, "x")
-    monkeypatch.setattr(frames, "PIECE", piece)
-    found = frames.scan(data, "x")
+    whole = amc.scan(data, "x")
+    monkeypatch.setattr(amc, "PIECE", piece)
+    found = amc.scan(data, "x")
     for name in ("starts", "stops", "ends", "numbers"):
         assert np.array_equal(getattr(found, name), getattr(whole, name))
     assert whole.numbers.tolist() == [1, 2, 3, 4]

@@ -35,8 +35,8 @@ CASES = {
         "does not say that its data begin",
         "a whole C3D file",
     ),
-    "no rate": (c3d(standing(3), rate=0.0), "says no rate", "1 or more frames a second"),
-    "a slow rate": (c3d(standing(3), rate=0.01), "a rate of 0.01", "--fps"),
+    "no rate": (c3d(standing(3), rate=0.0), "nothing tells its rate", "1 to 1000000 frames"),
+    "a slow rate": (c3d(standing(3), rate=0.01), "a rate of '0.0", "--fps"),
     "nobody": (c3d(standing(3), [f"m{it}" for it in range(28)]), "no human skeleton", "hips"),
     "each known for a moment": (
         c3d(np.where(np.eye(28)[:, :, None] > 0, standing(28), -1), [f"m{it}" for it in range(28)]),
