@@ -34,6 +34,12 @@ def guess(word: str, known: Iterable[str]) -> str:
     return near[0] if near else ""
 
 
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return a remedy that names the known word that is most like one; empty where none is."""
+    near = guess(word, known)
+    return f"Did you mean {near}?" if near else ""
+
+
 class LanindexError(Exception):
     """The root of all errors that LanIndex raises on purpose.
 

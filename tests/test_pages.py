@@ -119,7 +119,7 @@ def test_the_readme_is_short() -> None:
 
 
 def test_the_guide_has_a_topic_for_each_page() -> None:
-    from lanindex.app.commands.guide import TOPICS
+    from lanindex.app.commands.learn import TOPICS
 
     pages = {GUIDE.parent / page for page, _ in TOPICS.values()}
     assert all(page.is_file() for page in pages)

@@ -17,11 +17,11 @@ from typer.core import TyperGroup
 from lanindex.app import completion
 from lanindex.app.options import ungrouped
 from lanindex.app.output import end_progress, escaped, how_far, say_error
-from lanindex.errors import LanindexError, UsageError, guess
+from lanindex.errors import LanindexError, UsageError, did_you_mean
 
 VERBS = {
-    "demo": ("demo.run", "See everything at work on the bundled choreographies"),
-    "ingest": ("ingest.run", "Read captures and scores into the library"),
+    "demo": ("learn.demo", "See everything at work on the bundled choreographies"),
+    "ingest": ("files.ingest", "Read captures and scores into the library"),
     "search": ("search.run", "Find movement by pattern"),
     "similar": ("overview.similar", "Group captures that are alike"),
     "motifs": ("overview.motifs", "List sequences of symbols that recur"),
@@ -36,11 +36,11 @@ VERBS = {
     "inspect": ("files.inspect", "Show what a reader sees in a capture file"),
     "convert": ("files.convert", "Write a capture as LND or in another format, without a library"),
     "animate": ("files.animate", "Turn a score into motion of a standard body"),
-    "evaluate": ("evaluate.run", "Measure patterns against labelled captures"),
+    "evaluate": ("overview.evaluate", "Measure patterns against labelled captures"),
     "db": ("library.db", "Maintain the library: status, upgrade, check"),
-    "words": ("words.words", "Show the dictionary of movement: names for patterns"),
-    "language": ("words.language", "Show the pattern language on one page"),
-    "guide": ("guide.run", "Read the guide, a topic at a time"),
+    "words": ("learn.words", "Show the dictionary of movement: names for patterns"),
+    "language": ("learn.language", "Show the pattern language on one page"),
+    "guide": ("learn.guide", "Read the guide, a topic at a time"),
 }
 """By name: the function in `lanindex.app.commands`, and what the verb does."""
 
@@ -68,8 +68,7 @@ class Verbs(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the verb; refuse an unknown one and suggest the nearest."""
         if args and args[0] not in VERBS and not ctx.resilient_parsing:
-            near = guess(args[0].lower(), VERBS)
-            remedy = f"Did you mean {near}?" if near else "All are shown by: lanindex --help"
+            remedy = did_you_mean(args[0].lower(), VERBS) or "All are shown by: lanindex --help"
             raise UsageError(f'"{args[0]}" is no verb', remedy=remedy)
         return super().resolve_command(ctx, args)
 

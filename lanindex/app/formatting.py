@@ -8,8 +8,7 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from lanindex import records
-from lanindex.app.columns import room, wrapped
-from lanindex.app.output import Output
+from lanindex.app.output import Output, room, wrapped
 from lanindex.model.capture import in_words
 
 if TYPE_CHECKING:

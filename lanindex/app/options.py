@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from lanindex.app import completion
-from lanindex.app.output import Output
+from lanindex.app.output import Output, choice
 from lanindex.errors import UsageError
 from lanindex.library.selection import Selection
 
@@ -22,178 +22,95 @@ DB = "lanindex.db"
 STDOUT = Path("-")
 """The output file name that means standard output."""
 
-Db = Annotated[
-    str,
-    typer.Option("--db", envvar="LANINDEX_DB", metavar="PATH|URL", help="The library to use."),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON lines.")]
-Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="Print results and errors only.")]
-Verbose = Annotated[bool, typer.Option("-v", "--verbose", help="Print more on standard error.")]
-Color = Annotated[
-    str, typer.Option("--color", metavar="auto|always|never", help="When to use colour.")
-]
-Force = Annotated[bool, typer.Option("--force", help="Replace an existing file.")]
+
+def option(metavar: str, help: str, *names: str, **settings: Any) -> Any:
+    """Return an option; without `names` it is called like its parameter."""
+    return typer.Option(*names, metavar=metavar, help=help, **settings)
+
+
+def flag(name: str, help: str) -> Any:
+    """Return an option without a value."""
+    return typer.Option(name, help=help)
+
+
+def captures(metavar: str, help: str) -> Any:
+    """Return an argument that names captures."""
+    return typer.Argument(metavar=metavar, help=help, autocompletion=completion.captures)
+
+
+def pattern(metavar: str, help: str) -> Any:
+    """Return an argument that is a pattern."""
+    return typer.Argument(metavar=metavar, help=help, autocompletion=completion.patterns)
+
+
+def file(metavar: str, help: str) -> Any:
+    """Return an argument that is a file or folder; who reads it says what is wrong with it."""
+    return typer.Argument(metavar=metavar, help=help, readable=False)
+
+
 CaptureArgument = Annotated[
     str,
-    typer.Argument(
-        metavar="CAPTURE|FILE|-",
-        help="A capture or file; NAME:FROM-TO for a stretch; - for a hit from search --json.",
-        autocompletion=completion.captures,
+    captures(
+        "CAPTURE|FILE|-",
+        "A capture or file; NAME:FROM-TO for a stretch; - for a hit from search --json.",
     ),
 ]
-Profile = Annotated[
-    str,
-    typer.Option("--profile", metavar="NAME|FOLDER", help="default, paper, or a folder of yours."),
-]
-FileProfile = Annotated[
-    str | None,
-    typer.Option("--profile", metavar="NAME|FOLDER", help="The profile to read a file with."),
-]
-Unit = Annotated[
-    str | None,
-    typer.Option("--unit", metavar="mm|cm|m|inch|cmu", help="Unit of the file, if you know it."),
-]
-Up = Annotated[
-    str | None, typer.Option("--up", metavar="x|y|z|-x|-y|-z", help="Vertical axis of the file.")
-]
-Fps = Annotated[
-    str | None,
-    typer.Option("--fps", metavar="RATE", help="Frames per second: 30, 29.97, 30000/1001."),
-]
-Compose = Annotated[
-    str | None,
-    typer.Option("--compose", metavar="parent|child", help="Which rotation a BVH applies first."),
-]
-Skeleton = Annotated[
-    str | None,
-    typer.Option("--skeleton", metavar="FILE", help="The ASF file for AMC files without one."),
-]
-Body = Annotated[
-    str | None,
-    typer.Option(
-        "--body", metavar="FILE", help='Which name is which joint, a line each: RWrist = "hand_r".'
-    ),
-]
-Columns = Annotated[
-    str | None,
-    typer.Option("--columns", metavar="FILE", help="What the columns of other tables mean."),
-]
-Take = Annotated[
-    str | None, typer.Option("--take", metavar="NAME", help="Which take to read, if several.")
-]
-Tempo = Annotated[
-    str | None,
-    typer.Option(
-        "--tempo", metavar="auto|FILE", help="Count beats: detect them, or read them from a file."
-    ),
-]
-Origin = Annotated[
-    bool, typer.Option("--origin", help="Begin at the floor's origin, facing forward.")
-]
+Db = Annotated[str, option("PATH|URL", "The library to use.", envvar="LANINDEX_DB")]
+Force = Annotated[bool, flag("--force", "Replace an existing file.")]
+Profile = Annotated[str, option("NAME|FOLDER", "default, paper, or a folder of yours.")]
+FileProfile = Annotated[str | None, option("NAME|FOLDER", "The profile to read a file with.")]
+Origin = Annotated[bool, flag("--origin", "Begin at the floor's origin, facing forward.")]
 Jobs = Annotated[
     int | None,
     typer.Option("--jobs", "-j", min=1, help="Processes to use; by default one per processor."),
 ]
-Parts = Annotated[
-    str | None, typer.Option("--parts", metavar="PART,...", help="Only these tracks.")
-]
-Part = Annotated[
-    list[str] | None, typer.Option("--part", metavar="PART", help="Only this part; repeatable.")
-]
-FromSeconds = Annotated[
-    float | None, typer.Option("--from", metavar="SECONDS", min=0.0, help="Where to begin.")
-]
-ToSeconds = Annotated[
-    float | None, typer.Option("--to", metavar="SECONDS", min=0.0, help="Where to end.")
-]
-Bars = Annotated[
-    int | None,
-    typer.Option(
-        "--bars", metavar="N", min=1, help="Bars (or five-second stretches) per staff: 4."
-    ),
-]
-Scale = Annotated[
-    float | None, typer.Option("--scale", metavar="N", min=0.1, max=20.0, help="Magnification: 1.")
-]
-Tolerance = Annotated[
-    float,
-    typer.Option("--tolerance", metavar="SECONDS", help="How far apart matching edges may lie."),
-]
+Parts = Annotated[str | None, option("PART,...", "Only these tracks.")]
+Part = Annotated[list[str] | None, option("PART", "Only this part; repeatable.")]
+FromSeconds = Annotated[float | None, option("SECONDS", "Where to begin.", "--from", min=0.0)]
+ToSeconds = Annotated[float | None, option("SECONDS", "Where to end.", "--to", min=0.0)]
+Bars = Annotated[int | None, option("N", "Bars (or five-second stretches) per staff: 4.", min=1)]
+Scale = Annotated[float | None, option("N", "Magnification: 1.", min=0.1, max=20.0)]
 Words = Annotated[
     Path | None,
-    typer.Option(
-        "--words",
-        envvar="LANINDEX_WORDS",
-        metavar="FILE",
-        help="Your own words for movement, added to the dictionary.",
+    option(
+        "FILE", "Your own words for movement, added to the dictionary.", envvar="LANINDEX_WORDS"
     ),
 ]
-Overlaps = Annotated[
-    str, typer.Option("--overlaps", metavar="none|all", help="Whether to keep overlapping hits.")
-]
+Tolerance = Annotated[float, option("SECONDS", "How far apart matching edges may lie.")]
+Near = Annotated[bool, flag("--near", "Symbols near the border of a cell match from both sides.")]
+Fuzzy = Annotated[str | None, option("N|N%", "Edits a match may cost, in all or per step.")]
 Limit = Annotated[
     int | None,
     typer.Option("--limit", "-n", min=1, help="How many to show: 20 on a terminal, else all."),
 ]
-Timeout = Annotated[
-    float | None,
-    typer.Option("--timeout", metavar="SECONDS", min=0, help="Give up after this many seconds."),
-]
-Memory = Annotated[
-    float | None,
-    typer.Option(
-        "--memory",
-        metavar="MB",
-        min=64,
-        help="Megabytes a search may use; by default a quarter of free memory.",
-    ),
-]
-In = Annotated[
-    str | None, typer.Option("--in", metavar="GLOB", help="Only captures whose path matches.")
-]
-Where = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--where",
-        metavar="KEY=GLOB",
-        help="Only captures whose label, format or other column matches.",
-    ),
-]
-Near = Annotated[
-    bool, typer.Option("--near", help="Symbols near the border of a cell match from both sides.")
-]
-Fuzzy = Annotated[
-    str | None,
-    typer.Option("--fuzzy", metavar="N|N%", help="Edits a match may cost, in all or per step."),
-]
-Strict = Annotated[bool, typer.Option("--strict", help="Match the timing of pasted LND, too.")]
+Timeout = Annotated[float | None, option("SECONDS", "Give up after this many seconds.", min=0)]
 
 
 class Group:
-    """An annotation: the options that `make` takes are joined into the value it returns."""
+    """An annotation: the options that `make` takes, but some, arrive as the value it returns."""
 
-    def __init__(self, make: Callable[..., Any]) -> None:
+    def __init__(self, make: Callable[..., Any], *, but: Sequence[str] = ()) -> None:
         self.make = make
+        parameters = inspect.signature(make, eval_str=True).parameters
+        self.options = [one for name, one in parameters.items() if name not in but]
 
 
 def ungrouped(verb: Callable[..., None]) -> Callable[..., None]:
     """Return a verb that takes each option of its groups by itself, as typer wants it."""
     signature = inspect.signature(verb, eval_str=True)
-    groups: dict[str, tuple[Group, list[str]]] = {}
+    groups: dict[str, Group] = {}
     parameters: list[inspect.Parameter] = []
     for parameter in signature.parameters.values():
-        metadata = getattr(parameter.annotation, "__metadata__", ())
-        group = next((item for item in metadata if isinstance(item, Group)), None)
-        added = [parameter]
-        if group is not None:
-            added = list(inspect.signature(group.make, eval_str=True).parameters.values())
-            groups[parameter.name] = group, [option.name for option in added]
-        parameters += [option.replace(kind=option.KEYWORD_ONLY) for option in added]
+        options = [parameter]
+        for item in getattr(parameter.annotation, "__metadata__", ()):
+            if isinstance(item, Group):
+                groups[parameter.name], options = item, item.options
+        parameters += [option.replace(kind=option.KEYWORD_ONLY) for option in options]
 
-    def call(**given: Any) -> None:
-        for name, (group, options) in groups.items():
-            given[name] = group.make(**{option: given.pop(option) for option in options})
-        verb(**given)
+    def call(**values: Any) -> None:
+        for name, group in groups.items():
+            values[name] = group.make(**{one.name: values.pop(one.name) for one in group.options})
+        verb(**values)
 
     call.__doc__ = verb.__doc__
     call.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
@@ -201,64 +118,85 @@ def ungrouped(verb: Callable[..., None]) -> Callable[..., None]:
     return call
 
 
-def _output(
-    json: Json = False, quiet: Quiet = False, verbose: Verbose = False, color: Color = "auto"
-) -> Output:
-    return Output(json, quiet, verbose, color)
-
-
-def _plain_output(quiet: Quiet = False, verbose: Verbose = False, color: Color = "auto") -> Output:
-    return Output(False, quiet, verbose, color)
-
-
-def reading(
-    unit: Unit = None,
-    up: Up = None,
-    fps: Fps = None,
-    compose: Compose = None,
-    skeleton: Skeleton = None,
-    body: Body = None,
-    columns: Columns = None,
-    take: Take = None,
+def _reading(
+    unit: Annotated[
+        str | None, option("mm|cm|m|inch|cmu", "Unit of the file, if you know it.")
+    ] = None,
+    up: Annotated[str | None, option("x|y|z|-x|-y|-z", "Vertical axis of the file.")] = None,
+    fps: Annotated[str | None, option("RATE", "Frames per second: 30, 29.97, 30000/1001.")] = None,
+    compose: Annotated[
+        str | None, option("parent|child", "Which rotation a BVH applies first.")
+    ] = None,
+    skeleton: Annotated[
+        str | None, option("FILE", "The ASF file for AMC files without one.")
+    ] = None,
+    body: Annotated[
+        str | None, option("FILE", 'Which name is which joint, a line each: RWrist = "hand_r".')
+    ] = None,
+    columns: Annotated[str | None, option("FILE", "What the columns of other tables mean.")] = None,
+    take: Annotated[str | None, option("NAME", "Which take to read, if several.")] = None,
+    tempo: Annotated[
+        str | None, option("auto|FILE", "Count beats: detect them, or read them from a file.")
+    ] = None,
 ) -> Any:
     """Return the options for reading a file; the readers check the words themselves."""
     from lanindex.model import Reading
 
-    given = None if fps is None else rate(fps)
-    return Reading(unit, up, given, compose, skeleton, body, columns, take)
+    return Reading(unit, up, fps and rate(fps), compose, skeleton, body, columns, take, tempo)
 
 
-def _db_output(json: Json = False, quiet: Quiet = False, color: Color = "auto") -> Output:
-    return Output(json, quiet, color=color)
-
-
-Out = Annotated[Output, Group(_output)]
-"""--json, --quiet, --verbose and --color."""
-
-PlainOut = Annotated[Output, Group(_plain_output)]
-"""The same without --json."""
-
-DbOut = Annotated[Output, Group(_db_output)]
-"""The same without --verbose."""
-
-Reading = Annotated[Any, Group(reading)]
-"""What a reader wants to know of a file: --unit, --up, --fps and so on."""
-
-
-def where(given: list[str] | None) -> list[tuple[str, str]]:
-    """Return pairs of a column and the glob that it must match."""
+def _selection(
+    within: Annotated[
+        str | None, option("GLOB", "Only captures whose path matches.", "--in")
+    ] = None,
+    where: Annotated[
+        list[str] | None,
+        option("KEY=GLOB", "Only captures whose label, format or other column matches."),
+    ] = None,
+) -> Selection:
+    """Return the captures that --in and --where select."""
     pairs = []
-    for text in given or []:
+    for text in where or ():
         key, equals, glob = text.partition("=")
         if not (key and equals):
             raise UsageError(f'"{text}"', place="--where", wanted="KEY=GLOB, such as label=walk*")
         pairs.append((key, glob))
-    return pairs
+    return Selection(within, pairs)
 
 
-def selection(within: str | None, globs: list[str] | None) -> Selection:
-    """Return the captures that --in and --where select."""
-    return Selection(within, where(globs))
+def _matching(
+    overlaps: Annotated[str, option("none|all", "Whether to keep overlapping hits.")] = "none",
+    tolerance: Tolerance = 0.1,
+    near: Near = False,
+    fuzzy: Fuzzy = None,
+    strict: Annotated[bool, flag("--strict", "Match the timing of pasted LND, too.")] = False,
+) -> dict[str, Any]:
+    """Return how patterns match, as the methods of a library take it."""
+    choice("--overlaps", overlaps, ("none", "all"))
+    how = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
+    return {**how, "near": near, "fuzzy": fuzzy}
+
+
+Out = Annotated[Output, Group(Output)]
+"""--json, --quiet, --verbose and --color."""
+
+PlainOut = Annotated[Output, Group(Output, but=["json"])]
+ColorOut = Annotated[Output, Group(Output, but=["json", "quiet", "verbose"])]
+DbOut = Annotated[Output, Group(Output, but=["verbose"])]
+
+Reading = Annotated[Any, Group(_reading)]
+"""What a reader wants to know of a file: --unit, --up, --fps and so on."""
+
+FilmReading = Annotated[Any, Group(_reading, but=["fps"])]
+"""The same where --fps is that of a film."""
+
+Selected = Annotated[Selection, Group(_selection)]
+"""--in and --where."""
+
+Where = Annotated[Selection, Group(_selection, but=["within"])]
+
+Matching = Annotated[dict[str, Any], Group(_matching)]
+"""--overlaps, --tolerance, --near, --fuzzy and --strict."""
 
 
 def rate(text: str) -> Fraction:
@@ -292,19 +230,24 @@ def capture_id(text: str) -> int | str:
     return int(text) if text.isdecimal() else text
 
 
-def ending(path: Path, allowed: Sequence[str], option: str = "--output") -> str:
+def ending(path: Path, allowed: Sequence[str]) -> str:
     """Return the ending of a file to write, without its dot."""
     form = path.suffix.lower().removeprefix(".")
     if form not in allowed:
         *others, last = allowed
-        raise UsageError(
-            f'"{path}"', place=option, wanted=f"an ending of {', '.join(others)} or {last}"
-        )
+        wanted = f"an ending of {', '.join(others)} or {last}"
+        raise UsageError(f'"{path}"', place="--output", wanted=wanted)
     return form
 
 
-def exclusive(given: dict[str, Any]) -> None:
-    """Refuse two options that cannot be used together."""
-    names = [name for name, value in given.items() if value]
-    if len(names) > 1:
-        raise UsageError(f"{names[0]} and {names[1]}", wanted="one of them")
+def exclusive(name: str, value: object, others: Mapping[str, object]) -> None:
+    """Refuse options that cannot be used beside another."""
+    for other, given in others.items():
+        if value and given:
+            raise UsageError(f"{name} and {other}", wanted="one of them")
+
+
+def dependent(name: str, value: object, *, on: str, given: object) -> None:
+    """Refuse an option that means nothing without another."""
+    if value and not given:
+        raise UsageError(name, wanted=f"{on} beside it")

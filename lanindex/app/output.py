@@ -7,17 +7,21 @@ can steer the terminal.
 from __future__ import annotations
 
 import os
+import shutil
 import sys
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from time import monotonic
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
+
+import typer
 
 from lanindex.errors import PatternError, UsageError
 
 if TYPE_CHECKING:
-    from lanindex.app.progress import Bar
+    from rich.progress import Progress, Task
 
 _CONTROLS = (*range(0x20), *range(0x7F, 0xA0))
 _UNSEEN = (0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
@@ -37,7 +41,11 @@ STYLES = {"path": "35", "place": "32", "match": "1;31", "dim": "2", "warn": "33"
 PATIENCE = 0.5
 """Seconds before a job's progress is shown."""
 
-_bars: list[Bar] = []
+LEAST = 12
+"""Least cells of a column of words, however narrow the terminal is."""
+
+_bars: list[Progress] = []
+"""The progress bars on the terminal."""
 
 
 class Painted(str):
@@ -62,10 +70,16 @@ def escaped(text: str) -> str:
 class Output:
     """What the user asked to see."""
 
-    json: bool = False
-    quiet: bool = False
-    verbose: bool = False
-    color: str = "auto"
+    json: Annotated[bool, typer.Option("--json", help="Print JSON lines.")] = False
+    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print results and errors only.")] = (
+        False
+    )
+    verbose: Annotated[
+        bool, typer.Option("-v", "--verbose", help="Print more on standard error.")
+    ] = False
+    color: Annotated[str, typer.Option(metavar="auto|always|never", help="When to use colour.")] = (
+        "auto"
+    )
 
     def __post_init__(self) -> None:
         """Check the choice of colour."""
@@ -112,6 +126,11 @@ class Output:
             line = line.translate(_IN_JSON)
         _say(line, sys.stdout)
 
+    def records(self, values: Iterable[dict[str, Any]]) -> None:
+        """Print results as JSON lines."""
+        for value in values:
+            self.record(value)
+
     def row(self, values: Iterable[Any]) -> None:
         """Print a result as tab-separated fields."""
         texts = list(map(str, values))
@@ -136,14 +155,22 @@ class Output:
             for line in lines:
                 self.row(line)
             return
-        from lanindex.app.columns import aligned
-
         for index, text in enumerate(aligned(lines)):
             self.line(self.paint(text, "dim") if index == 0 else text)
 
     def watch(self, noun: str, done: int, total: int) -> None:
         """Note how far a job is; show it on a terminal if the job takes a while."""
-        _job.update(noun, done, total, shown=self.watched, colors=self.color != "never")
+        is_new, now = (noun, total) != (_job.noun, _job.total), monotonic()
+        _job.noun, _job.done, _job.total = noun, done, total
+        _job.begun = now if _job.begun is None else _job.begun
+        if not self.watched or now - _job.begun < PATIENCE:
+            return
+        if _job.bar is None or is_new:
+            if _job.bar is not None:
+                _remove(_job.bar)
+            _job.bar = self._bar(total, noun)
+        # the end of a job is drawn at once
+        _job.bar.update(_job.bar.task_ids[0], completed=done, refresh=done >= total)
 
     @property
     def watched(self) -> bool:
@@ -155,57 +182,51 @@ class Output:
         if total < 2 or not self.watched:
             yield from things
             return
-        from lanindex.app.progress import Bar
-
-        bar = Bar(total, noun, colors=self.color != "never")
-        _bars.append(bar)
-        bar.show()
+        bar = self._bar(total, noun)
         try:
             for thing in things:
-                bar.advance()
+                bar.advance(bar.task_ids[0])
                 yield thing
         finally:
-            bar.hide()
-            if bar in _bars:
-                _bars.remove(bar)
+            _remove(bar)
+
+    def _bar(self, total: int, noun: str) -> Progress:
+        """Draw a bar: things done of a number, their rate and the time that is left."""
+        from rich import progress  # takes long to import
+        from rich.console import Console
+        from rich.text import Text
+
+        class Rate(progress.ProgressColumn):
+            def render(self, task: Task) -> Text:
+                rate = task.finished_speed or task.speed
+                return Text(f"{rate:.3g}/s" if rate else "")
+
+        bar = progress.Progress(
+            progress.BarColumn(bar_width=20),
+            progress.MofNCompleteColumn(),
+            progress.TextColumn(noun),
+            Rate(),
+            progress.TimeRemainingColumn(),
+            console=Console(stderr=True, no_color=True if self.color == "never" else None),
+            transient=True,
+            redirect_stdout=False,  # other lines step aside by themselves
+            redirect_stderr=False,
+        )
+        bar.add_task(noun, total=total)
+        _bars.append(bar)
+        bar.start()
+        return bar
 
 
+@dataclass
 class _Job:
-    """The running job: how far it is, and the bar that shows it."""
+    """How far the running job is, and the bar that shows it."""
 
-    def __init__(self) -> None:
-        self.noun, self.done, self.total = "", 0, 0
-        self.begun: float | None = None
-        self.bar: Bar | None = None
-
-    def update(self, noun: str, done: int, total: int, *, shown: bool, colors: bool) -> None:
-        """Note how far the job is, and show it after `PATIENCE`."""
-        is_new, now = (noun, total) != (self.noun, self.total), monotonic()
-        self.noun, self.done, self.total = noun, done, total
-        self.begun = now if self.begun is None else self.begun
-        if not shown or now - self.begun < PATIENCE:
-            return
-        if self.bar is None or is_new:
-            from lanindex.app.progress import Bar
-
-            self.hide()
-            self.bar = Bar(total, noun, colors=colors)
-            _bars.append(self.bar)
-            self.bar.show()
-        self.bar.reach(done)
-
-    def hide(self) -> None:
-        """Remove the bar from the terminal."""
-        if self.bar is not None:
-            self.bar.hide()
-            if self.bar in _bars:
-                _bars.remove(self.bar)
-        self.bar = None
-
-    def end(self) -> None:
-        """Forget the job."""
-        self.hide()
-        self.noun, self.done, self.total, self.begun = "", 0, 0, None
+    noun: str = ""
+    done: int = 0
+    total: int = 0
+    begun: float | None = None
+    bar: Progress | None = None
 
 
 _job = _Job()
@@ -253,12 +274,24 @@ def counted(number: int, noun: str) -> str:
     return f"{number:,} {noun}" + ("" if number == 1 else "s")
 
 
+def cut_note(shown: int, total: int) -> str:
+    """Return the end of a summary that says how many results are shown, if not all."""
+    return f"; {shown} are shown, --limit shows more" if shown < total else ""
+
+
 def end_progress() -> None:
     """Remove all progress from the terminal and forget the job."""
-    for bar in _bars:
-        bar.hide()
-    _bars.clear()
-    _job.end()
+    global _job
+    for bar in list(_bars):
+        _remove(bar)
+    _job = _Job()
+
+
+def _remove(bar: Progress) -> None:
+    """Remove a progress bar from the terminal."""
+    bar.stop()
+    if bar in _bars:
+        _bars.remove(bar)
 
 
 def choice(name: str, value: str, choices: Sequence[str]) -> str:
@@ -270,10 +303,10 @@ def choice(name: str, value: str, choices: Sequence[str]) -> str:
 
 def _say(line: str, stream: TextIO) -> None:
     for bar in _bars:  # bars step aside
-        bar.hide()
+        bar.stop()
     print(line, file=stream, flush=stream is sys.stderr or bool(_bars))
     for bar in _bars:
-        bar.show()
+        bar.start()
 
 
 @cache
@@ -286,10 +319,118 @@ def _encode(*, ascii: bool) -> Callable[[Any], str]:
 
 def _drawn(error: PatternError) -> str:
     """Return a pattern error with its caret below the word, counting wide characters."""
-    from lanindex.app.columns import width
-
     line, start, stop = error.line()
     before, meant = escaped(line[:start]), escaped(line[start:stop])
     caret = " " * width(before) + "^" * max(1, width(meant))
     place = f"{escaped(error.place)}:\n" if error.place else ""
     return f"{place}{before}{meant}{escaped(line[stop:])}\n{caret}\n{escaped(error.found)}"
+
+
+def width(text: str) -> int:
+    """Return how many cells of a terminal a text takes: wide characters take two.
+
+    Examples
+    --------
+    >>> from lanindex.app.output import width
+    >>> width("walk"), width("歩く"), width("e\u0301")
+    (4, 4, 1)
+    """
+    return len(text) if text.isascii() else sum(map(_cells, text))
+
+
+def _cells(character: str) -> int:
+    if unicodedata.category(character) in ("Mn", "Me", "Cf"):
+        return 0
+    return 2 if unicodedata.east_asian_width(character) in "WF" else 1
+
+
+def cut(text: str, most: int) -> str:
+    """Return a text of at most `most` cells, with ``…`` for its middle if it is longer.
+
+    Examples
+    --------
+    >>> from lanindex.app.output import cut
+    >>> cut("archive/1998/walk.bvh", 13)
+    'archiv…lk.bvh'
+    """
+    if width(text) <= most:
+        return text
+    room = most - 1
+    tail = _first(text[::-1], room // 2)[::-1]
+    while tail and not _cells(tail[0]):  # a mark on a character that is cut
+        tail = tail[1:]
+    return f"{_first(text, room - room // 2)}…{tail}"
+
+
+def _first(text: str, most: int) -> str:
+    taken = 0
+    for index, character in enumerate(text):
+        taken += _cells(character)
+        if taken > most:
+            return text[:index]
+    return text
+
+
+def wrapped(pieces: Iterable[str], most: int) -> list[str]:
+    """Return pieces joined by commas, on lines of at most `most` cells if possible.
+
+    Examples
+    --------
+    >>> from lanindex.app.output import wrapped
+    >>> wrapped(["r_arm high", "mid", "low"], 16)
+    ['r_arm high, mid,', 'low']
+    """
+    lines = [""]
+    for piece in pieces:
+        longer = f"{lines[-1]}, {piece}" if lines[-1] else piece
+        if lines[-1] and width(longer) >= most:  # a comma may follow
+            lines[-1] += ","
+            lines.append(piece)
+        else:
+            lines[-1] = longer
+    return lines
+
+
+def aligned(lines: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Yield lines of cells, the head first, as columns that fit the terminal.
+
+    Numbers are aligned to the right and never cut. The widest columns of words shrink first, none
+    below `LEAST`; if that is not enough, the gaps between columns do.
+    """
+    widths = _fitted(list(zip(*lines, strict=True)))
+    gap = "  " if sum(widths) + 2 * (len(widths) - 1) <= room() else " "
+    for line in lines:
+        cells = (_padded(cell, most) for cell, most in zip(line, widths, strict=True))
+        yield gap.join(cells).rstrip()
+
+
+def _fitted(columns: Sequence[Sequence[str]]) -> list[int]:
+    widths = [max(map(width, column)) for column in columns]
+    words = [at for at, column in enumerate(columns) if any(map(_worded, column[1:]))]
+    over = sum(widths) + 2 * (len(widths) - 1) - room()
+    while over > 0 and (wide := [at for at in words if widths[at] > LEAST]):
+        widest, *others = sorted(wide, key=lambda at: -widths[at])
+        least = max([LEAST, *(widths[at] for at in others[:1])])
+        less = max(1, min(over, widths[widest] - least))
+        widths[widest] -= less
+        over -= less
+    return widths
+
+
+def room() -> int:
+    """Return how many cells a line of the terminal has."""
+    return shutil.get_terminal_size().columns
+
+
+def _worded(cell: str) -> bool:
+    return any(map(str.isalpha, cell))
+
+
+def _padded(cell: str, most: int) -> str:
+    cell = cut(cell, most)
+    space = " " * (most - width(cell))
+    return space + cell if _numeric(cell) else cell + space
+
+
+def _numeric(cell: str) -> bool:
+    return cell.replace(".", "", 1).lstrip("-").isdigit()

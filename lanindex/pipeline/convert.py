@@ -65,18 +65,16 @@ def motion_of(
     return from_origin(motion) if origin else motion
 
 
-def score_of(
-    file: Path, reading: Reading, profile: str, *, tempo: str | None = None, origin: bool = False
-) -> Score:
+def score_of(file: Path, reading: Reading, profile: str, *, origin: bool = False) -> Score:
     """Read a score, or write a capture down; its warnings are those of both."""
     if notation_of(str(file)):
-        if tempo is not None:
+        if reading.tempo is not None:
             raise UsageError("beats for a score", place="--tempo", wanted="a capture")
         return read(str(file))
     from lanindex.encoding import encode
 
     motion = motion_of(file, reading, origin=origin, body_only=True)
-    score = encode(motion, profile, tempo=tempo)
+    score = encode(motion, profile, tempo=reading.tempo)
     return replace(score, warnings=(*motion.warnings, *score.warnings))
 
 

@@ -66,10 +66,9 @@ def named(
     reading: Reading | None = None,
     *,
     profile: str | None = None,
-    tempo: str | None = None,
 ) -> Named:
     """Return what a person names, be it in a library or a file."""
-    given = {"profile": profile, "tempo": tempo, **(reading.given() if reading else {})}
+    given = {"profile": profile, **(reading.given() if reading else {})}
     options = [f"--{_OPTIONS.get(name, name)}" for name, value in given.items() if value]
     path, span = ranged(text)
     is_file = os.path.isfile(on_disk(path))
@@ -86,7 +85,7 @@ def named(
                 raise AbsentError(found, place=error.place, remedy=error.remedy) from error
     from lanindex.pipeline.convert import score_of
 
-    score = score_of(Path(path), reading or Reading(), profile or "default", tempo=tempo)
+    score = score_of(Path(path), reading or Reading(), profile or "default")
     form = notation_of(path)
     return Named(text, path, None, score, form.name if form else "", within(span, score, text))
 

@@ -9,7 +9,7 @@ import pytest
 from command import screen, shown, start, start_on_terminal
 from dances import BOW, dance
 
-from lanindex.app import columns, output
+from lanindex.app import output
 from lanindex.app.output import ESCAPED, Output, escaped, say_error
 from lanindex.errors import PatternError, UsageError
 
@@ -137,7 +137,7 @@ class TestWidth:
         head, *lines = screen(shown(*words, cwd=place, columns=wide)).splitlines()
         assert lines
         for line in lines:
-            assert columns.width(line) <= wide, (head, line)
+            assert output.width(line) <= wide, (head, line)
 
     def test_hits_hang_below_their_symbols(self, place: Path) -> None:
         pattern = "r_arm any -> any"
@@ -145,7 +145,7 @@ class TestWidth:
         begin = next(line.index("r_arm") for line in lines if " fit " in line)
         hanging = [line for line in lines if line.startswith(" " * begin)]
         assert hanging
-        assert max(columns.width(line) for line in lines if " fit " in line) <= 64
+        assert max(output.width(line) for line in lines if " fit " in line) <= 64
 
     def test_long_paths_are_cut_in_the_middle(self, place: Path) -> None:
         seen = screen(shown("list", cwd=place, columns=80))
@@ -155,11 +155,11 @@ class TestWidth:
     def test_cut_leaves_no_half_character(self) -> None:
         for text in ("歩く" * 9, "e\u0301" * 30, "walk" * 9, "歩e\u0301" * 12):
             for most in range(3, 30):
-                got = columns.cut(text, most)
-                assert columns.width(got) <= most
-                assert columns.width(got) >= most - 2
+                got = output.cut(text, most)
+                assert output.width(got) <= most
+                assert output.width(got) >= most - 2
                 assert "…\u0301" not in got
-        assert columns.cut("walk", 4) == "walk"
+        assert output.cut("walk", 4) == "walk"
 
 
 class TestProgress:
@@ -186,10 +186,10 @@ class TestProgress:
         class Bar:
             shown = True
 
-            def hide(self) -> None:
+            def stop(self) -> None:
                 self.shown = False
 
-            def show(self) -> None:
+            def start(self) -> None:
                 self.shown = True
 
         bar = Bar()

@@ -3,99 +3,98 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lanindex.app import completion, options
-from lanindex.app.commands.words import pattern_of
+from lanindex.app.commands.search import pattern_of
+from lanindex.app.options import option
 from lanindex.app.output import Output, counted, duration, end_progress
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
+    from lanindex.library.selection import Selection
     from lanindex.pipeline import Library
     from lanindex.pipeline.dataset import ClipGroup, Made
+    from lanindex.pipeline.export import Request
 
-    Stretch = tuple[str | None, int | None, int | None]  # a capture, its first frame and its end
+
+@dataclass(frozen=True)
+class Source:
+    """Arguments: a pattern, hits on standard input, or a stretch of a capture."""
+
+    what: Annotated[
+        str | None, options.pattern("PATTERN|-", "A pattern, or - for hits from search --json.")
+    ] = None
+    capture: Annotated[
+        str | None, option("PATH|ID", "Cut from this capture.", autocompletion=completion.captures)
+    ] = None
+    begin: Annotated[int | None, option("FRAME", "First frame.", "--from", min=0)] = None
+    end: Annotated[int | None, option("FRAME", "Frame after the last.", "--to", min=1)] = None
+
+    def requests(self, library: Library) -> list[Request] | None:
+        """Return a stretch of a capture or the hits on standard input; None: of a pattern."""
+        from lanindex.pipeline.export import from_lines, from_range
+
+        if self.capture is not None:
+            capture = options.capture_id(self.capture)
+            return [from_range(library.store, capture, self.begin, self.end)]
+        if self.what == "-":
+            return from_lines(library.store, sys.stdin.buffer if sys.stdin else ())
+        return None
+
+
+@dataclass(frozen=True)
+class Clips:
+    """Options of clips that a data set does not have."""
+
+    output: Annotated[Path | None, option("FOLDER", "Where to write: clips.", "--output", "-o")] = (
+        None
+    )
+    format: Annotated[
+        str, option("native|bvh|c3d|...|lnd", "The format to write; --format ? lists them.")
+    ] = "native"
+    origin: options.Origin = False
+    preview: Annotated[str | None, option("webp|gif|mp4", "Write a film beside each clip.")] = None
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """Options of a data set that clips do not have."""
+
+    patterns: Annotated[
+        Path | None, option("FILE", "Its labels, each with its pattern, as for evaluate.")
+    ] = None
+    layout: Annotated[str | None, option("npz|humanml3d", "The files of a data set.")] = None
+    fps: Annotated[str | None, option("RATE", "Frame rate of a data set.")] = None
+    split: Annotated[str | None, option("80/10/10", "Per cent for training, validation, test.")] = (
+        None
+    )
+    split_by: Annotated[str | None, option("COLUMN", "What must stay in one split: performer.")] = (
+        None
+    )
+    seed: Annotated[int | None, option("N", "Seed of the splits.")] = None
 
 
 def run(
-    what: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="PATTERN|-",
-            help="A pattern, or - for hits from search --json.",
-            autocompletion=completion.patterns,
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Where to write: clips.")
-    ] = None,
-    capture: Annotated[
-        str | None,
-        typer.Option(
-            "--capture",
-            metavar="PATH|ID",
-            help="Cut from this capture.",
-            autocompletion=completion.captures,
-        ),
-    ] = None,
-    begin: Annotated[
-        int | None, typer.Option("--from", metavar="FRAME", min=0, help="First frame.")
-    ] = None,
-    end: Annotated[
-        int | None, typer.Option("--to", metavar="FRAME", min=1, help="Frame after the last.")
-    ] = None,
-    format: Annotated[
-        str,
-        typer.Option(
-            metavar="native|bvh|c3d|...|lnd", help="The format to write; --format ? lists them."
-        ),
-    ] = "native",
-    origin: options.Origin = False,
-    preview: Annotated[
-        str | None,
-        typer.Option("--preview", metavar="webp|gif|mp4", help="Write a film beside each clip."),
-    ] = None,
-    pad: Annotated[
-        str, typer.Option(metavar="TIME", help="Time around each hit: 0.5s, 200ms, 10f.")
-    ] = "0",
-    dataset: Annotated[
+    *,
+    source: Annotated[Source, options.Group(Source)],
+    clips: Annotated[Clips, options.Group(Clips)],
+    pad: Annotated[str, option("TIME", "Time around each hit: 0.5s, 200ms, 10f.")] = "0",
+    folder: Annotated[
         Path | None,
-        typer.Option(metavar="FOLDER", help="Write a data set to train on, instead of clips."),
+        option("FOLDER", "Write a data set to train on, instead of clips.", "--dataset"),
     ] = None,
-    patterns: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Its labels, each with its pattern, as for evaluate."),
-    ] = None,
-    layout: Annotated[
-        str | None, typer.Option(metavar="npz|humanml3d", help="The files of a data set.")
-    ] = None,
-    fps: Annotated[
-        str | None, typer.Option(metavar="RATE", help="Frame rate of a data set.")
-    ] = None,
-    split: Annotated[
-        str | None,
-        typer.Option(metavar="80/10/10", help="Per cent for training, validation, test."),
-    ] = None,
-    split_by: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="What must stay in one split: performer.")
-    ] = None,
-    seed: Annotated[int | None, typer.Option(metavar="N", help="Seed of the splits.")] = None,
-    within: options.In = None,
-    where: options.Where = None,
-    overlaps: options.Overlaps = "none",
-    strict: options.Strict = False,
-    tolerance: options.Tolerance = 0.1,
-    near: options.Near = False,
-    fuzzy: options.Fuzzy = None,
+    dataset: Annotated[Dataset, options.Group(Dataset)],
+    selection: options.Selected,
+    matching: options.Matching,
     words: options.Words = None,
     force: options.Force = False,
     db: options.Db = options.DB,
-    *,
     out: options.Out,
 ) -> None:
     """Write hits as clips, in their own format or another.
@@ -106,67 +105,46 @@ def run(
     hits become arrays of joints, symbols and words, in splits, with a card; without a pattern,
     whole captures do.
     """
-    how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
-    how |= {"near": near, "fuzzy": fuzzy, "selection": options.selection(within, where)}
-    stretch = (capture, begin, end)
-    of_dataset: dict[str, Any] = {
-        "--patterns": patterns,
-        "--layout": layout,
-        "--fps": fps,
-        "--split": split,
-    }
-    of_dataset |= {"--split-by": split_by, "--seed": seed}
-    if dataset is None:
-        _refuse({name: it is not None for name, it in of_dataset.items()}, "--dataset beside it")
+    if folder is None:
+        _refuse(dataset, "--dataset beside it")
     else:
-        of_clips = {"--output": output is not None, "--format": format != "native"}
-        of_clips |= {"--origin": origin, "--preview": preview is not None}
-        _refuse(of_clips, "nothing of the kind beside --dataset")
-    _check_source(what, patterns, stretch, how, whole=dataset is not None)
+        _refuse(clips, "nothing of the kind beside --dataset")
+    _check_source(source, dataset.patterns, selection, whole=folder is not None)
+    how = {**matching, "selection": selection}
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=True, words=words, note=out.note, progress=out.watch) as library:
-        if dataset is None:
-            written = _clips(
-                out, library, what, stretch, how, output or Path("clips"),
-                {"pad": pad, "force": force, "format": format, "origin": origin,
-                 "preview": preview},
-            )  # fmt: skip
+        if folder is None:
+            written = _clips(out, library, source, clips, how, pad, force)
         else:
-            dataset_options: dict[str, Any] = {
-                "layout": layout,
-                "rate": fps and options.rate(fps),
-                "shares": split,
-            }
-            dataset_options |= {"split_by": split_by, "seed": seed, "pad": pad, "force": force}
-            written = _dataset(out, library, what, patterns, stretch, how, dataset, dataset_options)
+            groups = _groups(out, library, source, dataset.patterns, how)
+            end_progress()
+            written = _dataset(out, library, groups, folder, dataset, how, pad, force)
     if library.refused or not written:
         raise typer.Exit(2 if library.refused else 1)
 
 
-def _refuse(given: Mapping[str, bool], wanted: str) -> None:
+def _refuse(group: Clips | Dataset, wanted: str) -> None:
     """Refuse the first option that is given."""
-    for name, is_given in given.items():
-        if is_given:
-            raise UsageError(name, wanted=wanted)
+    for field in fields(group):
+        if getattr(group, field.name) != field.default:
+            raise UsageError(f"--{field.name.replace('_', '-')}", wanted=wanted)
 
 
 def _check_source(
-    what: str | None, patterns: Path | None, stretch: Stretch, how: dict[str, Any], *, whole: bool
+    source: Source, patterns: Path | None, selection: Selection, *, whole: bool
 ) -> None:
     """Refuse several sources of clips, or none; a data set may be of `whole` captures."""
-    capture = stretch[0]
-    named = {"a pattern": what, "--patterns": patterns, "--capture": capture}
-    given = [name for name, value in named.items() if value is not None]
-    if not whole and len(given) != 1:
-        found = "two things to export" if given else "nothing to export"
+    sources = {"a pattern": source.what, "--patterns": patterns, "--capture": source.capture}
+    named = [name for name, value in sources.items() if value is not None]
+    if not whole and len(named) != 1:
+        found = "two things to export" if named else "nothing to export"
         raise UsageError(found, wanted="a pattern, - or --capture")
-    if len(given) > 1:
-        raise UsageError(" and ".join(given), wanted="one of them")
-    if capture is None and stretch != (None, None, None):
+    if len(named) > 1:
+        raise UsageError(" and ".join(named), wanted="one of them")
+    if source.capture is None and not (source.begin is None and source.end is None):
         raise UsageError("--from and --to", wanted="--capture beside them")
-    filtered = bool(how["selection"].globs)
-    if filtered and (capture is not None or what == "-"):
+    if selection.globs and (source.capture is not None or source.what == "-"):
         wanted = "patterns, or whole captures, beside them" if whole else "a pattern beside them"
         raise UsageError("--in and --where", wanted=wanted)
 
@@ -174,28 +152,34 @@ def _check_source(
 def _clips(
     out: Output,
     library: Library,
-    what: str | None,
-    stretch: Stretch,
+    source: Source,
+    clips: Clips,
     how: dict[str, Any],
-    folder: Path,
-    form: dict[str, Any],
+    pad: str,
+    force: bool,
 ) -> int:
     """Write clips, and return how many."""
-    from lanindex.pipeline.export import export, from_hits, from_lines, from_range
+    from lanindex.pipeline.export import export, from_hits
     from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
 
-    capture, begin, end = stretch
-    if capture is not None:
-        requests = iter([from_range(library.store, options.capture_id(capture), begin, end)])
-    elif what == "-":
-        requests = iter(from_lines(library.store, sys.stdin.buffer if sys.stdin else ()))
-    else:
-        pattern = pattern_of(out, library, pattern_in(str(what)), library.words)
-        found = library.search(pattern, **how)
+    requests: Iterable[Request] | None = source.requests(library)
+    if requests is None:
+        pattern = pattern_of(out, library, pattern_in(str(source.what)), library.words)
+        hits = hits_in(library.search(pattern, **how))
         end_progress()
-        requests = iter(from_hits(hits_in(found), found.pattern))
-    manifest = export(library.store, requests, folder, **form)
+        requests = from_hits(hits, hits.pattern)
+    folder = clips.output or Path("clips")
+    manifest = export(
+        library.store,
+        requests,
+        folder,
+        pad=pad,
+        format=clips.format,
+        origin=clips.origin,
+        preview=clips.preview,
+        force=force,
+    )
     for row in manifest:
         if out.json:
             out.record(row)
@@ -205,38 +189,73 @@ def _clips(
     return len(manifest)
 
 
+def _groups(
+    out: Output, library: Library, source: Source, patterns: Path | None, how: dict[str, Any]
+) -> list[ClipGroup]:
+    """Return the clips of a data set, those of each pattern together."""
+    from lanindex.pipeline.dataset import of_captures, of_hits, of_requests
+    from lanindex.pipeline.dataset.texts import of_pattern
+    from lanindex.pipeline.words import meant, named
+    from lanindex.search.hits import hits_in
+    from lanindex.search.language.score import pattern_in
+
+    if patterns is not None:
+        from lanindex.evaluate import read_patterns
+
+        labels, groups = library.store.texts("label"), []
+        for label in read_patterns(patterns):
+            text = pattern_in(label.text, patterns.parent)
+            group = of_hits(hits_in(library.search(text, **how)), label.name, of_pattern(text))
+            wanted = frozenset(number for number, it in labels.items() if label.wants(it))
+            groups.append(replace(group, expected=wanted))
+        return groups
+    requests = source.requests(library)
+    if requests is not None:
+        return [
+            of_requests(
+                (it for it in requests if it.pattern == pattern), sentence=of_pattern(pattern)
+            )
+            for pattern in dict.fromkeys(request.pattern for request in requests)
+        ]
+    if source.what is None:
+        return [of_captures(library.captures(how["selection"]))]
+    text = pattern_in(source.what)
+    entry = meant(text, library.words)
+    pattern = pattern_of(out, library, text, library.words)
+    hits = hits_in(library.search(pattern, **how))
+    sentence = of_pattern(pattern, named(pattern, library.words))
+    return [of_hits(hits, sentence=entry.sentence if entry else sentence)]
+
+
 def _dataset(
     out: Output,
     library: Library,
-    what: str | None,
-    patterns: Path | None,
-    stretch: Stretch,
-    how: dict[str, Any],
+    groups: list[ClipGroup],
     folder: Path,
-    dataset_options: dict[str, Any],
+    dataset: Dataset,
+    how: dict[str, Any],
+    pad: str,
+    force: bool,
 ) -> int:
     """Write a data set, and return its size in bytes."""
-    from lanindex.pipeline.dataset import DatasetOptions, of_captures, write
+    from lanindex.pipeline.dataset import DatasetOptions, write
 
-    given = {name: value for name, value in dataset_options.items() if value is not None}
-    if patterns is not None:
-        found = list(_of_labels(library, patterns, how))
-    elif stretch[0] is not None or what == "-":
-        found = _of_requests(library, stretch)
-    elif what is not None:
-        found = [_of_pattern(out, library, what, how)]
-    else:
-        found = [of_captures(library.captures(how["selection"]))]
-    end_progress()
-    made = write(
-        library.store, found, folder, replace(DatasetOptions(how=dict(_on_card(how))), **given)
-    )
+    values: dict[str, Any] = {
+        "layout": dataset.layout,
+        "rate": dataset.fps and options.rate(dataset.fps),
+        "shares": dataset.split,
+        "split_by": dataset.split_by,
+        "seed": dataset.seed,
+    }
+    values = {name: value for name, value in values.items() if value is not None}
+    written = DatasetOptions(pad=pad, force=force, how=dict(_on_card(how)))
+    made = write(library.store, groups, folder, replace(written, **values))
     end_progress()
     _report(out, made, folder)
     return len(made.clips)
 
 
-def _on_card(how: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _on_card(how: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield how clips were searched for, as a card has it."""
     selection = how["selection"]
     rest = {name: value for name, value in how.items() if name != "selection"}
@@ -248,61 +267,12 @@ def _on_card(how: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield name, f"{value:g} s" if name == "tolerance" else str(value)
 
 
-def _of_pattern(out: Output, library: Library, what: str, how: dict[str, Any]) -> ClipGroup:
-    """Return the hits of one pattern, with a sentence for it."""
-    from lanindex.pipeline.dataset import of_hits
-    from lanindex.pipeline.dataset.texts import of_pattern
-    from lanindex.pipeline.words import meant, named
-    from lanindex.search.hits import hits_in
-    from lanindex.search.language.score import pattern_in
-
-    text = pattern_in(what)
-    entry = meant(text, library.words)
-    pattern = pattern_of(out, library, text, library.words)
-    found = hits_in(library.search(pattern, **how))
-    sentence = of_pattern(str(pattern), named(str(pattern), library.words))
-    return of_hits(found, sentence=entry.sentence if entry else sentence)
-
-
-def _of_labels(library: Library, patterns: Path, how: dict[str, Any]) -> Iterator[ClipGroup]:
-    """Yield the hits of each pattern in a file, and the captures that should have some."""
-    from lanindex.evaluate import read_patterns
-    from lanindex.pipeline.dataset import of_hits
-    from lanindex.pipeline.dataset.texts import of_pattern
-    from lanindex.search.hits import hits_in
-    from lanindex.search.language.score import pattern_in
-
-    labels = library.store.texts("label")
-    for label in read_patterns(patterns):
-        text = pattern_in(label.text, patterns.parent)
-        found = of_hits(hits_in(library.search(text, **how)), label.name, of_pattern(text))
-        wanted = frozenset(number for number, it in labels.items() if label.wants(it))
-        yield replace(found, expected=wanted)
-
-
-def _of_requests(library: Library, stretch: Stretch) -> list[ClipGroup]:
-    """Return a stretch of a capture, or the hits on standard input by their pattern."""
-    from lanindex.pipeline.dataset import of_requests
-    from lanindex.pipeline.dataset.texts import of_pattern
-    from lanindex.pipeline.export import from_lines, from_range
-
-    capture, begin, end = stretch
-    if capture is not None:
-        return [of_requests([from_range(library.store, options.capture_id(capture), begin, end)])]
-    requests = from_lines(library.store, sys.stdin.buffer if sys.stdin else ())
-    return [
-        of_requests((it for it in requests if it.pattern == pattern), sentence=of_pattern(pattern))
-        for pattern in dict.fromkeys(request.pattern for request in requests)
-    ]
-
-
 def _report(out: Output, made: Made, folder: Path) -> None:
     """Say what was written, and what was left out."""
     from json import loads
 
     if out.json:
-        for line in made.clips.splitlines():
-            out.record(loads(line))
+        out.records(map(loads, made.clips.splitlines()))
     card = made.card
     for found in card["found"]:
         if found["label"]:

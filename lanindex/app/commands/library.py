@@ -8,8 +8,9 @@ from typing import IO, TYPE_CHECKING, Annotated
 
 import typer
 
-from lanindex.app import completion, options
-from lanindex.app.output import Output, counted, duration
+from lanindex.app import options
+from lanindex.app.options import dependent, exclusive, flag, option
+from lanindex.app.output import Output, counted, duration, room
 from lanindex.errors import LibraryError, UsageError
 
 if TYPE_CHECKING:
@@ -24,13 +25,12 @@ MEASURES_WIDTH = 94
 
 
 def list_captures(
-    within: options.In = None,
-    where: options.Where = None,
+    *,
+    selection: options.Selected,
     doubts: Annotated[
-        bool, typer.Option("--doubts", help="Only those that were doubtful to read, and why.")
+        bool, flag("--doubts", "Only those that were doubtful to read, and why.")
     ] = False,
     db: options.Db = options.DB,
-    *,
     out: options.Out,
 ) -> None:
     """List the captures in the library."""
@@ -38,13 +38,12 @@ def list_captures(
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=True) as library:
-        captures = library.captures(options.selection(within, where))
+        captures = library.captures(selection)
     if doubts:
         captures = [capture for capture in captures if capture.warnings]
     seconds = [float(capture.frames / capture.rate) for capture in captures]
     if out.json:
-        for capture in captures:
-            out.record(records.of_capture(capture))
+        out.records(map(records.of_capture, captures))
     elif doubts:
         for capture in captures:
             if out.terminal:
@@ -67,26 +66,18 @@ def list_captures(
 
 def show(
     capture: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="CAPTURE",
-            help="Its number, path or end of path.",
-            autocompletion=completion.captures,
-        ),
+        str | None, options.captures("CAPTURE", "Its number, path or end of path.")
     ] = None,
-    everything: Annotated[bool, typer.Option("--all", help="All captures.")] = False,
+    everything: Annotated[bool, flag("--all", "All captures.")] = False,
     part: options.Part = None,
-    staff: Annotated[bool, typer.Option("--staff", help="Draw a staff, time downwards.")] = False,
-    where: options.Where = None,
+    staff: Annotated[bool, flag("--staff", "Draw a staff, time downwards.")] = False,
+    *,
+    selection: options.Where,
     output: Annotated[
-        Path | None,
-        typer.Option(
-            *("--output", "-o"), metavar="FILE", help="Write a table: .csv, .jsonl or .parquet."
-        ),
+        Path | None, option("FILE", "Write a table: .csv, .jsonl or .parquet.", "--output", "-o")
     ] = None,
     force: options.Force = False,
     db: options.Db = options.DB,
-    *,
     out: options.Out,
 ) -> None:
     """Show the symbols of a capture.
@@ -97,12 +88,9 @@ def show(
     """
     if (capture is None) != everything:
         raise UsageError("no capture" if capture is None else "a capture and --all", wanted="one")
-    if where and not everything:
-        raise UsageError("--where", wanted="--all beside it")
-    if staff and out.json:
-        raise UsageError("--staff and --json", wanted="one of them")
-    if output is None and force:
-        raise UsageError("--force", wanted="--output beside it")
+    dependent("--where", selection.globs, on="--all", given=everything)
+    exclusive("--staff", staff, {"--json": out.json})
+    dependent("--force", force, on="--output", given=output)
     if output is not None and (out.json or staff):
         raise UsageError("--output beside --json or --staff", wanted="one of them")
     from lanindex.notation import TABLES
@@ -113,8 +101,8 @@ def show(
         numbers = None
         if capture is not None:
             numbers = [library.capture(options.capture_id(capture)).id]
-        elif where:
-            numbers = library.store.numbers(options.selection(None, where))
+        elif selection.globs:
+            numbers = library.store.numbers(selection)
         if part:
             library.store.check_parts(part)
         # a staff needs the other parts, too: feet that hold the weight
@@ -161,7 +149,6 @@ def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
     """List the symbols of a capture's tracks."""
     from lanindex import records
     from lanindex.alphabet import MEASURES
-    from lanindex.app.columns import room
 
     more = MEASURES if not out.terminal or room() >= MEASURES_WIDTH else ()
     rows = []
@@ -193,49 +180,39 @@ def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
 
 def remove(
     captures: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="CAPTURE...",
-            help="Their numbers, paths or ends of paths.",
-            autocompletion=completion.captures,
-        ),
+        list[str] | None, options.captures("CAPTURE...", "Their numbers, paths or ends of paths.")
     ] = None,
-    missing: Annotated[
-        bool, typer.Option("--missing", help="All whose file is no longer there.")
-    ] = False,
-    within: options.In = None,
-    where: options.Where = None,
+    missing: Annotated[bool, flag("--missing", "All whose file is no longer there.")] = False,
+    *,
+    selection: options.Selected,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say what would be removed; change nothing.")
+        bool, flag("--dry-run", "Say what would be removed; change nothing.")
     ] = False,
     db: options.Db = options.DB,
-    *,
     out: options.Out,
 ) -> None:
     """Remove captures from the library, all or none; their files stay.
 
     Exits with 1 if there is nothing to remove.
     """
-    if captures and missing:
-        raise UsageError("captures and --missing", wanted="one of them")
-    if not (captures or missing or where) and within is None:
+    exclusive("captures", captures, {"--missing": missing})
+    if not (captures or missing or selection.globs):
         raise UsageError("nothing to remove", wanted="captures, --in, --where or --missing")
     from lanindex import records
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=dry_run) as library:
         # a damaged capture can be removed by its number, but neither shown nor filtered
-        readable = dry_run or within is not None or bool(where)
+        readable = dry_run or bool(selection.globs)
         chosen, damaged = _named(library, captures or [], readable)
         if not damaged:
-            found = library.captures(options.selection(within, where))
+            found = library.captures(selection)
             wanted = {it.id for it in (chosen if captures else library.store.missing())}
             chosen = [it for it in found if it.id in wanted or not (captures or missing)]
         if not dry_run:
             library.remove(*damaged, *(capture.id for capture in chosen))
     if out.json:
-        for capture in chosen:
-            out.record(records.of_capture(capture))
+        out.records(map(records.of_capture, chosen))
     elif chosen:
         out.table(("id", "path"), [(capture.id, capture.path) for capture in chosen])
     gone = len(chosen) + len(damaged)

@@ -1,7 +1,8 @@
-"""The verbs that look at many captures at once: stats, motifs, similar."""
+"""The verbs that look at many captures at once: stats, motifs, similar, evaluate."""
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
@@ -10,10 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lanindex.app import options
-from lanindex.app.output import Output, counted, duration, end_progress
+from lanindex.app.options import dependent, exclusive, flag, option
+from lanindex.app.output import Output, counted, cut_note, duration, end_progress, say_error
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
+    from lanindex.evaluate import Result
     from lanindex.library.stats import Stats
     from lanindex.pipeline.motifs import Motifs, Recurring
     from lanindex.pipeline.movement import Movement
@@ -25,21 +28,15 @@ MOTIFS_ON_TERMINAL = 20
 
 def stats(
     by: Annotated[
-        str | None,
-        typer.Option(metavar="COLUMN", help="How movement is spread, by label or another column."),
+        str | None, option("COLUMN", "How movement is spread, by label or another column.")
     ] = None,
-    compare: Annotated[
-        tuple[str, str] | None, typer.Option(metavar="A B", help="Only two of its values.")
-    ] = None,
+    compare: Annotated[tuple[str, str] | None, option("A B", "Only two of its values.")] = None,
     part: options.Part = None,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE.svg|png|pdf", help="Draw it.", readable=False)
-    ] = None,
-    within: options.In = None,
-    where: options.Where = None,
+    plot: Annotated[Path | None, option("FILE.svg|png|pdf", "Draw it.", readable=False)] = None,
+    *,
+    selection: options.Selected,
     force: options.Force = False,
     db: options.Db = options.DB,
-    *,
     out: options.Out,
 ) -> None:
     """Summarize the library; with --by or --plot, how movement is spread in it.
@@ -47,20 +44,15 @@ def stats(
     For each group: where each part goes, from where, how often. For two groups: how they differ.
     A capture is one observation; the intervals hold for all comparisons together.
     """
-    if compare and not by:
-        raise UsageError("--compare", wanted="--by beside it")
-    if force and not plot:
-        raise UsageError("--force", wanted="--plot beside it")
+    dependent("--compare", compare, on="--by", given=by)
+    dependent("--force", force, on="--plot", given=plot)
     from lanindex.pipeline import open_library
 
     with open_library(db, readonly=True) as library:
-        if not any((by, part, plot, within is not None, where)):
+        if not any((by, part, plot, selection.globs)):
             return _summarize(out, library.stats())
         movement = library.movement(
-            by=by or "",
-            compared=compare,
-            parts=part or (),
-            selection=options.selection(within, where),
+            by=by or "", compared=compare, parts=part or (), selection=selection
         )
     if plot:
         from lanindex.pipeline.charts import charted
@@ -71,10 +63,11 @@ def stats(
         out.note(str(plot))
     groups = list(movement.groups)
     if out.json:
-        for difference in movement.differences if compare else ():
-            out.record(difference.record(movement.by, (groups[0], groups[1])))
-        for moves in () if compare else movement.moves:
-            out.record(moves.record(movement.by))
+        if compare:
+            pair = groups[0], groups[1]
+            out.records(one.record(movement.by, pair) for one in movement.differences)
+        else:
+            out.records(moves.record(movement.by) for moves in movement.moves)
     else:
         _moves(out, movement)
         if len(groups) == 2:
@@ -156,22 +149,17 @@ def _differences(out: Output, movement: Movement) -> None:
 
 
 def motifs(
-    min_count: Annotated[
-        int, typer.Option("--min-count", metavar="N", help="How often one must occur.")
-    ] = 5,
-    length: Annotated[
-        int, typer.Option("--length", metavar="N", help="How many symbols it must have.")
-    ] = 3,
+    min_count: Annotated[int, option("N", "How often one must occur.")] = 5,
+    length: Annotated[int, option("N", "How many symbols it must have.")] = 3,
     part: options.Part = None,
     limit: options.Limit = None,
     everything: Annotated[
-        bool, typer.Option("--all", help="Look through all captures, not a sample of 5,000.")
+        bool, flag("--all", "Look through all captures, not a sample of 5,000.")
     ] = False,
-    within: options.In = None,
-    where: options.Where = None,
+    *,
+    selection: options.Selected,
     timeout: options.Timeout = None,
     db: options.Db = options.DB,
-    *,
     out: options.Out,
 ) -> None:
     """List sequences of symbols that recur.
@@ -189,7 +177,7 @@ def motifs(
             length=length,
             parts=part,
             sample=None if everything else SAMPLE,
-            selection=options.selection(within, where),
+            selection=selection,
             timeout=timeout,
         )
     end_progress()
@@ -202,8 +190,7 @@ def motifs(
     if found.captures < found.of:
         sample = f"{found.captures:,} of {counted(found.of, 'capture')}"
         out.note(f"{sample}, taken at random, were looked through: --all looks through all")
-    cut = f"; {len(shown)} are shown, --limit shows more" if len(shown) < len(motifs) else ""
-    captures = counted(found.captures, "capture")
+    cut, captures = cut_note(len(shown), len(motifs)), counted(found.captures, "capture")
     out.note(f"{counted(len(motifs), 'motif')} in {captures}{cut}")
     if not motifs:
         raise typer.Exit(1)
@@ -227,21 +214,15 @@ def _motif(out: Output, motif: Recurring, found: Motifs) -> None:
 
 
 def similar(
-    groups: Annotated[
-        int | None, typer.Option("--groups", min=1, help="How many groups to make.")
-    ] = None,
-    alike: Annotated[
-        float | None,
-        typer.Option("--alike", metavar="0..1", help="Least mean likeness in a group: 0.4."),
-    ] = None,
+    groups: Annotated[int | None, typer.Option(min=1, help="How many groups to make.")] = None,
+    alike: Annotated[float | None, option("0..1", "Least mean likeness in a group: 0.4.")] = None,
     everything: Annotated[
-        bool, typer.Option("--all", help="Compare all captures, not a sample of 2,000.")
+        bool, flag("--all", "Compare all captures, not a sample of 2,000.")
     ] = False,
-    within: options.In = None,
-    where: options.Where = None,
+    *,
+    selection: options.Selected,
     timeout: options.Timeout = None,
     db: options.Db = options.DB,
-    *,
     out: options.Out,
 ) -> None:
     """Group captures that are alike.
@@ -249,8 +230,7 @@ def similar(
     Groups are joined while their captures are alike on average. Each starts with the capture that
     is most like all its others. Exits with 1 if there are no groups.
     """
-    if groups is not None and alike is not None:
-        raise UsageError("--groups and --alike", wanted="one of them")
+    exclusive("--groups", groups is not None, {"--alike": alike is not None})
     from lanindex import records
     from lanindex.pipeline import open_library
     from lanindex.pipeline.similar import ALIKE, SAMPLE
@@ -260,7 +240,7 @@ def similar(
             groups=groups,
             alike=ALIKE if alike is None else alike,
             sample=None if everything else SAMPLE,
-            selection=options.selection(within, where),
+            selection=selection,
             timeout=timeout,
         )
     end_progress()
@@ -309,3 +289,101 @@ def _similar_summary(out: Output, found: Groups, requested: int | None) -> None:
     else:
         single = f"; {counted(alone, 'capture')} like no other" if alone else ""
         out.note(f"{counted(len(several), 'group')} of {captures}{single}")
+
+
+def evaluate(
+    folder: Annotated[Path, options.file("FOLDER", "The captures.")],
+    labels: Annotated[str, option("CSV", "Columns file and label.")],
+    patterns: Annotated[str, option("TOML", "Patterns and their positives.")],
+    profile: options.Profile = "default",
+    jobs: options.Jobs = None,
+    misses: Annotated[
+        bool, flag("--misses", "Say which clips were judged wrongly, and why.")
+    ] = False,
+    near: options.Near = False,
+    fuzzy: options.Fuzzy = None,
+    timeout: options.Timeout = None,
+    *,
+    out: options.Out,
+) -> None:
+    """Measure patterns against labelled captures.
+
+    A clip is found if a pattern has at least one hit in it. Files that are both in FOLDER and in
+    the CSV count. PATTERNS: name = {pattern = "r_arm high", positives = ["label", "walk*", ...]}.
+    """
+    from lanindex.encoding.profile import load
+    from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
+    from lanindex.pipeline.discover import discover
+    from lanindex.pipeline.labels import read_labels, unfitting
+    from lanindex.pipeline.search import named as too_rich
+
+    expectations, table = read_patterns(patterns), read_labels(labels)
+    if not any(label for label, _ in table.values()):
+        raise UsageError("no labels", place=labels, wanted='a column "label"')
+    reader = read_clips(folder, table, load(profile), jobs=jobs or os.cpu_count() or 1)
+    clips = list(out.progress(reader, len(table), "clips"))
+    unused_rows = unfitting(table, [it.capture.path for it in clips] or discover([folder]))
+    if not clips:
+        raise UsageError(unused_rows, place=labels, wanted=f"files in {folder}")
+    if unused_rows:
+        out.note(f"{labels}: {unused_rows}")
+    failed = [clip for clip in clips if clip.error]
+    for clip in failed:
+        say_error(f"{clip.error}; it counts as not found")
+    for expectation in expectations:
+        if unused := expectation.unused(clip.capture.label for clip in clips):
+            out.note(f"{expectation.name}: no clip has the label {', '.join(unused)}")
+    results = evaluate(
+        clips, expectations, near=near, fuzzy=fuzzy, timeout=timeout, progress=out.watch
+    )
+    end_progress()
+    for result in results:
+        for line in too_rich(result.refused):
+            say_error(f"{result.expectation.name}: {line}; it counts as not found")
+    _print(out, results, misses)
+    total = summary(results)
+    mean, error = total["mean_f1"], total["standard_error"]
+    if out.json:
+        out.record({"pattern": "(mean)", **total})
+    elif mean is not None:
+        counts = (counted(total[f"{noun}s"], noun) for noun in ("pattern", "clip"))
+        out.line(", ".join((f"mean F1 {mean:.3f} ± {error:.3f}", *counts)))
+    if mean is None:
+        out.note("nothing was measured: no clip has a label that a pattern should find")
+    if failed or any(result.refused for result in results):
+        raise typer.Exit(2)
+    if mean is None:
+        raise typer.Exit(1)
+
+
+def _print(out: Output, results: list[Result], misses: bool) -> None:
+    records = [result.record(misses=misses and out.json) for result in results]
+    if out.json:
+        for record in records:
+            out.record(record)
+        return
+    figures = ("precision", "recall", "f1")
+    rows = [
+        (
+            record["name"],
+            *("-" if record[key] is None else f"{record[key]:.3f}" for key in figures),
+            *(record[key] for key in ("found_rightly", "found_wrongly", "missed")),
+        )
+        for record in records
+    ]
+    out.table(("pattern", *figures, "right", "wrong", "missed"), rows)
+    for result in results if misses else ():
+        _misses(out, result)
+
+
+def _misses(out: Output, result: Result) -> None:
+    from lanindex.model.capture import in_words
+
+    for miss in result.misses:
+        kind = "wrongly" if miss.hit else "missed"
+        out.line(f"{result.expectation.name}: {kind} {miss.capture.path} ({miss.capture.label})")
+        if miss.hit:
+            span, symbols = miss.hit.span, ", ".join(in_words(miss.hit.symbols))
+            out.line(f"    frames {span.start}-{span.stop}: {symbols}")
+        else:
+            out.line(f"    {result.obstacle(miss)}")

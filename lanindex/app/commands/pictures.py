@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lanindex.app import completion, options
+from lanindex.app import options
+from lanindex.app.options import exclusive, flag, option
 from lanindex.app.output import Output, counted
 from lanindex.errors import LanindexError, UsageError
 
@@ -27,28 +29,27 @@ def score(
     capture: options.CaptureArgument,
     output: Annotated[
         Path | None,
-        typer.Option(
-            *("--output", "-o"),
-            metavar="FILE.svg|png|pdf",
-            help="Where to draw (-: SVG on standard output); by default an .svg file here.",
+        option(
+            "FILE.svg|png|pdf",
+            "Where to draw (-: SVG on standard output); by default an .svg file here.",
+            "--output",
+            "-o",
         ),
     ] = None,
     parts: options.Parts = None,
     start: options.FromSeconds = None,
     stop: options.ToSeconds = None,
     bars: options.Bars = None,
-    strip: Annotated[bool, typer.Option("--strip", help="Draw one long staff.")] = False,
+    strip: Annotated[bool, flag("--strip", "Draw one long staff.")] = False,
     scale: options.Scale = None,
     highlight: Annotated[
-        str | None,
-        typer.Option("--highlight", metavar="PATTERN", help="Lay a band over its hits' symbols."),
+        str | None, option("PATTERN", "Lay a band over its hits' symbols.")
     ] = None,
-    legend: Annotated[bool, typer.Option("--legend", help="Explain the signs.")] = False,
+    legend: Annotated[bool, flag("--legend", "Explain the signs.")] = False,
     words: options.Words = None,
     profile: options.FileProfile = None,
     *,
     reading: options.Reading,
-    tempo: options.Tempo = None,
     force: options.Force = False,
     db: options.Db = options.DB,
     out: options.PlainOut,
@@ -59,15 +60,14 @@ def score(
     whole where the score has it so. A capture in the library is drawn as it was ingested; with an
     option for reading (--unit, --profile and so on), CAPTURE is a file and is read.
     """
-    if strip and bars is not None:
-        raise UsageError("--strip and --bars", wanted="one of them")
+    exclusive("--strip", strip, {"--bars": bars})
     from lanindex.draw.staff import BARS, draw
     from lanindex.draw.svg import FORMS, rendered
     from lanindex.pipeline.files import safe_stem, write_all
 
     target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.svg")
     form = "svg" if target == options.STDOUT else options.ending(target, FORMS)
-    named = _named(out, capture, db, reading, profile, tempo)
+    named = _named(out, capture, db, profile, reading)
     picture = draw(
         named.score,
         title=named.title,
@@ -90,28 +90,17 @@ def score(
 
 
 def _named(
-    out: Output,
-    text: str,
-    db: str,
-    reading: Reading | None = None,
-    profile: str | None = None,
-    tempo: str | None = None,
+    out: Output, text: str, db: str, profile: str | None, reading: Reading | None = None
 ) -> Named:
     """Return the capture, hit, stretch or file that an argument names; print a file's warnings."""
     from lanindex.library.store import Store
-    from lanindex.model import Reading
     from lanindex.pipeline.named import named
 
-    one = named(
-        options.one_line(text),
-        lambda: Store.open(db, readonly=True),
-        reading or Reading(),
-        profile=profile,
-        tempo=tempo,
-    )
-    for warning in () if one.capture else one.score.warnings:
-        out.note(f"{one.path}: {warning}")
-    return one
+    library = partial(Store.open, db, readonly=True)
+    result = named(options.one_line(text), library, reading, profile=profile)
+    for warning in () if result.capture else result.score.warnings:
+        out.note(f"{result.path}: {warning}")
+    return result
 
 
 def _marked(out: Output, named: Named, pattern: str | None, words: Path | None) -> list[Symbol]:
@@ -125,57 +114,31 @@ def _marked(out: Output, named: Named, pattern: str | None, words: Path | None) 
     return [symbol for hit in hits for symbol in hit]
 
 
-def _file_reading(
-    unit: options.Unit = None,
-    up: options.Up = None,
-    file_fps: Annotated[
-        str | None, typer.Option(metavar="RATE", help="Frames per second of the file.")
-    ] = None,
-    compose: options.Compose = None,
-    skeleton: options.Skeleton = None,
-    body: options.Body = None,
-    columns: options.Columns = None,
-    take: options.Take = None,
-) -> Any:
-    return options.reading(unit, up, file_fps, compose, skeleton, body, columns, take)
-
-
 def play(
     capture: options.CaptureArgument,
     output: Annotated[
         Path | None,
-        typer.Option(
-            *("--output", "-o"),
-            metavar="FILE.webp|gif|mp4",
-            help="Where to write; by default a .webp file here.",
+        option(
+            "FILE.webp|gif|mp4", "Where to write; by default a .webp file here.", "--output", "-o"
         ),
     ] = None,
-    highlight: Annotated[
-        str | None,
-        typer.Option("--highlight", metavar="PATTERN", help="Colour the limbs of its hits."),
-    ] = None,
+    highlight: Annotated[str | None, option("PATTERN", "Colour the limbs of its hits.")] = None,
     words: options.Words = None,
     view: Annotated[
         str,
-        typer.Option(
-            metavar="auto|front|side|DEGREES",
-            help="Where to look from: auto sees most of the movement.",
-        ),
+        option("auto|front|side|DEGREES", "Where to look from: auto sees most of the movement."),
     ] = "auto",
     parts: options.Parts = None,
     start: options.FromSeconds = None,
     stop: options.ToSeconds = None,
     fps: Annotated[
-        str | None,
-        typer.Option(metavar="RATE", help="Frames per second of the film: MP4 25, WebP, GIF 20."),
+        str | None, option("RATE", "Frames per second of the film: MP4 25, WebP, GIF 20.")
     ] = None,
-    size: Annotated[
-        str, typer.Option(metavar="WIDTHxHEIGHT", help="Size of the film in pixels.")
-    ] = "640x480",
+    size: Annotated[str, option("WIDTHxHEIGHT", "Size of the film in pixels.")] = "640x480",
     profile: options.FileProfile = None,
+    file_fps: Annotated[str | None, option("RATE", "Frames per second of the file.")] = None,
     *,
-    reading: Annotated[Any, options.Group(_file_reading)],
-    tempo: options.Tempo = None,
+    reading: options.FilmReading,
     force: options.Force = False,
     db: options.Db = options.DB,
     out: options.PlainOut,
@@ -200,10 +163,12 @@ def play(
     if not (width.isdecimal() and height.isdecimal()):
         raise UsageError(f'"{size}"', place="--size", wanted="WIDTHxHEIGHT, such as 640x480")
     refuse(target, force=force)
-    opened = partial(Store.open, db, readonly=True)
+    if file_fps is not None:
+        reading = replace(reading, rate=options.rate(file_fps))
+    library = partial(Store.open, db, readonly=True)
     with _file_fps():
-        named = resolve(options.one_line(capture), opened, reading, profile=profile, tempo=tempo)
-        motion = motion_of(named, opened, reading, rate)
+        named = resolve(options.one_line(capture), library, reading, profile=profile)
+        motion = motion_of(named, library, reading, rate)
     if not named.capture:
         for warning in dict.fromkeys((*named.score.warnings, *motion.warnings)):
             out.note(f"{named.path}: {_with_file_fps(warning)}")
@@ -243,22 +208,11 @@ def _with_file_fps(text: str) -> str:
 
 def diff(
     one: Annotated[
-        str,
-        typer.Argument(
-            metavar="A",
-            help="A capture or file; A:FROM-TO for a stretch, in frames.",
-            autocompletion=completion.captures,
-        ),
+        str, options.captures("A", "A capture or file; A:FROM-TO for a stretch, in frames.")
     ],
-    other: Annotated[
-        str,
-        typer.Argument(
-            metavar="B", help="What to compare it with.", autocompletion=completion.captures
-        ),
-    ],
+    other: Annotated[str, options.captures("B", "What to compare it with.")],
     output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE.svg|png|pdf", help="Draw both staves."),
+        Path | None, option("FILE.svg|png|pdf", "Draw both staves.", "--output", "-o")
     ] = None,
     parts: options.Parts = None,
     tolerance: options.Tolerance = 0.1,
@@ -277,13 +231,13 @@ def diff(
     the other score does not know the part. Tracks that only one of the two has are named, and not
     compared. Exits with 0 if nothing differs, else 1.
     """
-    if output is None and not (bars is None and scale is None):
+    if output is None and (bars or scale):
         raise UsageError("--bars and --scale", wanted="--output beside them")
     from lanindex.compare import compare
     from lanindex.notation.excerpt import excerpt
     from lanindex.pipeline.files import write_all
 
-    named = [_named(out, text, db, profile=profile) for text in (one, other)]
+    named = [_named(out, text, db, profile) for text in (one, other)]
     scores = [excerpt(it.score, it.span) for it in named]
     compared = compare(*scores, parts=options.names(parts), tolerance=tolerance)
     if output is not None:
@@ -292,8 +246,7 @@ def diff(
     if out.json:
         from lanindex import records
 
-        for difference in compared.differences:
-            out.record(records.of_difference(difference))
+        out.records(map(records.of_difference, compared.differences))
     elif compared.differences:
         rows = [
             (it.part, *_cells(it.one), *_cells(it.other), _change(it))

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from lanindex.app import completion, options
-from lanindex.app.commands.words import pattern_of
-from lanindex.app.output import Output, choice, counted, end_progress
+from lanindex.app.options import exclusive, flag, option
+from lanindex.app.output import Output, choice, counted, cut_note, end_progress
 from lanindex.errors import UsageError, shown
 
 if TYPE_CHECKING:
+    from lanindex.library.selection import Selection
     from lanindex.pipeline import Library
-    from lanindex.pipeline.example import Alike
     from lanindex.search.explain import Trace
     from lanindex.search.hits import Counts, Hits
 
@@ -32,81 +34,86 @@ TIER = "hits"
 """The default name of a tier."""
 
 
+@dataclass(frozen=True)
+class View:
+    """Options: which hits are shown, and how."""
+
+    limit: options.Limit = None
+    sort: Annotated[str, option("fit|time", "Best fit or earliest first.")] = "time"
+    count: Annotated[bool, flag("--count", "Count the hits in each capture.")] = False
+    context: Annotated[
+        str | None,
+        option("TIME", "Draw the staff of each hit and this much around it: 0, 0.5s, 10f."),
+    ] = None
+    into: Annotated[Path | None, option("FILE", "Add the hits to an existing .eaf file.")] = None
+    tier: Annotated[str | None, option("NAME", "The tier to add there: hits.")] = None
+    preview: Annotated[
+        Path | None,
+        option(
+            "FILE.png|svg|html",
+            "Draw the hits: poses and staves on a sheet, or a page on which they play.",
+        ),
+    ] = None
+    force: Annotated[bool, flag("--force", "Replace an existing tier or file.")] = False
+
+    def check(self, others: Mapping[str, object], rerank: bool) -> None:
+        """Refuse options that cannot stand beside each other, and bad ones before the search."""
+        choice("--sort", self.sort, ("fit", "time"))
+        others = {**others, "--count": self.count}
+        exclusive("--context", self.context, {**others, "--into": self.into})
+        drawn = {"--into": self.into, "--context": self.context}
+        exclusive("--preview", self.preview, {**others, **drawn})
+        exclusive("--into", self.into, {**others, "--rerank": rerank})
+        options.dependent("--tier", self.tier, on="--into", given=self.into)
+        beside = self.into or self.preview
+        options.dependent("--force", self.force, on="--into or --preview", given=beside)
+        if self.context is not None:
+            from fractions import Fraction
+
+            from lanindex.pipeline.export import pad_frames
+
+            pad_frames(self.context, Fraction(1), "--context")
+        if self.preview is not None:
+            from lanindex.pipeline.files import refuse
+            from lanindex.pipeline.preview import form_of
+
+            form_of(self.preview)
+            refuse(self.preview, force=self.force)
+
+    def first(self, hits: Hits, most: int | None) -> Hits:
+        """Return the first hits, by fit or time."""
+        return (hits.by_fit(most) if self.sort == "fit" else hits)[:most]
+
+
 def run(
     patterns: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[PATTERN]",
-            help="r_arm right mid -> high",
-            autocompletion=completion.patterns,
-        ),
+        list[str] | None, options.pattern("[PATTERN]", "r_arm right mid -> high")
     ] = None,
-    like: Annotated[
-        str | None,
-        typer.Option("--like", metavar="CLIP[:FROM-TO]", help="Find what is like a capture."),
-    ] = None,
-    rerank: Annotated[
-        bool, typer.Option("--rerank", help="With --like: compare joint positions, too.")
-    ] = False,
-    limit: options.Limit = None,
-    within: options.In = None,
-    where: options.Where = None,
-    sort: Annotated[
-        str, typer.Option(metavar="fit|time", help="Best fit or earliest first.")
-    ] = "time",
-    overlaps: options.Overlaps = "none",
-    tolerance: options.Tolerance = 0.1,
-    near: options.Near = False,
-    fuzzy: options.Fuzzy = None,
+    like: Annotated[str | None, option("CLIP[:FROM-TO]", "Find what is like a capture.")] = None,
+    rerank: Annotated[bool, flag("--rerank", "With --like: compare joint positions, too.")] = False,
+    *,
+    selection: options.Selected,
+    matching: options.Matching,
     timeout: options.Timeout = None,
-    memory: options.Memory = None,
+    memory: Annotated[
+        float | None,
+        option("MB", "Megabytes a search may use; by default a quarter of free memory.", min=64),
+    ] = None,
     words: options.Words = None,
-    count: Annotated[bool, typer.Option("--count", help="Count the hits in each capture.")] = False,
-    strict: options.Strict = False,
     explain: Annotated[
         bool,
-        typer.Option(
-            "--explain",
-            help="Say how the pattern is understood; --explain plan: how it is searched.",
-        ),
+        flag("--explain", "Say how the pattern is understood; --explain plan: how it is searched."),
     ] = False,
     why: Annotated[
         str | None,
-        typer.Option(
-            "--why",
-            metavar="CAPTURE",
+        option(
+            "CAPTURE",
+            "Say what matched in one capture, or where matching failed.",
             autocompletion=completion.captures,
-            help="Say what matched in one capture, or where matching failed.",
         ),
     ] = None,
-    context: Annotated[
-        str | None,
-        typer.Option(
-            "--context",
-            metavar="TIME",
-            help="Draw the staff of each hit and this much around it: 0, 0.5s, 10f.",
-        ),
-    ] = None,
-    into: Annotated[
-        Path | None,
-        typer.Option("--into", metavar="FILE", help="Add the hits to an existing .eaf file."),
-    ] = None,
-    tier: Annotated[
-        str | None, typer.Option("--tier", metavar="NAME", help="The tier to add there: hits.")
-    ] = None,
-    preview: Annotated[
-        Path | None,
-        typer.Option(
-            "--preview",
-            metavar="FILE.png|svg|html",
-            help="Draw the hits: poses and staves on a sheet, or a page on which they play.",
-        ),
-    ] = None,
-    force: Annotated[
-        bool, typer.Option("--force", help="Replace an existing tier or file.")
-    ] = False,
+    view: Annotated[View, options.Group(View)],
     db: options.Db = options.DB,
-    *,
     out: options.Out,
 ) -> None:
     """Find movement by pattern.
@@ -116,154 +123,149 @@ def run(
     Or a word of the dictionary of movement, such as walk: lanindex words.
     Exits with 1 if nothing is found.
     """
-    choice("--sort", sort, ("fit", "time"))
-    choice("--overlaps", overlaps, ("none", "all"))
     arguments = list(patterns or ())
     plan = explain and len(arguments) == 2 and "plan" in arguments
     if plan:
         arguments.remove("plan")
     if len(arguments) > 1:
         raise UsageError(f'"{arguments[1]}" behind the pattern', remedy="Quote the pattern.")
-    pattern = arguments[0] if arguments else None
-    others = {"--like": like, "--explain": explain, "--why": why, "--json": out.json}
-    others |= {"--count": count}
-    _refuse("--context", context, {**others, "--into": into})
-    _refuse("--preview", preview, {**others, "--into": into, "--context": context})
-    _refuse("--into", into, {**others, "--rerank": rerank})
-    if into is None and tier:
-        raise UsageError("--tier", wanted="--into beside it")
-    if into is None and preview is None and force:
-        raise UsageError("--force", wanted="--into or --preview beside it")
-    _check_files(context, preview, force)
-    among: dict[str, Any] = {"selection": options.selection(within, where)}
-    if pattern is None or like is not None or rerank:
-        if like is None:
-            given = "nothing to search for" if pattern is None else "--rerank"
-            raise UsageError(given, wanted="--like" if rerank else "a pattern or --like")
-        beside = {"a pattern": pattern, "--explain": explain, "--why": why, "--count": count}
-        _refuse("--like", like, beside)
-        return _like(out, db, options.one_line(like), rerank, limit, timeout, among)
-    _refuse("--why", why, {"--fuzzy": fuzzy is not None})
+    typed = arguments[0] if arguments else None
+    verbs = {"--explain": explain, "--why": why}
+    view.check({"--like": like, **verbs, "--json": out.json}, rerank)
     from lanindex.pipeline import open_library
+
+    if typed is None or like is not None or rerank:
+        if like is None:
+            found = "nothing to search for" if typed is None else "--rerank"
+            raise UsageError(found, wanted="--like" if rerank else "a pattern or --like")
+        exclusive("--like", like, {"a pattern": typed, **verbs, "--count": view.count})
+        clip = options.one_line(like)
+        with open_library(db, readonly=True, note=out.note, progress=out.watch) as library:
+            return _like(out, library, clip, rerank, view.limit, selection, timeout)
+    exclusive("--why", why, {"--fuzzy": matching["fuzzy"] is not None})
     from lanindex.search.hits import Counts
     from lanindex.search.language.score import pattern_in
 
-    typed, pattern = pattern, pattern_in(pattern)
-    how: dict[str, Any] = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
-    how["near"] = near
+    pattern = pattern_in(typed)
     with open_library(db, readonly=True, words=words, note=out.note, progress=out.watch) as library:
         pattern = pattern_of(out, library, pattern, words)
         if why is not None:
-            return _why(out, library.why(pattern, options.capture_id(why), **how))
+            del matching["fuzzy"]
+            return _why(out, library.why(pattern, options.capture_id(why), **matching))
         if explain:
-            text = library.explain(pattern, strict=strict, plan=plan, **among)
+            text = library.explain(pattern, selection, strict=matching["strict"], plan=plan)
             return out.record({"explain": text}) if out.json else out.text(text)
-        by_fit = sort == "fit"
-        best = limit if by_fit and fuzzy is not None and not count else None
-        bounds: dict[str, Any] = {"timeout": timeout, "memory": memory}
-        found = library.search(pattern, fuzzy=fuzzy, best=best, **bounds, **how, **among)
+        only_best = view.sort == "fit" and matching["fuzzy"] is not None and not view.count
+        best = view.limit if only_best else None
+        hits = library.search(
+            pattern, selection, best=best, timeout=timeout, memory=memory, **matching
+        )
         end_progress()
-        if isinstance(found, Counts):
-            for name, value in (("--into", into), ("--context", context), ("--preview", preview)):
-                _refuse(name, value, {"| count": True})
-            _counts(out, found, limit)
-        elif into is not None and found:
-            if found.captures > 1:
-                several = f"hits in {found.captures} captures"
-                remedy = "Choose one with --in."
-                raise UsageError(several, place="--into", wanted="one", remedy=remedy)
-            hits = (found.by_fit(limit) if by_fit else found)[:limit]
-            _write_tier(out, hits, into, tier or TIER, typed, force=force)
-        elif count:
-            tally = dict(found.tally())
-            for number, path in library.store.texts("path", tally).items():
-                if out.json:
-                    out.record({"capture": path, "capture_id": number, "count": tally[number]})
-                else:
-                    out.row([path, tally[number]])
-            _summary(out, found, len(found))
+        if isinstance(hits, Counts):
+            _counts(out, hits, view)
+        elif view.into is not None and hits:
+            _write_tier(out, hits, view, typed)
+        elif view.count:
+            _count(out, library, hits)
         else:
-            _hits(out, library, found, limit, by_fit, best, context, preview, force)
-        if not found and not out.quiet:
-            advice = library.suggest(pattern, fuzzy=fuzzy, **how, **among)
+            _hits(out, library, hits, view, best)
+        if not hits and not out.quiet:
+            advice = library.suggest(pattern, selection, **matching)
             for line in [advice.brief] if out.json else str(advice).split("\n"):
                 out.note(line)
-        if library.refused or not found:
+        if library.refused or not hits:
             raise typer.Exit(2 if library.refused else 1)
 
 
-def _refuse(name: str, value: object, others: Mapping[str, object]) -> None:
-    """Refuse options that cannot stand beside another."""
-    for other, given in others.items():
-        if value and given:
-            raise UsageError(f"{name} and {other}", wanted="one of them")
+def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[str] | None) -> str:
+    """Return the pattern that a query stands for, and say which word of the dictionary it is."""
+    from lanindex.pipeline.words import absent, hints, meant, unknown
+
+    entry = meant(query, words)
+    if entry is not None:
+        sentence = f": {entry.sentence}" if entry.sentence else ""
+        out.note(f"{entry.name}{sentence} (lanindex words {entry.name})")
+        _note_labelled(out, library, entry.name)
+        return entry.pattern
+    if name := unknown(query):
+        why = absent(name) or "lanindex words"
+        out.note(f'no word "{name}" in the dictionary of movement: {why}')
+        _note_labelled(out, library, name)
+    for hint in hints(query, words):
+        out.note(hint)
+    return query
 
 
-def _check_files(context: str | None, preview: Path | None, force: bool) -> None:
-    """Refuse a bad --context or --preview before the search."""
-    if context is not None:
-        from fractions import Fraction
+def _note_labelled(out: Output, library: Library, name: str) -> None:
+    """Say which captures are labelled with a word."""
+    from lanindex.library.selection import Selection
+    from lanindex.pipeline.words import glob_of, said_by
 
-        from lanindex.pipeline.export import pad_frames
+    labelled = library.store.numbers(Selection(where={"label": glob_of(name)}))
+    if labelled:
+        label = said_by(library.store.texts("label", labelled).values(), glob_of(name))
+        verb = "is" if len(labelled) == 1 else "are"
+        out.note(
+            f'{counted(len(labelled), "capture")} {verb} labelled "{label}": '
+            f'lanindex list --where "label={label}"'
+        )
 
-        pad_frames(context, Fraction(1), "--context")
-    if preview is not None:
-        from lanindex.pipeline.files import refuse
-        from lanindex.pipeline.preview import form_of
 
-        form_of(preview)
-        refuse(preview, force=force)
-
-
-def _hits(
-    out: Output,
-    library: Library,
-    found: Hits,
-    limit: int | None,
-    by_fit: bool,
-    best: int | None,
-    context: str | None,
-    preview: Path | None,
-    force: bool,
-) -> None:
+def _hits(out: Output, library: Library, hits: Hits, view: View, best: int | None) -> None:
     """Print or draw hits; `best` is how many were searched for, if not all."""
     from lanindex.app import formatting
 
-    most = limit or (ON_TERMINAL if out.terminal else None)
-    if limit is None and preview is not None:
+    most = view.limit or (ON_TERMINAL if out.terminal else None)
+    if view.limit is None and view.preview is not None:
         from lanindex.pipeline.preview import FORMS, form_of
 
-        most = FORMS[form_of(preview)]
-    hits = (found.by_fit(most) if by_fit else found)[:most]
-    if preview is None and context is None:
-        formatting.hits(out, hits, hits.pattern)
-    elif preview is None and context is not None:
-        formatting.hits_with_staves(out, library, hits, context)
-    elif preview is not None and hits:
-        _draw(out, library, hits, preview, force)
-    _summary(out, found, len(hits), all_searched=len(found) != best)
+        most = FORMS[form_of(view.preview)]
+    first = view.first(hits, most)
+    if view.context is not None:
+        formatting.hits_with_staves(out, library, first, view.context)
+    elif view.preview is None:
+        formatting.hits(out, first, first.pattern)
+    elif first:
+        _draw(out, library, first, view.preview, view.force)
+    cut = cut_note(len(first), len(hits))
+    if len(hits) == best:
+        cut = "; no others fit better, --limit shows more"
+    out.note(f"{_numbers(hits)}{cut}")
 
 
-def _summary(out: Output, found: Hits, shown: int, *, all_searched: bool = True) -> None:
-    cut = f"; {shown} are shown, --limit shows more" if shown < len(found) else ""
-    cut = cut if all_searched else "; no others fit better, --limit shows more"
-    out.note(f"{counted(len(found), 'hit')} in {counted(found.captures, 'capture')}{cut}")
+def _numbers(hits: Hits) -> str:
+    return f"{counted(len(hits), 'hit')} in {counted(hits.captures, 'capture')}"
 
 
-def _counts(out: Output, found: Counts, limit: int | None) -> None:
+def _count(out: Output, library: Library, hits: Hits) -> None:
+    """Print the number of hits in each capture."""
+    tally = dict(hits.tally())
+    for number, path in library.store.texts("path", tally).items():
+        if out.json:
+            out.record({"capture": path, "capture_id": number, "count": tally[number]})
+        else:
+            out.row([path, tally[number]])
+    out.note(_numbers(hits))
+
+
+def _counts(out: Output, counts: Counts, view: View) -> None:
     """Print what a pattern that ends in ``| count`` counted."""
-    rows = found.dicts()[:limit]
+    for name, value in (
+        ("--into", view.into),
+        ("--context", view.context),
+        ("--preview", view.preview),
+    ):
+        exclusive(name, value, {"| count": True})
+    rows = counts.dicts()[: view.limit]
     if out.json:
-        for row in rows:
-            out.record(row)
-    elif found.by is None:
-        out.row([found.total])
+        out.records(rows)
+    elif counts.by is None:
+        out.row([counts.total])
     else:
         values = (("-" if row["value"] is None else row["value"], row["count"]) for row in rows)
-        out.table((str(found.by), "hits"), list(values))
-    cut = f"; {len(rows)} are shown, --limit shows more" if len(rows) < len(found) else ""
-    by = f" by {counted(len(found), 'value')}" if found.by else ""
-    out.note(f"{counted(found.total, 'hit')}{by}{cut}")
+        out.table((str(counts.by), "hits"), list(values))
+    by = f" by {counted(len(counts), 'value')}" if counts.by else ""
+    out.note(f"{counted(counts.total, 'hit')}{by}{cut_note(len(rows), len(counts))}")
 
 
 def _draw(out: Output, library: Library, hits: Hits, path: Path, force: bool) -> None:
@@ -294,22 +296,23 @@ def _draw(out: Output, library: Library, hits: Hits, path: Path, force: bool) ->
         out.note(f"{file}: {size / 1000:,.0f} kB")
 
 
-def _write_tier(
-    out: Output, hits: Hits, into: Path, tier: str, pattern: str, *, force: bool
-) -> None:
+def _write_tier(out: Output, hits: Hits, view: View, pattern: str) -> None:
     """Write the hits of one capture into an ELAN file: the pattern and the fit of each."""
     from lanindex.notation import content_of, eaf
     from lanindex.notation.tiers import TierEntry, milliseconds
     from lanindex.pipeline.files import write_all
 
+    if hits.captures > 1:
+        found = f"hits in {hits.captures} captures"
+        raise UsageError(found, place="--into", wanted="one", remedy="Choose one with --in.")
     text, entries = " ".join(pattern.split()), []
-    for hit in hits:
+    for hit in view.first(hits, view.limit):
         start = milliseconds(hit.span.start, hit.capture.rate)
         stop = milliseconds(hit.span.stop, hit.capture.rate)
         entries.append(TierEntry(f"{text} {hit.fit:.2f}", start, max(stop, start + 1)))
-    place = str(into)
-    content = eaf.mark(content_of(place), tier, entries, place=place, force=force)
-    write_all([(into, content)], force=True)
+    place, tier = str(view.into), view.tier or TIER
+    content = eaf.mark(content_of(place), tier, entries, place=place, force=view.force)
+    write_all([(Path(place), content)], force=True)
     out.note(f"{place}: {counted(len(entries), 'hit')} in the tier {shown(tier)}")
 
 
@@ -321,8 +324,7 @@ def _why(out: Output, trace: Trace) -> None:
     if trace.refused:
         raise trace.refused
     if out.json:
-        for record in records_of(trace):
-            out.record(record)
+        out.records(records_of(trace))
     else:
         formatting.trace(out, trace)
     raise typer.Exit(not trace.hits)
@@ -330,24 +332,22 @@ def _why(out: Output, trace: Trace) -> None:
 
 def _like(
     out: Output,
-    db: str,
+    library: Library,
     clip: str,
     rerank: bool,
     limit: int | None,
+    selection: Selection,
     timeout: float | None,
-    among: Mapping[str, Any],
 ) -> None:
     """Print what is like a clip; exit with 1 if nothing is."""
     from lanindex import records
     from lanindex.app import formatting
-    from lanindex.pipeline import open_library
 
     most = limit or (ON_TERMINAL if out.terminal else LIKE_LIMIT)
     reach = max(most, LIKE_LIMIT) if rerank else most
-    with open_library(db, readonly=True, note=out.note, progress=out.watch) as library:
-        found = library.like(clip, limit=reach, rerank=rerank, timeout=timeout, **among)
+    alike = library.like(clip, selection, limit=reach, rerank=rerank, timeout=timeout)
     end_progress()
-    hits = found.hits[:most]
+    hits = alike.hits[:most]
     if out.terminal:
         rows = []
         for hit in hits:  # of the symbols, only where most of them correspond
@@ -357,17 +357,14 @@ def _like(
             rows.append((f"{hit.fit:.2f}", hit.path, hit.capture.label, *times, common))
         out.table(("like", "capture", "label", "frames", "seconds", "most in common"), rows)
     else:
-        formatting.hits(out, hits, found.hits.pattern)
-    _like_summary(out, found, len(hits))
-    if not found.hits:
-        raise typer.Exit(1)
-
-
-def _like_summary(out: Output, found: Alike, shown: int) -> None:
-    for line in found.notes[:3]:
+        formatting.hits(out, hits, alike.hits.pattern)
+    for line in alike.notes[:3]:
         out.note(f"not ranked by its joints: {line}")
-    if len(found.notes) > 3:
-        out.note(f"and {len(found.notes) - 3} more")
-    if not found.sure:
-        out.note(f"{found.aligned:,} captures were looked at closely; others might be as like")
-    out.note(f"the {shown} most like of {counted(found.captures, 'capture')}, the likest first")
+    if len(alike.notes) > 3:
+        out.note(f"and {len(alike.notes) - 3} more")
+    if not alike.sure:
+        out.note(f"{alike.aligned:,} captures were looked at closely; others might be as like")
+    captures = counted(alike.captures, "capture")
+    out.note(f"the {len(hits)} most like of {captures}, the likest first")
+    if not alike.hits:
+        raise typer.Exit(1)

@@ -1,0 +1,251 @@
+"""The verbs to learn from: demo, words (the dictionary of movement), language, guide."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from lanindex.app import options
+from lanindex.app.options import option
+from lanindex.app.output import Output, counted, cut, duration, room
+from lanindex.errors import LanindexError, UsageError, did_you_mean
+
+if TYPE_CHECKING:
+    from lanindex.pipeline import Library
+    from lanindex.search.dictionary import Entry
+
+SEARCHES = (
+    ("arms side mid -> place high", "both arms open to their sides, then go up"),
+    ("r_arm place high -> hold 1s+", "the right arm arrives overhead and stays"),
+    ("r_arm high with l_arm low", "the right arm up while the left goes down"),
+)
+"""Patterns, and what each means."""
+
+TOPICS = {
+    "first-steps": ("guide/first-steps.md", "Ingest a folder, search it, export clips"),
+    "asking": ("guide/asking.md", "Patterns, words, and search by example"),
+    "looking": ("guide/looking.md", "Symbols, staves, scores, sheets of hits, films"),
+    "labels": ("guide/labels.md", "Evaluate patterns; compare groups of captures"),
+    "programs": ("guide/programs.md", "Blender, OpenSim, ELAN, LabanotationSuite, pandas"),
+    "formats": ("guide/formats.md", "What can be read, and what clips keep"),
+    "data-sets": ("guide/data-sets.md", "Write hits as arrays for training"),
+    "profile": ("guide/profile.md", "Change the numbers of the method"),
+    "lnd": ("guide/lnd.md", "Write a score by hand"),
+    "python": ("guide/python.md", "Use LanIndex from Python and Jupyter"),
+    "json": ("guide/json.md", "The keys that --json prints"),
+    "language": ("search/LANGUAGE.md", "Reference: the language of patterns"),
+    "method": ("encoding/METHOD.md", "Reference: how movement becomes symbols"),
+    "body": ("encoding/BODY.md", "Reference: steps, jumps, turns, touches, bends"),
+    "notations": ("notation/NOTATIONS.md", "Reference: LND, ELAN, Praat and other notations"),
+    "architecture": ("ARCHITECTURE.md", "For developers: modules, data, glossary"),
+}
+"""Topics: page in the package, and what it is about."""
+
+_MEASURED = {
+    "precision": "precision",
+    "recall": "recall",
+    "found_rightly": "right",
+    "found_wrongly": "wrong",
+    "missed": "missed",
+    "clips": "clips",
+    "collections": "collections",
+}
+"""Keys of a record, and the measured counts they hold."""
+
+
+def demo(
+    folder: Annotated[
+        Path | None, option("FOLDER", "Where to work; by default a temporary folder.")
+    ] = None,
+    *,
+    out: options.ColorOut,
+) -> None:
+    """See everything at work on the bundled choreographies.
+
+    Ingests them into a library of its own, searches three times and exports clips.
+    """
+    from lanindex.pipeline import open_library
+    from lanindex.search.hits import hits_in
+
+    start = time.monotonic()
+    place = folder or Path(tempfile.mkdtemp(prefix="lanindex-demo-"))
+    place.mkdir(parents=True, exist_ok=True)
+    db, source = place / "demo.db", corpus()
+    with open_library(db, create=True) as library:
+        done = library.ingest(*sorted(source.glob("*.bvh")), labels=source / "labels.csv")
+        stats = library.stats()
+        out.line(
+            f"Read {len(done)} choreographies ({duration(stats.seconds)} of movement) "
+            f"and wrote them down: {stats.symbols:,} symbols."
+        )
+        for pattern, meaning in SEARCHES:
+            _search(out, library, pattern, meaning)
+        pattern = SEARCHES[0][0]
+        clips = library.export(
+            hits_in(library.search(pattern)), place / "clips", pad="0.5s", force=True
+        )
+    out.line()
+    out.line(f'Exported {counted(len(clips), "clip")} of "{pattern}" to {place / "clips"}:')
+    for clip in clips[:3]:
+        out.line(f"  {clip['clip']}  (frames {clip['clip_start_frame']}-{clip['clip_end_frame']})")
+    out.line(f"All in {time.monotonic() - start:.1f} s. Now type:")
+    out.line(f'  lanindex search "r_arm rising x2" --db {db}')
+    out.line(f"  lanindex show 1 --db {db}")
+    out.line("  lanindex ingest YOUR_FOLDER    # then search without --db")
+
+
+def _search(out: Output, library: Library, pattern: str, meaning: str) -> None:
+    from lanindex.app import formatting
+    from lanindex.search.hits import hits_in
+
+    hits = hits_in(library.search(pattern))
+    out.line()
+    out.line(out.paint(f'$ lanindex search "{pattern}"', "match"))
+    out.line(out.paint(f"# {meaning}", "dim"))
+    formatting.hits(out, hits[:3], pattern)
+    out.line(f"{counted(len(hits), 'hit')} in {counted(hits.captures, 'capture')}")
+
+
+def corpus() -> Path:
+    """Return the folder of choreographies: in the package, or beside it in a checkout."""
+    package = Path(__file__).parents[2]
+    for folder in (package / "_corpus", package.parent / "corpus"):
+        if (folder / "labels.csv").is_file():
+            return folder
+    raise LanindexError("the choreographies are missing", wanted="the folder corpus/")
+
+
+def language(*, out: options.ColorOut) -> None:
+    """Show the pattern language on one page: parts, directions, heights, times and all else."""
+    out.content(_page("language"))
+
+
+def guide(
+    topic: Annotated[
+        str | None, typer.Argument(help="A topic; without one they are listed.")
+    ] = None,
+    *,
+    out: options.ColorOut,
+) -> None:
+    """Print a page of the guide, or list its topics."""
+    if topic is None:
+        out.table(["topic", "about"], [[name, about] for name, (_, about) in TOPICS.items()])
+        return
+    if topic not in TOPICS:
+        remedy = did_you_mean(topic, TOPICS) or "All are shown by: lanindex guide"
+        raise UsageError(f'the guide has no topic "{topic}"', remedy=remedy)
+    out.content(_page(topic))
+
+
+def _page(topic: str) -> str:
+    return files("lanindex").joinpath(TOPICS[topic][0]).read_text(encoding="utf-8")
+
+
+def words(
+    word: Annotated[
+        str | None, typer.Argument(metavar="WORD", help="Show this one: walk, hands_up.")
+    ] = None,
+    words: options.Words = None,
+    *,
+    out: options.Out,
+) -> None:
+    """Show the dictionary of movement.
+
+    Each word stands for a pattern, and can be searched: lanindex search walk. Precision and recall
+    were measured on labelled captures. What patterns are made of: lanindex language.
+    """
+    from lanindex.search.dictionary import entries, load
+
+    known = load(words)
+    chosen = entries(known) if word is None else [_named(known, word)]
+    if out.json:
+        out.records(_record(entry, known) for entry in chosen)
+    elif word is None:
+        _table(out, chosen)
+        out.note("one in full: lanindex words walk; the language of patterns: lanindex language")
+    else:
+        _in_full(out, chosen[0], known)
+
+
+def _named(known: Mapping[str, Entry], word: str) -> Entry:
+    from lanindex.search.dictionary import absent, spelled
+
+    entry = known.get(spelled(word))
+    if entry is None:
+        if why := absent(spelled(word)):
+            raise UsageError(f'no word "{word}" in the dictionary of movement: {why}')
+        remedy = did_you_mean(spelled(word), known) or "All are shown by: lanindex words"
+        raise UsageError(f'no word "{word}" in the dictionary of movement', remedy=remedy)
+    return entry
+
+
+def _record(entry: Entry, known: Mapping[str, Entry]) -> dict[str, Any]:
+    from lanindex.search.dictionary import mirror_image
+
+    return {
+        "name": entry.name,
+        "names": list(entry.names),
+        "sentence": entry.sentence,
+        "pattern": entry.pattern,
+        "mirror_image": mirror_image(entry, known) or None,
+        "labels": list(entry.labels),
+        **{key: getattr(entry.measured, name, None) for key, name in _MEASURED.items()},
+    }
+
+
+def _table(out: Output, chosen: list[Entry]) -> None:
+    from textwrap import wrap
+
+    head = ("word", "precision", "recall", "found", "sentence")
+    if not out.terminal:
+        rows = [[*_figures(entry), entry.sentence, entry.pattern] for entry in chosen]
+        out.table((*head, "pattern"), rows)
+        return
+    wide = max(len("word"), *(len(entry.name) for entry in chosen))
+    out.line(out.paint(f"{'word':{wide}}  precision  recall     found", "dim"))
+    for entry in chosen:
+        name, precision, recall, found = _figures(entry)
+        out.line(out.paint(f"{name:{wide}}", "match"), f"  {precision:>9}  {recall:>6}  {found:>8}")
+        for line in wrap(entry.sentence, max(24, room() - 2)):
+            out.line("  ", line)
+        out.line("  ", out.paint(cut(entry.pattern, room() - 2), "dim"))
+
+
+def _figures(entry: Entry) -> list[str]:
+    counts = entry.measured
+    if counts is None:
+        return [entry.name, "", "", ""]
+    found = f"{counts.right} of {counts.right + counts.missed}"
+    return [entry.name, f"{counts.precision:.2f}", f"{counts.recall:.2f}", found]
+
+
+def _in_full(out: Output, entry: Entry, known: Mapping[str, Entry]) -> None:
+    """Show one word in full, a field per line."""
+    from lanindex.search.dictionary import mirror_image
+
+    counts = entry.measured
+    fields = {
+        "word": entry.name,
+        "also": ", ".join(entry.names),
+        "means": entry.sentence,
+        "pattern": entry.pattern,
+        "mirrored": mirror_image(entry, known),
+        "labels": ", ".join(entry.labels),
+    }
+    if counts:
+        wanted = counts.right + counts.missed
+        fields["found"] = (
+            f"{counts.right} of {counted(wanted, 'capture')}, in "
+            f"{counted(counts.collections, 'collection')}; {counts.wrong} of "
+            f"{counts.clips - wanted} others wrongly"
+        )
+        fields["precision"], fields["recall"] = f"{counts.precision:.2f}", f"{counts.recall:.2f}"
+    for name, value in fields.items():
+        if value:
+            out.line(out.paint(f"{name:9}", "dim"), "  ", value)
