@@ -146,14 +146,16 @@ class Backwards:
         zeros = np.zeros(len(self._events(edge.entry.state)), np.int64)
         enters = self._entered(edge, zeros) < NONE
         groups = reach.open_groups()
+        pairs = reach.outliers if groups is not None else np.stack(reach.pairs())
+        pairs = pairs[:, leaves[pairs[0]] & enters[pairs[1]]]
+        pairs += np.array([[source], [target]])
         if groups is None:
-            before, after = reach.pairs()
-            fits = leaves[before] & enters[after]
-            return [np.stack((before[fits] + source, after[fits] + target))], 0
+            return [pairs], 0
         entered = np.flatnonzero(enters)
         on = np.flatnonzero(groups[1:] == groups[:-1])
         before = np.flatnonzero((reach.low < reach.high) & leaves)
         found = [
+            pairs,
             np.stack((entered + many, entered + target)),
             np.stack((on + many, on + many + 1)),
             np.stack((before + source, reach.low[before] + many)),

@@ -248,11 +248,6 @@ class Events(Table):
     def __len__(self) -> int:
         return len(self.capture)
 
-    @property
-    def ordered(self) -> bool:
-        """Whether the rows of both members grow, so that a range of rows is a range of events."""
-        return len(self.first) == 1 or bool((np.diff(self.first[1]) >= 0).all())
-
 
 def cells_of(state: State, member: int) -> BoolArray:
     """Return which cells a state asks for, (256,) bool, whatever their flags."""

@@ -7,6 +7,7 @@ arrow leads to a range of them; a pair of events follows if both of its members 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import reduce
 
 import numpy as np
@@ -25,48 +26,52 @@ from lanindex.search.match.batch import Batch, Events, Rows
 from lanindex.search.plan import Edge, Entry, Program, State
 
 NONE = 1 << 42  # a value that is none: more than any
-FEW = 16  # what is less than one in so many rows is looked up, not counted
+FEW = 16  # where one in so many keys is looked up, a table of all of them is faster than a search
 
 Ranges = tuple[IntArray, IntArray]
 """Ranges ``[low, high)``, (N,) each: of rows of one member, or of events."""
+
+Limit = tuple[IntArray, IntArray, IntArray]
+"""Keys of the events of a state, (M,), and from which to before which key follow others, (N,)."""
 
 
 class Transitions:
     """Where an edge leads from some events: to those in `[low, high)` of its next state, (N,) each.
 
-    Where the members of pairs are in different orders, or passing symbols are to follow in time,
-    what follows an event is no range; then `[low, high)` are places in a list of events, `targets`.
+    Events stand in order of the rows of their first member. In this order the rows of a second
+    member and the first frames hardly ever go back. Where they do, an edge also leads to events
+    outside of the range: `outliers` are pairs (2, K) of an event before and one that follows, in
+    order, and those of event n are in `[bounds[n], bounds[n + 1])`.
     """
 
     def __init__(self, batch: Batch, program: Program, edge: Edge, before: Events) -> None:
         self._batch, self._edge, self._before = batch, edge, before
         self._source, self._target = (program.states[it.state] for it in (edge.exit, edge.entry))
         self._events = events = batch.events(self._target)
-        self.targets: IntArray | None = None
-        rows = [self._rows_ahead(*it) for it in enumerate(self._target.members)]
-        ranges = [self._places(member, *it) for member, it in enumerate(rows)]
-        frames = self._frames_ahead() if edge.arrow.length else None
-        if frames:
-            # rows stand in order, their first frames nearly so: these ranges may hold too much
-            starts, own = events.capture * FAR + events.start, before.capture * FAR
-            latest, soonest = np.maximum.accumulate(starts), np.minimum.accumulate(starts[::-1])
-            first, last = (own + it for it in frames)
-            low = np.searchsorted(latest, first)
-            ranges.insert(0, (low, np.searchsorted(soonest[::-1], last, "right")))
-        if events.ordered and not (frames and events.passing.any()):
-            self.low, self.high = _common(ranges)
-            return
-        sources, targets = spread(*_common(ranges[: len(ranges) - len(rows) + 1]))
-        fits = np.ones(len(sources), bool)
-        for (low, high), first in zip(rows[1:], events.first[1:], strict=True):
-            fits &= (low[sources] <= first[targets]) & (first[targets] < high[sources])
-        if frames:
-            first, last = frames
-            start = events.start[targets]
-            fits &= (first[sources] <= start) & (start <= last[sources])
-        self.targets = targets[fits]
-        bounds = np.searchsorted(sources[fits], np.arange(len(before) + 1))
-        self.low, self.high = bounds[:-1], bounds[1:]
+        limits = [
+            (events.first[member], *self._rows_ahead(member, part))
+            for member, part in enumerate(self._target.members)
+        ]
+        if edge.arrow.length:
+            first, last = (before.capture * FAR + it for it in self._frames_ahead())
+            limits.append((events.capture * FAR + events.start, first, last + 1))
+        widest, surest = zip(*(_places(*limit) for limit in limits), strict=True)
+        self.low, self.high = least, most = _common(widest)
+        self.outliers, self.bounds = np.empty((2, 0), np.int64), np.zeros(len(least) + 1, np.int64)
+        if any(wide is not sure for wide, sure in zip(widest, surest, strict=True)):
+            self.low, self.high = (np.clip(it, least, most) for it in _common(surest))
+            self._find_outliers(limits, least, most)
+
+    def _find_outliers(self, limits: list[Limit], least: IntArray, most: IntArray) -> None:
+        """Find the pairs outside of the ranges, of those in some wider ones."""
+        sides = spread(least, self.low), spread(self.high, most)
+        pairs = np.concatenate([np.stack(side) for side in sides], axis=1)
+        for keys, first, behind in limits:
+            sources, targets = pairs
+            found = keys[targets]
+            pairs = pairs[:, (first[sources] <= found) & (found < behind[sources])]
+        self.outliers = pairs[:, np.argsort(pairs[0], kind="stable")]
+        self.bounds = np.searchsorted(self.outliers[0], np.arange(len(least) + 1))
 
     def _rows_ahead(self, member: int, part: str) -> Ranges:
         """Return the rows of a member at which what follows may begin."""
@@ -110,16 +115,6 @@ class Transitions:
             behind = behind + rows.left_at_once[row]  # a starting position that is no stay
         return origin, behind, np.where(found, stretch, -1)
 
-    def _places(self, member: int, low: IntArray, high: IntArray) -> Ranges:
-        """Return the events whose member begins at some rows ahead."""
-        first = self._events.first[member]
-        many = len(self._batch.rows(self._target.members[member]))
-        if FEW * len(low) < many:
-            return np.searchsorted(first, low), np.searchsorted(first, high)
-        before = np.zeros(many + 2, np.int64)  # how many begin before each row
-        np.cumsum(np.bincount(first, minlength=many + 1), out=before[1:])
-        return before[low], before[high]
-
     def _frames_ahead(self) -> Ranges:
         """Return between which frames, both included, what follows in time begins."""
         assert self._edge.arrow.length
@@ -135,8 +130,13 @@ class Transitions:
 
     def pairs(self) -> tuple[IntArray, IntArray]:
         """Return all pairs of an event before and one that follows it, by place."""
-        sources, places = spread(self.low, self.high)
-        return sources, places if self.targets is None else self.targets[places]
+        sources, targets = spread(self.low, self.high)
+        return np.append(sources, self.outliers[0]), np.append(targets, self.outliers[1])
+
+    def following(self, event: int) -> IntArray:
+        """Return the events that follow one."""
+        outliers = self.outliers[1, self.bounds[event] : self.bounds[event + 1]]
+        return np.append(np.arange(self.low[event], self.high[event]), outliers)
 
     def smallest(self, values: IntArray) -> IntArray:
         """Return the smallest value among the events that follow each, `NONE` if none does.
@@ -145,24 +145,46 @@ class Transitions:
         """
         groups = self.open_groups()
         if groups is None:
-            values = values if self.targets is None else values[self.targets]
-            return smallest_in(values, self.low, self.high, NONE)
-        found, some = np.full(len(self.low), NONE), np.flatnonzero(self.low < self.high)
-        found[some] = smallest_from_here(values, groups)[self.low[some]]
+            found = smallest_in(values, self.low, self.high, NONE)
+        else:
+            found, some = np.full(len(self.low), NONE), np.flatnonzero(self.low < self.high)
+            found[some] = smallest_from_here(values, groups)[self.low[some]]
+        if len(self.outliers[1]):
+            apart = values[self.outliers[1]]
+            found = np.minimum(found, smallest_in(apart, self.bounds[:-1], self.bounds[1:], NONE))
         return found
 
     def open_groups(self) -> IntArray | None:
         """Return the groups of events within which an arrow leads on to the end, if it is such."""
         arrow = self._edge.arrow
-        limited = arrow.length or arrow.bounds[1] is not None
-        if not arrow.later or limited or self.targets is not None:
+        if not arrow.later or arrow.length or arrow.bounds[1] is not None:
             return None
         firsts = zip(self._target.members, self._events.first, strict=True)
         stretches = [self._batch.rows(part).stretch[first] for part, first in firsts]
         return np.cumsum(starts_of(*stretches)) - 1
 
 
-def _common(ranges: list[Ranges]) -> Ranges:
+def _places(keys: IntArray, first: IntArray, behind: IntArray) -> tuple[Ranges, Ranges]:
+    """Return the ranges of places that hold all keys in `[first, behind)`, and that hold no others.
+
+    Keys are (M,), mostly growing; where they always grow both are the same.
+    """
+    if (keys[1:] >= keys[:-1]).all():
+        many = int(keys[-1]) + 2 if len(keys) else 2
+        if len(first) * FEW < many:
+            found = np.searchsorted(keys, first), np.searchsorted(keys, behind)
+        else:
+            below = np.zeros(many, np.int64)  # how many keys are less than each number
+            np.cumsum(np.bincount(keys, minlength=many - 1), out=below[1:])
+            found = below[np.minimum(first, many - 1)], below[np.minimum(behind, many - 1)]
+        return found, found
+    latest = np.maximum.accumulate(keys)
+    soonest = np.minimum.accumulate(keys[::-1])[::-1]
+    widest = np.searchsorted(latest, first), np.searchsorted(soonest, behind)
+    return widest, (np.searchsorted(soonest, first), np.searchsorted(latest, behind))
+
+
+def _common(ranges: Sequence[Ranges]) -> Ranges:
     """Return what several ranges have in common."""
     low = reduce(np.maximum, (low for low, _ in ranges))
     return low, np.maximum(low, reduce(np.minimum, (high for _, high in ranges)))

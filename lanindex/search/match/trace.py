@@ -235,8 +235,7 @@ class _Walk(Walk):
             if id(edge) not in self._ahead:
                 self._ahead[id(edge)] = self._context.backwards(self._program).ahead(edge)
             values, reach = self._ahead[id(edge)]
-            places = np.arange(reach.low[event], reach.high[event])
-            places = places if reach.targets is None else reach.targets[places]
+            places = reach.following(event)
             fits = (end_of(values[places]) == end) & (cost_of(values[places]) <= cost)
             if fits.any() and may_leave(self._batch, self._program, edge.exit)[event]:
                 return edge.entry.state, int(places[fits.argmax()])

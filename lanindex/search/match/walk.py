@@ -695,23 +695,26 @@ class Walk:
             ends = events.capture * FAR + events.end
             self._reaches[id(edge)] = reach, ends if (np.diff(ends) >= 0).all() else None
         reach, in_order = self._reaches[id(edge)]
-        targets, low, high = reach.targets, reach.low[event], reach.high[event]
+        low, high = reach.low[event], reach.high[event]
         latest, horizon = self._latest(edge, rows)
-        if targets is None and in_order is not None:
+        if in_order is not None:
             beyond = np.minimum(high, np.searchsorted(in_order, latest, "right"))
             high = np.minimum(high, np.searchsorted(in_order, np.minimum(latest, horizon), "right"))
             self._cut_off.append(rows.parent[high < beyond])
-        for some in in_pieces(np.maximum(high - low, 0)):
-            sources, places = spread(low[some], high[some])
-            sources = some[sources]
-            if targets is not None:
-                places = targets[places]
-            ends = events.capture[places] * FAR + events.end[places]
-            fits = ends <= latest[sources]
-            soon = ends <= horizon[sources]
-            self._cut_off.append(rows.parent[sources[fits & ~soon]])
-            fits &= soon
-            yield sources[fits], places[fits]
+        ranges = [(low, high, None)]
+        if len(reach.outliers[1]):
+            ranges.append((reach.bounds[event], reach.bounds[event + 1], reach.outliers[1]))
+        for low, high, listed in ranges:
+            for some in in_pieces(np.maximum(high - low, 0)):
+                sources, places = spread(low[some], high[some])
+                sources = some[sources]
+                places = places if listed is None else listed[places]
+                ends = events.capture[places] * FAR + events.end[places]
+                fits = ends <= latest[sources]
+                soon = ends <= horizon[sources]
+                self._cut_off.append(rows.parent[sources[fits & ~soon]])
+                fits &= soon
+                yield sources[fits], places[fits]
 
     def is_cut_off(self, nodes: IntArray) -> BoolArray:
         """Return which nodes may go on beyond the horizon."""

@@ -3,6 +3,7 @@
 from fractions import Fraction
 from random import Random
 
+import numpy as np
 import pytest
 from dances import BOW
 from effort import some
@@ -14,12 +15,14 @@ from query_cases import recordings_of
 from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.errors import LanindexError
+from lanindex.model import Capture, Span, Track
+from lanindex.model.symbol import blank
 from lanindex.pipeline import open_library
 from lanindex.pipeline.deadline import Deadline
 from lanindex.search.language import parse
 from lanindex.search.language.times import Time
 from lanindex.search.match import arrays, leading, walk
-from lanindex.search.match.finder import NARROWER
+from lanindex.search.match.finder import NARROWER, Finder, columns_in
 
 
 def patience(seconds: float):
@@ -175,3 +178,26 @@ def test_hits_of_what_is_gone_or_others_are_refused(place):
 def test_a_thousand_steps_in_a_row_come_to_an_end():
     capture, tracks = random_library(Random(0))[0]
     assert len(find_fast(parse("r_arm any x1000"), [(capture, tracks)])) == 0
+
+
+def test_two_parts_at_once_need_no_more_memory_the_longer_a_capture_is():
+    blocks, length = 4_000, 40
+    tracks, frames = {}, blocks * length
+    for part, begins in (("r_arm", (0, 7, 14)), ("l_arm", (0, 0, 20))):
+        symbols = blank(blocks * 3)
+        for row, begin in enumerate(begins):
+            own = symbols[row::3]
+            own["start"] = np.arange(blocks) * length + begin
+            own["stop"] = own["start"] + (14 if part == "l_arm" and not row else 7)
+            own["direction"] = 0
+            own["level"] = np.where(np.arange(blocks) % 2, 2, 0)
+        if part == "l_arm":  # the first row is passed through on the way to the second
+            symbols["passing"][::3] = True
+            symbols["stop"][1::3] += 13
+        tracks[part] = Track(part, symbols, (Span(0, frames),))
+    capture = Capture(1, "long", "bvh", "", "", Fraction(60), frames)
+    query = parse("arms low ... high")
+    columns = columns_in([(capture, tracks)], query.parts)
+    finder = Finder(query, *columns, lambda places, parts: [], memory=1)
+    hits = finder.find()
+    assert len(hits) == blocks // 2
