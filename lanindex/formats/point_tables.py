@@ -10,8 +10,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
@@ -23,14 +22,12 @@ from lanindex.body.by_name import LIMBS, candidates
 from lanindex.body.markers import marker_set_of
 from lanindex.errors import CaptureError, UsageError, quoted, shown
 from lanindex.formats import sniff, tables
-from lanindex.formats.file import Content, File, Wanted, clip
+from lanindex.formats.file import Content, File, Wanted
 from lanindex.formats.people import named, subject_points
-from lanindex.formats.points import Points, motion_of
-from lanindex.formats.rates import rate_by
 from lanindex.formats.tables import (
     NOTHING,
+    Layout,
     Line,
-    Triple,
     count_doubt,
     first_row,
     header_lines,
@@ -42,31 +39,11 @@ from lanindex.formats.tables import (
 )
 from lanindex.model import Motion, Reading, Span
 
-Finish = Callable[[NDArray[Any]], NDArray[Any]]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TableLayout:
-    """A table, before its numbers are read."""
-
-    title: str  # whose table it is, as people call it
-    names: tuple[str, ...]  # (M) its points
-    table: tables.Table  # where the numbers lie
-    timed: bool = False  # whether the first of the table's heads is the time
-    tick: float | None = 1.0  # seconds in one unit of it; None: found from how fast it grows
-    rate: str = ""  # frames a second, as the file says; empty where it does not
-    # the first of the heads that tell of each point whether it was seen: 0, not
-    states: int | None = None
-    declared: Declared = field(default_factory=Declared)  # what it says of its unit and axes
-    doubts: tuple[str, ...] = ()  # what its header gets wrong
-    finish: Finish | None = None  # what makes the points, (T, M, 3), of what the table has instead
-
-
-_JOINTS = (
-    "SpineBase SpineMid Neck Head ShoulderLeft ElbowLeft WristLeft HandLeft ShoulderRight "
-    "ElbowRight WristRight HandRight HipLeft KneeLeft AnkleLeft FootLeft HipRight KneeRight "
-    "AnkleRight FootRight SpineShoulder HandTipLeft ThumbLeft HandTipRight ThumbRight"
-)
+_JOINTS = """
+    SpineBase SpineMid Neck Head ShoulderLeft ElbowLeft WristLeft HandLeft ShoulderRight
+    ElbowRight WristRight HandRight HipLeft KneeLeft AnkleLeft FootLeft HipRight KneeRight
+    AnkleRight FootRight SpineShoulder HandTipLeft ThumbLeft HandTipRight ThumbRight
+"""
 KINECT = tuple(_JOINTS.split())
 """The joints of Kinect v2, in the order of its JointType."""
 
@@ -83,7 +60,7 @@ _MOTIVE_ROWS = ("type", "name", "id")
 _LENGTHS = {"millimeters": "mm", "centimeters": "cm", "meters": "m"}
 
 
-def layout_of(file: File) -> TableLayout:
+def layout_of(file: File) -> Layout:
     """Return where the points of a table are, whosesoever it is."""
     head = list(islice(header_lines(file), _NAME_ROWS))
     first = next((line for line in head if line.text.strip(NOTHING)), None)
@@ -98,7 +75,7 @@ def layout_of(file: File) -> TableLayout:
     return _kinect(file, first) or _named(file, head)
 
 
-def _kinect(file: File, first: Line) -> TableLayout | None:
+def _kinect(file: File, first: Line) -> Layout | None:
     """Return a table of LabanotationSuite: no header, ticks, then x, y, z and a state of each."""
     separator = separator_of(first.text)
     cells = first.text.strip().rstrip(separator).split(separator)
@@ -106,11 +83,10 @@ def _kinect(file: File, first: Line) -> TableLayout | None:
     if len(cells) != width or not all(map(_is_number, cells)):
         return None
     starts = range(1, width, 4)
-    heads = [0, *(at + 3 for at in starts)]
     rows = tables.rows(file.content, first.first)
-    table = table_of(file, rows, separator, width, heads, list(map(xyz, starts)))
-    declared = Declared("m", "y")
-    return TableLayout("Kinect v2", KINECT, table, True, 1e-7, states=1, declared=declared)
+    heads = (0, *(at + 3 for at in starts))
+    table = table_of(file, rows, separator, width, heads, xyz(starts))
+    return Layout(KINECT, table, 0, 1e-7, declared=Declared("m", "y"), states=1)
 
 
 def _is_number(cell: bytes) -> bool:
@@ -121,9 +97,9 @@ def _is_number(cell: bytes) -> bool:
     return True
 
 
-def _named(file: File, head: list[Line]) -> TableLayout:
+def _named(file: File, head: list[Line]) -> Layout:
     """Return a table whose header names the columns: ``time``, ``head_x``, ``head_y`` ..."""
-    points, unit, cells = dict[str, Triple](), None, list[str]()
+    points, unit, cells = dict[str, tuple[int, int, int]](), None, list[str]()
     for line in head:
         row = line.cells(separator_of(line.text))
         there, unit_there = triples(row)
@@ -139,18 +115,17 @@ def _named(file: File, head: list[Line]) -> TableLayout:
     times = [(number, match) for number, cell in enumerate(cells)
              if (match := _TIME.fullmatch(cell))][:1]  # fmt: skip
     tick = next((_UNITS[match[1].lower()] for _, match in times if match[1]), None)
-    rows = tables.rows(file.content, best.stop)
+    rows, separator = tables.rows(file.content, best.stop), separator_of(best.text)
+    columns = tuple(chain.from_iterable(points.values()))
     heads = [number for number, _ in times]
-    separator = separator_of(best.text)
-    table = table_of(file, rows, separator, len(cells), heads, list(points.values()))
-    used = {cells[column] for point in points.values() for column in point}
+    table = table_of(file, rows, separator, len(cells), heads, columns)
+    used = {cells[column] for column in columns}
     doubts = twice([cell for cell in cells if cell in used], "columns")
-    return TableLayout(
-        "a table", tuple(points), table, bool(times), tick, declared=Declared(unit), doubts=doubts
-    )
+    time = 0 if times else None
+    return Layout(tuple(points), table, time, tick, "", Declared(unit), doubts)
 
 
-def _nexus(file: File, head: list[Line]) -> TableLayout:
+def _nexus(file: File, head: list[Line]) -> Layout:
     """Return the block ``Trajectories`` of an export of Vicon Nexus, else the model's segments."""
     at = block(file.content, b"Trajectories")
     outputs = block(file.content, b"Model Outputs") if at is None else None
@@ -158,13 +133,17 @@ def _nexus(file: File, head: list[Line]) -> TableLayout:
     head = list(islice(header_lines(file, start), 5)) if start is not None else []
     if start is not None and len(head) < 5:
         raise CaptureError("ends in its header", place=file.name, wanted="five lines, then frames")
-    found: tuple[tuple[str, ...], list[Triple], Finish | None] = ((), [], None)
+    joints, starts, finish = tuple[str, ...](), list[int](), None
     if head:
         separator = separator_of(head[3].text)
         rate, names, axes, units = (line.cells(separator) for line in head[1:5])
-        found = _trajectories(names, axes) if at is not None else segment_joints(names, axes)
-    joints, points, finish = found
-    if at is None and not points:
+        if at is not None:
+            starts = [column for column in _columns(axes, POSITION)
+                      if column < len(names) and names[column]]  # fmt: skip
+            joints = tuple(names[column] for column in starts)
+        else:
+            joints, starts, finish = segment_joints(names, axes)
+    if at is None and not starts:
         raise CaptureError(
             "an export of Vicon Nexus without markers or segments",
             place=file.name,
@@ -174,21 +153,16 @@ def _nexus(file: File, head: list[Line]) -> TableLayout:
     rows = tables.rows(file.content, head[4].stop)
     beyond = np.flatnonzero(rows[1:, 0] != rows[:-1, 1])  # a blank line ends the block
     rows = rows[: int(beyond[0]) + 1] if len(beyond) else rows
-    unit = next((units[point[0]] for point in points if point[0] < len(units)), None)
-    table = table_of(file, rows, separator, len(axes), [0], points)
-    return TableLayout(
-        "Vicon Nexus", joints, table, rate=rate[0], declared=Declared(unit), finish=finish
-    )
+    unit = next((units[column] for column in starts if column < len(units)), None)
+    table = table_of(file, rows, separator, len(axes), [0], xyz(starts))
+    return Layout(joints, table, rate=rate[0], declared=Declared(unit), finish=finish)
 
 
-def _trajectories(names: list[str], axes: list[str]) -> tuple[tuple[str, ...], list[Triple], None]:
-    """Return the markers of a header, and their columns."""
-    starts = [
-        column
-        for column in range(2, min(len(names), len(axes) - 2))
-        if names[column] and [axis.upper() for axis in axes[column : column + 3]] == ["X", "Y", "Z"]
-    ]
-    return tuple(names[column] for column in starts), list(map(xyz, starts)), None
+def _columns(axes: list[str], wanted: list[str]) -> list[int]:
+    """Return the columns, from the third on, at which some axes begin."""
+    upper = [axis.upper() for axis in axes]
+    starts = range(2, len(axes) - len(wanted) + 1)
+    return [column for column in starts if upper[column : column + len(wanted)] == wanted]
 
 
 def block(content: Content, title: bytes) -> int | None:
@@ -203,7 +177,7 @@ def block(content: Content, title: bytes) -> int | None:
     return None
 
 
-def _motive(file: File, head: list[Line]) -> TableLayout:
+def _motive(file: File, head: list[Line]) -> Layout:
     """Return an export of OptiTrack Motive: places of bones, where it has them, else of markers."""
     first = head[0].cells(b",")
     said = dict(zip(first[::2], first[1::2], strict=False))
@@ -231,36 +205,35 @@ def _motive(file: File, head: list[Line]) -> TableLayout:
             remedy="Export it with Use World Space Coordinates.",
         )
     under = axes.cells(b",")
-    names, points = _motive_points(rows["name"], kinds, rows.get("type", []), under)
+    points = _motive_points(rows["name"], kinds, rows.get("type", []), under)
     frames = tables.rows(file.content, axes.stop)
-    table = table_of(file, frames, b",", len(under), [1], points)
+    table = table_of(file, frames, b",", len(under), [1], xyz(points.values()))
     unit = said.get("Length Units", "").lower()
     rate = said.get("Export Frame Rate") or said.get("Capture Frame Rate", "")
-    doubts = count_doubt(said.get("Total Exported Frames", ""), len(frames))
     declared = Declared(_LENGTHS.get(unit, unit or None), "y")
-    return TableLayout("Motive", names, table, True, 1.0, rate, declared=declared, doubts=doubts)
+    doubts = count_doubt(said.get("Total Exported Frames", ""), len(frames))
+    return Layout(tuple(points), table, 0, 1.0, rate, declared, doubts)
 
 
 def _motive_points(
     names: list[str], kinds: list[str], types: list[str], axes: list[str]
-) -> tuple[tuple[str, ...], list[Triple]]:
-    """Return names and columns of the bones; where there are none, of the markers."""
+) -> dict[str, int]:
+    """Return names and first columns of the bones; where there are none, of the markers."""
     width = min(len(names), len(kinds), len(axes))
-    found: dict[str, dict[str, Triple]] = {}
+    found: dict[str, dict[str, int]] = {}
     for column in range(2, width - 2):
-        if kinds[column] == "Position" and axes[column : column + 3] == ["X", "Y", "Z"]:
+        if kinds[column] == "Position" and axes[column : column + 3] == POSITION:
             kind = types[column] if column < len(types) else "Marker"
             kind = "Bone" if kind == "Bone" else "Marker" if "Marker" in kind else kind
             name = names[column]
             parts = name.split(":")
             if kind == "Bone" and (len(parts) == 1 or parts[0] == parts[-1]):
                 name = f"{parts[0]}:Hip"  # the skeleton itself
-            found.setdefault(kind, {})[name] = xyz(column)
-    chosen = found.get("Bone") or found.get("Marker") or next(iter(found.values()), {})
-    return tuple(chosen), list(chosen.values())
+            found.setdefault(kind, {})[name] = column
+    return found.get("Bone") or found.get("Marker") or next(iter(found.values()), {})
 
 
-def _qualisys(file: File, head: list[Line]) -> TableLayout:
+def _qualisys(file: File, head: list[Line]) -> Layout:
     """Return an export of Qualisys: keys, the names of the markers, then x, y, z of each."""
     said: dict[str, str] = {}
     names: list[str] = []
@@ -286,24 +259,15 @@ def _qualisys(file: File, head: list[Line]) -> TableLayout:
         row = first_row(file, rows).rstrip(b"\r\n")
         extra = row.removesuffix(b"\t").count(b"\t") + 1 - 3 * len(names)
         before = ["frame", "time"][: max(extra, 0)]
-    skip = len(before or ())
-    width = skip + 3 * len(names)
-    points = [xyz(column) for column in range(skip, width, 3)]
-    heads = [before.index("time")] if before and "time" in before else []
-    table = table_of(file, rows, b"\t", width, heads, points)
+    width = len(before) + 3 * len(names)
+    heads = [before.index("time")] if "time" in before else []
+    table = table_of(file, rows, b"\t", width, heads, range(len(before), width))
     doubts = count_doubt(said.get("NO_OF_FRAMES", ""), len(rows))
-    return TableLayout(
-        "Qualisys",
-        tuple(names),
-        table,
-        bool(heads),
-        rate=said.get("FREQUENCY", ""),
-        declared=Declared("mm"),
-        doubts=doubts,
-    )
+    rate, time = said.get("FREQUENCY", ""), 0 if heads else None
+    return Layout(tuple(names), table, time, 1.0, rate, Declared("mm"), doubts)
 
 
-_KINDS: dict[bytes | tuple[bytes, ...], Callable[[File, list[Line]], TableLayout]] = {
+_KINDS: dict[bytes | tuple[bytes, ...], Callable[[File, list[Line]], Layout]] = {
     _NEXUS: _nexus,
     b"format version": _motive,
     (b"no_of_frames", b"file_version"): _qualisys,
@@ -331,12 +295,14 @@ JOINTS = {
 }
 """By segment, the joint at its origin."""
 
-AXES = ["RX", "RY", "RZ", "TX", "TY", "TZ", "SX", "SY", "SZ"]
+POSITION = ["X", "Y", "Z"]
+SEGMENT = ["RX", "RY", "RZ", "TX", "TY", "TZ", "SX", "SY", "SZ"]
+"""The axes of a marker, and those of a segment: its turn, its origin, its length."""
 
 
 def segment_joints(
     names: list[str], axes: list[str]
-) -> tuple[tuple[str, ...], list[Triple], Finish]:
+) -> tuple[tuple[str, ...], list[int], Callable[[NDArray[Any]], NDArray[Any]]]:
     """Return the joints of Plug-in Gait's segments: names, hips last; columns; what makes places.
 
     Of each segment an export gives a turn (RX, RY, RZ: axis times angle, degrees), the origin (TX,
@@ -344,26 +310,24 @@ def segment_joints(
     the upper ends of the thighs, along their z axes.
     """
     joints: list[str] = []
-    points: list[Triple] = []
-    thighs: list[tuple[str, int]] = []
-    for column in range(2, min(len(names), len(axes) - 8)):
-        subject, mark, segment = names[column].rpartition(":")
-        if segment in JOINTS and [axis.upper() for axis in axes[column : column + 9]] == AXES:
-            joints.append(subject + mark + JOINTS[segment])
-            points.append(xyz(column + 3))
+    origins: list[int] = []
+    hips: dict[str, int] = {}  # of each the knee, among the joints
+    for column in _columns(axes, SEGMENT):
+        subject, mark, segment = names[column].rpartition(":") if column < len(names) else [""] * 3
+        if segment in JOINTS:
             if segment[1:] == "FE":
-                thighs.append((f"{subject}{mark}{segment[0]}Hip", column))
-    knees = [points.index(xyz(column + 3)) for _, column in thighs]
-    many = len(points)
-    for _, column in thighs:
-        points += [xyz(column), xyz(column + 6)]
+                hips[f"{subject}{mark}{segment[0]}Hip"] = len(joints)
+            joints.append(subject + mark + JOINTS[segment])
+            origins.append(column + 3)
+    many, knees = len(joints), list(hips.values())
+    more = [origins[knee] + away for knee in knees for away in (-3, 3)]  # turns and lengths
 
     def finish(places: NDArray[Any]) -> NDArray[Any]:
         turns, lengths = places[:, many::2], places[:, many + 1 :: 2, 2:]
-        hips = places[:, knees] + lengths * _upwards(np.radians(turns))
-        return np.concatenate((places[:, :many], hips), axis=1)
+        upper = places[:, knees] + lengths * _upwards(np.radians(turns))
+        return np.concatenate((places[:, :many], upper), axis=1)
 
-    return (*joints, *(name for name, _ in thighs)), points, finish
+    return (*joints, *hips), origins + more, finish
 
 
 def _upwards(turns: NDArray[Any]) -> NDArray[Any]:
@@ -425,7 +389,7 @@ def columns_of(path: str) -> dict[str, Any]:
     return said
 
 
-def given_layout(file: File, path: str) -> TableLayout:
+def given_layout(file: File, path: str) -> Layout:
     """Return where the points of a table are, as its user says."""
     said = columns_of(path)
     skip = said.get("skip", 1)
@@ -444,14 +408,13 @@ def given_layout(file: File, path: str) -> TableLayout:
     if len(set(used)) < len(used):
         raise UsageError(f"--columns {path}: a column that is used twice", wanted="each once")
     rows = tables.rows(file.content, header.stop if header else 0)
-    row = first_row(file, rows)
-    width = max(len(tables.cells_of(row, separator)), max(used) + 1)
-    points = [(x, y, z) for x, y, z in columns.values()]
+    width = max(len(tables.cells_of(first_row(file, rows), separator)), max(used) + 1)
+    points = chain.from_iterable(columns.values())
     table = table_of(file, rows, separator, width, time, points, said.get("comma"))
     tick = float(said["tick"]) if "tick" in said else None
     declared = Declared(said.get("unit"), said.get("up"))
     rate = str(said.get("rate", ""))
-    return TableLayout("a table", tuple(columns), table, bool(time), tick, rate, declared=declared)
+    return Layout(tuple(columns), table, 0 if time else None, tick, rate, declared)
 
 
 def _column(cell: object, cells: list[str], path: str) -> int:
@@ -465,11 +428,6 @@ def _column(cell: object, cells: list[str], path: str) -> int:
     raise UsageError(f"--columns {path}: column {quoted(cell)}", wanted=wanted)
 
 
-_CLOCKS = (("seconds", 1.0), ("milliseconds", 1e-3), ("microseconds", 1e-6),
-          ("units of 100 ns", 1e-7), ("nanoseconds", 1e-9))  # fmt: skip
-_USUAL_STEP = (0.002, 0.2)  # seconds between frames
-
-
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a table of points: see `lanindex.formats.read_file`.
 
@@ -479,39 +437,8 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     layout = _layout(file, options)
     every = list(range(len(layout.names)))
     chosen, whose = subject_points(file, people(layout.names), every)
-    heads, places = tables.read(file, layout.table)
-    places = layout.finish(places) if layout.finish else places
-    if layout.states is not None:
-        places[heads[:, layout.states :] == 0] = np.nan
-    names = tuple(layout.names[number] for number in chosen)
-    places = places if len(chosen) == len(layout.names) else places[:, chosen]
-    gone, places = tables.at_origin(places, names)
-    times, unsure = _seconds(layout, heads)
-    rate, doubts = rate_by(options, file.name, layout.rate, times)
-    unsure = unsure if options.rate is None else ()
-    doubts = (*layout.doubts, *twice(names, "points"), *whose, *unsure, *doubts, *gone)
-    return motion_of(
-        Points(names, places, rate, layout.declared, doubts=doubts), file, "csv", options, wanted
-    )
-
-
-def _seconds(
-    layout: TableLayout, heads: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """Return the times in seconds; where their unit is unknown, in the usual one."""
-    if not layout.timed:
-        return np.zeros(0), ()
-    times = heads[:, 0]
-    if layout.tick is not None:
-        return times * layout.tick, ()
-    steps = np.diff(times)
-    steps = steps[np.isfinite(steps)]
-    step = float(np.median(steps)) if len(steps) else 0.0
-    for name, tick in _CLOCKS:
-        if _USUAL_STEP[0] <= step * tick <= _USUAL_STEP[1]:
-            doubt = () if tick == 1 else (f"its times are taken for {name}",)
-            return (times - times[0]) * tick, doubt
-    return times, ()
+    doubts = twice([layout.names[number] for number in chosen], "points") + whose
+    return tables.motion(file, layout, "csv", options, wanted, chosen, doubts)
 
 
 def people(names: tuple[str, ...]) -> dict[str, list[int]]:
@@ -542,7 +469,7 @@ def subjects(file: File) -> tuple[str, ...]:
     return tuple(name for name in people(file.once(layout_of).names) if name)
 
 
-def _layout(file: File, options: Reading | None) -> TableLayout:
+def _layout(file: File, options: Reading | None) -> Layout:
     named = options.columns if options else None
     return given_layout(file, named) if named else file.once(layout_of)
 
@@ -552,11 +479,7 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
 
     Header and rows are the source's, byte for byte; of several blocks the one that is read.
     """
-    rows = _layout(file, options).table.lines
-    head = 0, int(rows[0, 0])
-    return lambda span: clip(
-        file.content, (head, (int(rows[span.start, 0]), int(rows[span.stop - 1, 1])))
-    )
+    return tables.cutter(file, _layout(file, options))
 
 
 def write(motion: Motion) -> bytes:

@@ -1,4 +1,4 @@
-"""Tables of numbers as text: headers, rows, and the cells in them, a block at a time.
+"""Tables of points as text: their headers, rows and numbers; the motion and the clips they make.
 
 A cell that is blank, or says ``nan``, is unknown.
 """
@@ -8,20 +8,23 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
-from operator import itemgetter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.body import Declared
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats import decimals
 from lanindex.formats.decimals import LARGEST
-from lanindex.formats.file import Content, File, holding, line_of, text_of
-from lanindex.model import Motion
+from lanindex.formats.file import Content, File, Wanted, clip, holding, line_of, text_of
+from lanindex.formats.points import Points, motion_of
+from lanindex.formats.rates import rate_by
+from lanindex.model import Motion, Reading, Span
 
 BLOCK = 4096
 """Rows whose numbers are held at a time."""
@@ -41,7 +44,8 @@ _COMMA = bytes.maketrans(b",", b".")
 
 Lines = NDArray[np.int64]
 Floats = NDArray[np.float64]
-Triple = tuple[int, int, int]
+Finish = Callable[[NDArray[Any]], NDArray[Any]]
+"""Makes points, (T, M, 3), of others."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +63,25 @@ class Table:
     def columns(self) -> tuple[int, ...]:
         """All that are read."""
         return self.heads + self.points
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """A table before its numbers are read, and what its header says of them."""
+
+    names: tuple[str, ...]  # (M) its points
+    table: Table
+    time: int | None = None  # which of the heads is the time, if there is one
+    tick: float | None = 1.0  # seconds in one unit of it; None: found from how fast it grows
+    rate: str = ""  # frames a second, as the file says; empty where it does not
+    declared: Declared = field(default_factory=Declared)  # what it says of its unit and axes
+    doubts: tuple[str, ...] = ()  # what its header gets wrong
+    # the first of the heads that tell of each point whether it was seen: 0, not
+    states: int | None = None
+    finish: Finish | None = None  # what makes the points of what the table has instead
+    rate_line: str = ""  # the line of the header that says the rate, for messages: ``:3``
+    # bytes of the number of frames in the header; empty where it has none
+    count: tuple[int, int] = (0, 0)
 
 
 def rows(data: Content, first: int, stop: int | None = None) -> Lines:
@@ -140,6 +163,66 @@ def at_origin(
     ), places
 
 
+def motion(
+    file: File,
+    layout: Layout,
+    form: str,
+    options: Reading,
+    wanted: Wanted,
+    chosen: Sequence[int] | None = None,
+    doubts: tuple[str, ...] = (),
+) -> Motion:
+    """Read the motion of a table's points, or of the chosen ones."""
+    heads, places = read(file, layout.table)
+    places = layout.finish(places) if layout.finish else places
+    if layout.states is not None:
+        places[heads[:, layout.states :] == 0] = np.nan
+    names = layout.names
+    if chosen is not None and len(chosen) < len(names):
+        names, places = tuple(names[number] for number in chosen), places[:, chosen]
+    gone, places = at_origin(places, names)
+    times, unsure = _seconds(layout, heads)
+    rate, uneven = rate_by(options, file.name + layout.rate_line, layout.rate, times)
+    unsure = unsure if options.rate is None else ()
+    doubts = (*layout.doubts, *doubts, *unsure, *uneven, *gone)
+    points = Points(names, places, rate, layout.declared, doubts=doubts)
+    return motion_of(points, file, form, options, wanted)
+
+
+_CLOCKS = (("seconds", 1.0), ("milliseconds", 1e-3), ("microseconds", 1e-6),
+          ("units of 100 ns", 1e-7), ("nanoseconds", 1e-9))  # fmt: skip
+_USUAL_STEP = (0.002, 0.2)  # seconds between frames
+
+
+def _seconds(layout: Layout, heads: Floats) -> tuple[Floats, tuple[str, ...]]:
+    """Return the times in seconds; where their unit is unknown, in the usual one."""
+    if layout.time is None:
+        return np.zeros(0), ()
+    times = heads[:, layout.time]
+    if layout.tick is not None:
+        return times * layout.tick, ()
+    steps = np.diff(times)
+    steps = steps[np.isfinite(steps)]
+    step = float(np.median(steps)) if len(steps) else 0.0
+    for name, tick in _CLOCKS:
+        if _USUAL_STEP[0] <= step * tick <= _USUAL_STEP[1]:
+            doubt = () if tick == 1 else (f"its times are taken for {name}",)
+            return (times - times[0]) * tick, doubt
+    return times, ()
+
+
+def cutter(file: File, layout: Layout) -> Callable[[Span], bytes]:
+    """Return what cuts clips out of a table: its bytes, but for the number of frames."""
+    lines, (before, after) = layout.table.lines, layout.count
+
+    def cut(span: Span) -> bytes:
+        count = str(len(span)).encode() if after > before else b""
+        frames = int(lines[span.start, 0]), int(lines[span.stop - 1, 1])
+        return clip(file.content, ((0, before), count, (after, int(lines[0, 0])), frames))
+
+    return cut
+
+
 def points_of(motion: Motion) -> tuple[tuple[str, ...], NDArray[np.float32]]:
     """Return what a table of a motion shows: its markers, where it has them, or else its joints."""
     if motion.markers is not None:
@@ -171,26 +254,21 @@ def sound(values: Floats, heads: int) -> NDArray[np.bool_]:
 
 
 def fill(values: Floats, line: bytes, table: Table) -> bool:
-    """Read a row; return whether it is sound."""
+    """Read a row, NaN where a cell is blank; return whether it is sound."""
     cells = cells_of(line, table.separator)
     if len(cells) > table.width and any(map(bytes.strip, cells[table.width :])):
         return False
     try:
-        values[:] = _numbers(cells, table.columns)
+        wanted = [cells[column] for column in table.columns]
+        try:
+            values[:] = list(map(float, wanted))
+        except ValueError:
+            values[:] = [float(cell.strip() or b"nan") for cell in wanted]
     except (ValueError, IndexError):
         return False
-    if b"_" in line and any(b"_" in cells[column] for column in table.columns):
+    if b"_" in line and any(b"_" in cell for cell in wanted):
         return False  # float() lets 1_0 pass
     return bool(sound(values, len(table.heads)))
-
-
-def _numbers(cells: list[bytes], columns: tuple[int, ...]) -> list[float]:
-    """Return the numbers of a row, NaN where a cell is blank."""
-    wanted = itemgetter(*columns)(cells) if len(columns) > 1 else (cells[columns[0]],)
-    try:
-        return list(map(float, wanted))
-    except ValueError:
-        return [float(cell.strip() or b"nan") for cell in wanted]
 
 
 def cells_of(line: bytes, separator: bytes) -> list[bytes]:
@@ -205,16 +283,10 @@ def _damaged(file: File, table: Table, row: int) -> CaptureError:
     cells = cells_of(line.translate(_COMMA) if table.comma else line, table.separator)
     found, wanted = f"has {len(cells)} cells", f"{table.width}, as the header says"
     for number, column in enumerate(table.columns):
-        one = np.full(1, np.nan)
-        cell = cells[column] if column < len(cells) else b""
-        alone = Table(
-            table.lines,
-            table.separator,
-            1,
-            *(((0,), ()) if number < len(table.heads) else ((), (0,))),
-        )
-        if not fill(one, cell, alone):
-            found = f"has {quoted(text_of(cell.strip()))} in column {column + 1}"
+        cell = cells[column].strip() if column < len(cells) else b""
+        value = _number(cell or (b"" if table.separator == BLANKS else b"nan"))
+        if value is None or abs(value) > (MOST if number < len(table.heads) else LARGEST):
+            found = f"has {quoted(text_of(cell))} in column {column + 1}"
             wanted = f"a number up to {LARGEST:g}, or nothing where it is unknown"
             break
     last = row == len(table.lines) - 1 and len(cells) <= table.width
@@ -224,6 +296,14 @@ def _damaged(file: File, table: Table, row: int) -> CaptureError:
         wanted=wanted,
         remedy="It is the last line: the file may be cut short." if last else "",
     )
+
+
+def _number(word: bytes) -> float | None:
+    """Return the number that a word is, if it is one; `float` lets 1_0 pass."""
+    try:
+        return None if b"_" in word else float(word)
+    except ValueError:
+        return None
 
 
 def number_rows(data: bytes, lines: Lines, width: int) -> tuple[Floats, int | None]:
@@ -238,11 +318,9 @@ def fault(line: bytes, width: int) -> tuple[str, str]:
     """Say what is wrong with a damaged row of `width` numbers between blanks."""
     words = line.split()
     for place, word in enumerate(words, 1):
-        text = word.decode("latin-1")
+        text, value = word.decode("latin-1"), _number(word)
         shown = repr(text if len(text) <= 40 else text[:40] + "...")
-        try:
-            value = float("" if b"_" in word else word)
-        except ValueError:
+        if value is None:
             return f"has {shown} as number {place}", "numbers with a decimal point"
         if not abs(value) <= LARGEST:
             return f"has {shown} as number {place}", f"finite numbers up to {LARGEST:g}"
@@ -299,11 +377,6 @@ def separator_of(line: bytes) -> bytes:
     return max(SEPARATORS, key=line.count)
 
 
-def comma_of(line: bytes, separator: bytes) -> bool:
-    """Return whether the numbers of a row have commas where a point would stand."""
-    return separator != b"," and b"." not in line and re.search(rb"\d,\d", line) is not None
-
-
 def triples(cells: Sequence[str]) -> tuple[dict[str, tuple[int, int, int]], str | None]:
     """Return which columns are x, y, z of which point, and the unit that they name.
 
@@ -348,9 +421,9 @@ def first_row(file: File, rows: Lines) -> bytes:
     return file.content[int(rows[0, 0]) : int(rows[0, 1])] if len(rows) else b""
 
 
-def xyz(column: int) -> Triple:
-    """Return a column and the two behind it."""
-    return column, column + 1, column + 2
+def xyz(columns: Iterable[int]) -> tuple[int, ...]:
+    """Return columns, each with the two behind it."""
+    return tuple(chain.from_iterable((column, column + 1, column + 2) for column in columns))
 
 
 def table_of(
@@ -358,21 +431,24 @@ def table_of(
     rows: Lines,
     separator: bytes,
     width: int,
-    heads: Sequence[int],
-    points: Sequence[Triple],
+    heads: Iterable[int],
+    points: Iterable[int],
     comma: bool | None = None,
 ) -> Table:
-    """Return a table, of which there is at least one row and one point.
+    """Return a table of which there is at least one row and one point.
 
     Whether its numbers have commas where a point would stand the first row tells, if `comma` does
     not.
     """
-    if not len(rows) or not points:
-        found = "no frames" if points else "no columns x, y, z of any point"
+    columns = tuple(points)
+    if not len(rows) or not columns:
+        found = "no frames" if columns else "no columns x, y, z of any point"
         wanted = "rows of numbers behind the header"
         raise CaptureError(found, place=file.name, wanted=wanted)
-    comma = comma_of(first_row(file, rows), separator) if comma is None else comma
-    return Table(rows, separator, width, tuple(heads), tuple(chain(*points)), comma)
+    if comma is None:
+        row = first_row(file, rows)
+        comma = separator != b"," and b"." not in row and re.search(rb"\d,\d", row) is not None
+    return Table(rows, separator, width, tuple(heads), columns, comma)
 
 
 def count_doubt(text: str, count: int, what: str = "frames") -> tuple[str, ...]:

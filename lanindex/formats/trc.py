@@ -11,34 +11,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import islice
 from pathlib import PurePath
 
 from lanindex.body import Declared
 from lanindex.errors import CaptureError
 from lanindex.formats import tables
-from lanindex.formats.file import File, Wanted, clip, text_of
-from lanindex.formats.points import Points, motion_of
-from lanindex.formats.rates import rate_by
-from lanindex.formats.tables import count_doubt, header_lines, table_of, twice, xyz
+from lanindex.formats.file import File, Wanted, text_of
+from lanindex.formats.tables import Layout, count_doubt, header_lines, table_of, twice
 from lanindex.model import Motion, Reading, Span
 
 _WORD = re.compile(rb"[^\s,;]+")
 _MARKER = re.compile(rb"[xX]\d*")
 _FIRST = 2  # columns before the markers: number and time
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TrcHeader:
-    """The bytes of a TRC file, and what its header says."""
-
-    said: dict[str, str]  # by key in small letters: ``datarate``, ``numframes``, ``units``
-    # first byte of the number of frames, and the one behind its last; empty where there is none
-    count: tuple[int, int]
-    names: tuple[str, ...]  # (M) the markers
-    table: tables.Table  # where the numbers lie
-    doubts: tuple[str, ...]  # what the header gets wrong
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
@@ -47,14 +32,9 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     The joints that its markers make, or are; the vertical axis is found from the body.
     """
     layout = scan(file)
-    heads, places = tables.read(file, layout.table)
-    place, said = f"{file.name}:3", layout.said
-    rate, doubts = rate_by(options, place, said.get("datarate", ""), heads[:, 1])
-    declared = Declared(unit=said.get("units"))
-    gone, places = tables.at_origin(places, layout.names)
-    doubts = (*layout.doubts, *twice(layout.names, "markers"), *doubts, *gone)
-    points = Points(layout.names, places, rate, declared, doubts=doubts)
-    return motion_of(points, file, "trc", options, wanted)
+    return tables.motion(
+        file, layout, "trc", options, wanted, doubts=twice(layout.names, "markers")
+    )
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
@@ -63,18 +43,10 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
     Header and lines are the source's, numbers and times of the frames too; only ``NumFrames`` is
     new.
     """
-    layout = scan(file)
-    lines, (before, after) = layout.table.lines, layout.count
-
-    def cut(span: Span) -> bytes:
-        count = str(len(span)).encode() if after > before else b""
-        frames = int(lines[span.start, 0]), int(lines[span.stop - 1, 1])
-        return clip(file.content, ((0, before), count, (after, int(lines[0, 0])), frames))
-
-    return cut
+    return tables.cutter(file, scan(file))
 
 
-def scan(file: File) -> TrcHeader:
+def scan(file: File) -> Layout:
     """Find the frames of a TRC file without reading their numbers."""
     filled = (line for line in header_lines(file) if line.text.strip(tables.NOTHING))
     above = [(line.text, line.first) for line in islice(filled, 5)]
@@ -93,11 +65,11 @@ def scan(file: File) -> TrcHeader:
     names = _names(cells[_FIRST:], many, f"{file.name}:4")
     lines = tables.rows(file.content, behind)
     width = _FIRST + 3 * len(names)
-    points = [xyz(column) for column in range(_FIRST, width, 3)]
-    table = table_of(file, lines, separator, width, (0, 1), points)
+    table = table_of(file, lines, separator, width, (0, 1), range(_FIRST, width))
     doubts = count_doubt(said.get("numframes", ""), len(lines), "frames")
     doubts += count_doubt(said.get("nummarkers", ""), len(names), "markers")
-    return TrcHeader(said, count, names, table, doubts)
+    rate, declared = said.get("datarate", ""), Declared(said.get("units"))
+    return Layout(names, table, 1, 1.0, rate, declared, doubts, rate_line=":3", count=count)
 
 
 def _said(keys: bytes, values: bytes, at: int) -> tuple[dict[str, str], tuple[int, int]]:
