@@ -66,7 +66,8 @@ class Format:
     name: str  # as the library and ``--format`` say it
     title: str  # as people say it
     suffixes: tuple[str, ...]  # endings by which a folder is searched, in small letters
-    sniff: Callable[[bytes], bool]  # whether a file's first bytes are of this format
+    # whether a file's first bytes are of this format; None: it is known by its name alone
+    sniff: Callable[[bytes], bool] | None
     module: str  # where in this folder it is read, cut and written; imported when needed
     # whether a file of such an ending is meant as a capture; else a folder's is looked into
     certain: bool = True
@@ -74,11 +75,10 @@ class Format:
     several: bool = False
     # whether it may be read with other files: its module has ``companions(file, options)``
     joined: bool = False
-    named: bool = False  # whether its files are known by their names alone
 
     def holds(self, name: str, head: bytes) -> bool:
         """Tell whether a file is of this format, by its name and its first bytes."""
-        return name.lower().endswith(self.suffixes) if self.named else self.sniff(head)
+        return self.sniff(head) if self.sniff else name.lower().endswith(self.suffixes)
 
     @property
     def does(self) -> Any:
@@ -92,7 +92,7 @@ FORMATS: tuple[Format, ...] = (
     Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
     Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
     Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx", several=True),
-    Format("bids", "Motion-BIDS", ("_motion.tsv",), sniff.nothing, "bids", True, False, True, True),
+    Format("bids", "Motion-BIDS", ("_motion.tsv",), None, "bids", True, False, True),
     Format("csv", "a table of points", _TABLES, sniff.table, "point_tables", False, True),
     Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
     Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import PurePath
 
 _AMC = re.compile(rb":(FULLY-SPECIFIED|DEGREES|RADIANS|SAMPLES-PER-SECOND)\b", re.IGNORECASE)
@@ -21,7 +22,22 @@ _NEXUS_BLOCK = re.compile(
     rb"\"?[0-9][0-9.]*\"?[ \t,;]*\r?$",
     re.IGNORECASE | re.MULTILINE,
 )
-_GLTF = (b'"asset"', b'"accessors"', b'"scenes"', b'"nodes"', b'"buffers"')
+_TEXT = rb"(?:\xef\xbb\xbf)?\s*"  # the mark of an encoding and blanks, before a text
+
+
+def begins(pattern: bytes) -> Callable[[bytes], bool]:
+    """Return what tells whether a file's first bytes match a pattern."""
+    compiled = re.compile(pattern, re.DOTALL)
+    return lambda head: compiled.match(head) is not None
+
+
+bvh = begins(_TEXT + rb"(?i:HIERARCHY)")
+c3d = begins(rb"[^\0]\x50.{510}")  # where its parameters begin, then its key
+trc = begins(_TEXT + rb"(?i:PathFileType)")
+mvnx = begins(_TEXT + rb"(?=<).*?<mvnx")
+npy = begins(rb"\x93NUMPY")
+gltf = begins(rb"glTF|" + _TEXT + rb'\{.*?"(?:asset|accessors|scenes|nodes|buffers)"')
+fbx = begins(rb"Kaydara FBX Binary|" + _TEXT + rb"; FBX|.*?FBXHeaderExtension")
 
 
 def text(head: bytes) -> bytes:
@@ -29,36 +45,11 @@ def text(head: bytes) -> bytes:
     return head.removeprefix(b"\xef\xbb\xbf").lstrip()
 
 
-def nothing(head: bytes) -> bool:
-    """Tell nothing: of formats that are known by names."""
-    return False
-
-
-def bvh(head: bytes) -> bool:
-    """Tell a BVH file."""
-    return text(head)[:9].upper() == b"HIERARCHY"
-
-
 def amc(head: bytes) -> bool:
     """Tell an AMC file: keywords before the first frame, comments aside."""
     lines = (line.strip() for line in text(head).splitlines())
     first = next((line for line in lines if line and not line.startswith(b"#")), b"")
     return bool(_AMC.match(first))
-
-
-def c3d(head: bytes) -> bool:
-    """Tell a C3D file: where its parameters begin, then its key."""
-    return len(head) >= 512 and head[1] == 0x50 and head[0] > 0
-
-
-def trc(head: bytes) -> bool:
-    """Tell a TRC file."""
-    return text(head)[:12].lower() == b"pathfiletype"
-
-
-def mvnx(head: bytes) -> bool:
-    """Tell an MVNX file."""
-    return text(head)[:1] == b"<" and b"<mvnx" in head
 
 
 def table(head: bytes) -> bool:
@@ -87,28 +78,10 @@ def nexus(head: bytes) -> bool:
     return _NEXUS_BLOCK.search(begun) is not None
 
 
-def npy(head: bytes) -> bool:
-    """Tell a NumPy array."""
-    return head[:6] == b"\x93NUMPY"
-
-
 def npz(head: bytes) -> bool:
     """Tell a file of NumPy arrays: a ZIP whose first member is one."""
     size = int.from_bytes(head[26:28], "little")
     return head[:4] == b"PK\x03\x04" and head[30 : 30 + size].endswith(b".npy")
-
-
-def gltf(head: bytes) -> bool:
-    """Tell a glTF or GLB file."""
-    begun = text(head)
-    return head[:4] == b"glTF" or (begun[:1] == b"{" and any(key in begun for key in _GLTF))
-
-
-def fbx(head: bytes) -> bool:
-    """Tell an FBX file, binary or text."""
-    return head[:18] == b"Kaydara FBX Binary" or (
-        text(head)[:5] == b"; FBX" or b"FBXHeaderExtension" in head
-    )
 
 
 def _numbers(cells: list[bytes]) -> bool:
