@@ -54,12 +54,15 @@ def fill(
 
     Takes `values` (T, C), `lines` (T, 2); returns (T,).
     """
+    read, wanted = np.zeros(len(lines), bool), np.array(columns)
     if compiled.chosen("numbers", len(data)):
         from lanindex.formats import decimals_fast
 
-        return decimals_fast.fill(values, data, lines, separator, columns, width)
-    read = np.zeros(len(lines), bool)
-    wanted = np.array(columns)
+        slots = np.full(wanted.max() + 1, -1)  # of each column, which of the values it is
+        slots[wanted] = np.arange(len(wanted))
+        text, mark = np.frombuffer(data, np.uint8), np.uint8(separator[0])
+        decimals_fast.fill(text, lines, mark, width, slots, values, read)
+        return read
     start = 0
     while start < len(lines):
         stop = int(np.searchsorted(lines[:, 1], lines[start, 0] + PIECE))

@@ -6,12 +6,10 @@ of rows to `float`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numba
 import numpy as np
 
-from lanindex.formats.decimals import DIGITS, TENS, Flags, Floats, Places
+from lanindex.formats.decimals import DIGITS, TENS
 
 # unsigned, so that no index is tested for being negative and no byte becomes a wider number
 _NONE, _ONE, _MOST = np.uintp(0), np.uintp(1), np.uintp(DIGITS)
@@ -134,27 +132,11 @@ def _separated(text, at, stop, separator, width, slots, row):
 
 
 @numba.njit(cache=True, nogil=True)
-def _rows(text, lines, separator, width, slots, values, read):
+def fill(text, lines, separator, width, slots, values, read):
+    """Read the lines in which every number is plain: see `lanindex.formats.decimals.fill`."""
     for row in range(len(lines)):
         start, stop = np.uintp(lines[row, 0]), np.uintp(lines[row, 1])
         if separator == _SPACE:
             read[row] = _spaced(text, start, stop, width, slots, values[row])
         else:
             read[row] = _separated(text, start, stop, separator, width, slots, values[row])
-
-
-def fill(
-    values: Floats,
-    data: bytes,
-    lines: Places,
-    separator: bytes,
-    columns: Sequence[int],
-    width: int,
-) -> Flags:
-    """Read the lines in which every number is plain: see `lanindex.formats.decimals.fill`."""
-    slots = np.full(max(columns) + 1, -1, np.int64)
-    slots[list(columns)] = np.arange(len(columns))
-    read = np.zeros(len(lines), np.bool_)
-    text = np.frombuffer(data, np.uint8)
-    _rows(text, lines, np.uint8(separator[0]), width, slots, values, read)
-    return read
