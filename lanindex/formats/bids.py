@@ -71,7 +71,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
 
     Channels of the type POS are read, of points that have all three axes.
     """
-    channels, said = _channels(file), _said(file, SIDECAR, needed=True)
+    channels, said = _channels(_needed(file, CHANNELS)), _object(_needed(file, SIDECAR))
     content = file.content[:]
     known = File(file.name, _UNKNOWN.sub(b"nan", content) if b"n/a" in content else content)
     lines = tables.rows(known.content, 0)
@@ -87,9 +87,12 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     rate = next((str(it) for it in rates if isinstance(it, int | float) and it > 0), "")
     times = heads[:, 0] if channels.latency else np.zeros(0)
     hertz, doubts = rate_by(options, f"{_stem(file)}{SIDECAR}", rate, times)
-    places, up, turned = _upright(places, _axes(file, channels, said))
-    points = Points(channels.names, places, hertz, Declared(channels.unit, up),
-                    doubts=(*doubts, *turned))  # fmt: skip
+    declared, ways = Declared(channels.unit), _ways(file, channels, said)
+    if ways is None:
+        doubts += ("where its axes lead is not told: taken for right-handed",)
+    else:
+        places, declared = places @ ways, Declared(channels.unit, "y")
+    points = Points(channels.names, places, hertz, declared, doubts=doubts)
     return motion_of(points, file, "bids", options, wanted)
 
 
@@ -117,22 +120,20 @@ def _needed(file: File, ending: str) -> File:
     return found
 
 
-def _said(file: File, ending: str, *, needed: bool = False) -> dict[str, Any]:
-    """Return the object that a sidecar holds; an empty one where it may be absent, and is."""
-    beside = _needed(file, ending) if needed else _beside(file, ending)
-    if beside is None:
+def _object(sidecar: File | None) -> dict[str, Any]:
+    """Return the object that a sidecar holds; an empty one where there is none."""
+    if sidecar is None:
         return {}
     try:
-        found = json.loads(beside.content[:].decode("utf-8-sig"))
+        found = json.loads(sidecar.content[:].decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
-        raise CaptureError("damaged JSON", place=beside.name, wanted="an object") from error
+        raise CaptureError("damaged JSON", place=sidecar.name, wanted="an object") from error
     if not isinstance(found, dict):
-        raise CaptureError("no object", place=beside.name, wanted="one")
+        raise CaptureError("no object", place=sidecar.name, wanted="one")
     return found
 
 
-def _channels(file: File) -> _Channels:
-    beside = _needed(file, CHANNELS)
+def _channels(beside: File) -> _Channels:
     try:
         text = beside.content[:].decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -173,25 +174,16 @@ def _channels(file: File) -> _Channels:
     return _Channels(tuple(whole), points, latency, len(lines), unit, next(iter(frames)))
 
 
-def _axes(file: File, channels: _Channels, said: dict[str, Any]) -> str:
-    """Return where x, y and z lead, as the files say; empty where they do not."""
-    described = _said(file, FRAMES).get("reference_frame")
+def _ways(file: File, channels: _Channels, said: dict[str, Any]) -> NDArray[np.float32] | None:
+    """Return where x, y and z lead: how far left, up, ahead; None where the files do not say."""
+    described = _object(_beside(file, FRAMES)).get("reference_frame")
     levels = described.get("Levels") if isinstance(described, dict) else None
     level = levels.get(channels.frame) if isinstance(levels, dict) else None
     axes = level.get("SpatialAxes") if isinstance(level, dict) else said.get("SpatialAxes")
     ways = [_WAYS[it] for it in axes if it in _WAYS] if isinstance(axes, str) else []
-    known = len(ways) == len(_AXES) and abs(np.linalg.det(np.array(ways))) > 0.5
-    return str(axes) if known else ""
-
-
-def _upright(
-    places: NDArray[np.float32], axes: str
-) -> tuple[NDArray[np.float32], str | None, tuple[str, ...]]:
-    """Return places with axes to the left, up and ahead, where the files say how theirs lead."""
-    if not axes:
-        return places, None, ("where its axes lead is not told: taken for right-handed",)
-    ways = np.array([_WAYS[it] for it in axes], np.float32)
-    return places @ ways, "y", ()
+    if len(ways) != len(_AXES) or abs(np.linalg.det(np.array(ways))) < 0.5:
+        return None
+    return np.array(ways, np.float32)
 
 
 def files(motion: Motion, path: Path) -> Iterator[tuple[Path, bytes]]:

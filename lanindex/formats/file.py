@@ -217,12 +217,9 @@ def opened(path: str | os.PathLike[str]) -> File:
 
 
 def _error(name: str, error: OSError | ValueError) -> CaptureError:
-    return CaptureError(_unreadable(name, error), place=name, wanted="a file that can be read")
-
-
-def _unreadable(path: str, error: OSError | ValueError) -> str:
+    found = getattr(error, "strerror", None) or str(error)
     if isinstance(error, FileNotFoundError):
-        return "a link that leads nowhere" if os.path.islink(path) else "there is no such file"
-    if isinstance(error, IsADirectoryError):
-        return "is a folder"
-    return getattr(error, "strerror", None) or str(error)
+        found = "a link that leads nowhere" if os.path.islink(name) else "there is no such file"
+    elif isinstance(error, IsADirectoryError):
+        found = "is a folder"
+    return CaptureError(found, place=name, wanted="a file that can be read")

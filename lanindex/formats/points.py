@@ -202,21 +202,15 @@ def _gaps(known: NDArray[np.bool_], rate: Fraction) -> tuple[str, ...]:
     starts, stops = (np.flatnonzero(edges) % edges.shape[1]).reshape(-1, 2).T
     filled = (stops - starts <= LONGEST_GAP * rate) & (starts > 0) & (stops < len(known))
     short, many, longest = int(filled.sum()), len(filled), f"{float(LONGEST_GAP):g} s"
-    said = (
-        (
-            short,
-            f"{short} {'gap' if short == 1 else 'gaps'} of at most {longest} filled",
-        ),
-        (many - short, f"{many - short} {'gap' if many - short == 1 else 'gaps'} left open"),
-    )
-    return tuple(text for count, text in said if count)
+    counts = (short, f"of at most {longest} filled"), (many - short, "left open")
+    return tuple(f"{count} {'gap' if count == 1 else 'gaps'} {what}"
+                 for count, what in counts if count)  # fmt: skip
 
 
 def _numbered(names: Sequence[str]) -> NDArray[np.int16]:
     """Return which of some joints play the body, where they are called as its own are."""
     body = np.full(len(JOINTS), -1, np.int16)
-    for number, name in enumerate(names):
-        body[JOINT_CODES[name]] = number
+    body[[JOINT_CODES[name] for name in names]] = np.arange(len(names))
     return body
 
 
@@ -287,8 +281,7 @@ def _skeleton(
         rest = [index for index in range(len(names)) if index not in body.values()]
         order = np.array([*body.values(), *rest], np.int64)
         parents = np.array([*parents_of(list(body)), *[-1] * len(rest)], np.int16)
-        played = np.full(len(JOINTS), -1, np.int16)
-        played[[JOINT_CODES[joint] for joint in body]] = np.arange(len(body))
+        played = _numbered(list(body))
     if points.offsets is not None:
         offsets = found.oriented(np.asarray(points.offsets, np.float64))
     else:
