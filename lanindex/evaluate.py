@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex import records
 from lanindex.errors import LanindexError, PatternError, UsageError, quoted, shown
-from lanindex.library.session import Progress, no_progress
+from lanindex.library.connect import Progress, no_progress
 from lanindex.model import Capture, Meter
 from lanindex.notation.text import read_toml
 from lanindex.pipeline.deadline import Deadline

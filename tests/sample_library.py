@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from lanindex.library.encoding import Encoding
+from lanindex.library.rows import Encoding
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.symbol import blank

@@ -1,27 +1,36 @@
-"""Columns and texts of an open library, kept as long as it stays as it was.
+"""Columns and texts of an open library, kept as long as it stays as it was; segments kept up.
 
 What a search asks for is read inside one transaction, part by part, once: as long as the change
 stamp stays, it is given again. Segments that cannot be trusted are mended on the way, and captures
 that are in none are put into one, which changes nothing that the library says.
+
+Segments are written, joined and verified in steps, each in a transaction of its own. An interrupted
+step leaves the library as it was before it; no step changes what the rows say.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import closing
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
-from lanindex.library import compaction, segments, state
-from lanindex.library.capture_texts import read_all_texts
-from lanindex.library.columns import read_all_columns
-from lanindex.library.compaction import Step
-from lanindex.library.connect import opened, writing
-from lanindex.library.link import Link, translated
-from lanindex.library.segments import Distrust, Spine
-from lanindex.library.session import Session
+from lanindex.library import columns, segments
+from lanindex.library.connect import Link, Session, opened, translated, writing
+from lanindex.library.read import read_state
+from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model.columns import Columns, Roster, enrolled, extras_of
+
+CHUNK = 1 << 20
+"""About the symbols of the largest segment that is made of rows at once."""
+
+LARGEST = 1 << 27
+"""Symbols of the largest segment that is made by joining: SQLite keeps a billion bytes in one place
+and no more, and readers wait while segments are joined."""
 
 MOST_PENDING = 256
 """Captures that a search takes from their rows each time rather than put them into a segment."""
@@ -32,12 +41,10 @@ _WRITE_TIMEOUT = 1.0
 _ANEW = "they are made of its symbols now"
 _BESIDE = "what is not there is read from the symbols, each time"
 
+Step = Callable[[Link], bool]
+"""Work in a transaction of its own; returns whether there may be more of it."""
 
-def _spine(connection: Link, trusted: bool) -> Spine:
-    """Return what there is of columns: nothing where the segments are not trusted."""
-    if trusted:
-        return segments.read_spine(connection)
-    return Spine([], {}, state.capture_numbers(connection))
+Result = TypeVar("Result")
 
 
 class ColumnCache:
@@ -45,10 +52,10 @@ class ColumnCache:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._roster, self._columns = enrolled([]), dict[str, Columns]()
-        self._columns_stamp: int | None = None
+        self._stamp: int | None = None
+        self._roster: Roster | None = None
+        self._columns = dict[str, Columns]()
         self._numbers, self._texts = list[int](), dict[str, Sequence[Any]]()
-        self._texts_stamp: int | None = None
         self._mended_at = -1
         self._fault = ""  # what was found wrong, and is not mended yet
 
@@ -60,7 +67,7 @@ class ColumnCache:
         fault, self._fault = fault or self._fault, ""
         if result is None or fault:
             with self._session.reading() as connection:
-                stamp = int(state.read_state(connection).stamp)
+                stamp = int(read_state(connection).stamp)
                 pending = segments.count_pending(connection)
             if stamp != self._mended_at:
                 if not fault:
@@ -81,13 +88,22 @@ class ColumnCache:
         """Return what the segments give; else None, and what is wrong with them, if anything is."""
         try:
             with self._session.reading() as connection:
-                same = state.read_state(connection).stamp == self._columns_stamp
-                loaded = most is None or (same and not self._missing(parts, extra))
-                if loaded or segments.count_pending(connection) <= (most or 0):
+                self._drop_old(connection)
+                if (
+                    most is None
+                    or (self._roster is not None and not self._missing(parts, extra))
+                    or segments.count_pending(connection) <= most
+                ):
                     return self._load(connection, parts, extra), ""
         except Distrust as error:
             return None, error.found
         return None, ""
+
+    def _drop_old(self, connection: Link) -> None:
+        """Forget what was read before the library changed."""
+        stamp = read_state(connection).stamp
+        if stamp != self._stamp:
+            self._stamp, self._roster, self._columns, self._texts = stamp, None, {}, {}
 
     def _missing(self, parts: Sequence[str], extra: Collection[str]) -> list[str]:
         return [
@@ -105,56 +121,43 @@ class ColumnCache:
         *,
         trusted: bool = True,
     ) -> tuple[Roster, dict[str, Columns]]:
-        stamp = state.read_state(connection).stamp
-        if stamp != self._columns_stamp:
-            self._columns, self._columns_stamp = {}, None
+        self._drop_old(connection)
         missing = self._missing(parts, extra)
-        if missing or self._columns_stamp is None:
-            whole = read_all_columns(connection, _spine(connection, trusted), missing)
-            for part in missing:
-                loaded = self._columns[part].rows if part in self._columns else ()
-                self._columns[part] = whole.columns(connection, part, {*extra, *loaded})
-            self._roster, self._columns_stamp = whole.roster, stamp
+        if missing or self._roster is None:
+            wanted = {
+                part: {*extra, *(self._columns[part].rows if part in self._columns else ())}
+                for part in missing
+            }
+            spine = segments.read_spine(connection, trusted=trusted)
+            self._roster, loaded = columns.read_all_columns(connection, spine, wanted)
+            self._columns |= loaded
         return self._roster, {part: self._columns[part] for part in parts}
 
     def texts(
-        self, names: Sequence[str], connection: Link | None = None
+        self, connection: Link, names: Sequence[str]
     ) -> tuple[list[int], dict[str, Sequence[Any]]]:
-        """Return the numbers of all captures, in order, and their texts, by name of the column.
-
-        Where the segments cannot be trusted they come from the rows, and the segments are mended
-        when columns are asked for.
-        """
-        if connection is None:
-            try:
-                with self._session.reading() as own:
-                    return self._load_texts(own, names)
-            except Distrust as error:
-                self.distrust(error)
-            with self._session.reading() as own:
-                return self._load_texts(own, names, trusted=False)
-        try:
-            return self._load_texts(connection, names)
-        except Distrust as error:
-            self.distrust(error)
-            return self._load_texts(connection, names, trusted=False)
-
-    def _load_texts(
-        self, connection: Link, names: Sequence[str], *, trusted: bool = True
-    ) -> tuple[list[int], dict[str, Sequence[Any]]]:
-        stamp = state.read_state(connection).stamp
-        if stamp != self._texts_stamp:
-            self._texts, self._texts_stamp = {}, None
+        """Return the numbers of all captures, in order, and their texts, by name of the column."""
+        self._drop_old(connection)
         missing = [name for name in names if name not in self._texts]
-        if missing or self._texts_stamp is None:
-            self._numbers, texts = read_all_texts(connection, _spine(connection, trusted), missing)
+        if missing:
+
+            def read(spine: Spine) -> tuple[list[int], dict[str, list[Any]]]:
+                return columns.read_all_texts(connection, spine, missing)
+
+            self._numbers, texts = self.trusting(connection, read)
             self._texts |= texts
-            self._texts_stamp = stamp
         return self._numbers, {name: self._texts[name] for name in names}
 
-    def distrust(self, error: Distrust) -> None:
-        """Remember that the segments are to be mended."""
-        self._fault = error.found
+    def trusting(self, connection: Link, read: Callable[[Spine], Result]) -> Result:
+        """Read from the segments or, where they cannot be trusted, from the rows.
+
+        The segments are then mended when columns are asked for.
+        """
+        try:
+            return read(segments.read_spine(connection))
+        except Distrust as error:
+            self._fault = error.found
+        return read(segments.read_spine(connection, trusted=False))
 
     def compact(self) -> None:
         """Write segments of the captures that are in none, and join small segments.
@@ -163,7 +166,7 @@ class ColumnCache:
         searches take longer.
         """
         with self._session.reading() as connection:
-            idle = compaction.is_compacted(connection)
+            idle = is_compacted(connection)
         if not idle:
             self._mend("")
 
@@ -203,12 +206,12 @@ class ColumnCache:
     def _settle(self, step: Callable[[Step], bool], fault: str) -> None:
         """Cover and join segments; purge them first if one is damaged."""
         if fault:
-            step(compaction.purge)
+            step(purge)
         try:
             self._cover_and_join(step)
         except Distrust as error:
             self._note_fault(error.found)
-            step(compaction.purge)
+            step(purge)
             self._cover_and_join(step)
 
     def _cover_and_join(self, step: Callable[[Step], bool]) -> None:
@@ -218,9 +221,105 @@ class ColumnCache:
             left.append(count)
             self._session.progress("captures", left[0] - count, left[0])
 
-        while step(partial(compaction.cover, waiting=waiting)):
+        while step(partial(cover, waiting=waiting)):
             pass
         if left:
             waiting(0)
-        while step(compaction.join):
+        while step(join):
             pass
+
+
+def is_compacted(connection: Link) -> bool:
+    """Return whether there is nothing to write for `cover` and `join`."""
+    try:
+        spine = segments.read_spine(connection)
+    except Distrust:
+        return False
+    return not spine.pending and _first_to_join(spine) >= len(spine.segments)
+
+
+def verify(connection: Link) -> None:
+    """Load all segments."""
+    spine = segments.read_spine(connection)
+    columns.read_rosters(connection, spine)
+    for segment in spine.segments:
+        segments.read_texts(connection, segment)
+        for part in segment.parts:
+            segments.read_columns(connection, segment, part)
+
+
+def purge(connection: Link) -> bool:
+    """Delete all segments if one of them is not what was stored, and return whether so."""
+    try:
+        verify(connection)
+    except Distrust:
+        segments.begin_anew(connection)
+        return True
+    return False
+
+
+def cover(connection: Link, waiting: Callable[[int], None] = lambda count: None) -> bool:
+    """Write a segment of captures that are in none, and return whether more are left."""
+    pending = segments.read_spine(connection).pending
+    pieces: list[columns.Derived] = []
+    symbols = covered = 0
+    waiting(len(pending))
+    for piece in columns.batches(connection, pending):
+        pieces.append(piece)
+        covered += len(piece[0])
+        symbols += sum(map(len, piece[1].values()))
+        waiting(len(pending) - covered)
+        if symbols >= CHUNK:
+            break
+    if not covered:
+        return False
+    roster, by_part = columns.together(pieces)
+    columns.check_pending(roster.number.tolist(), pending[:covered])
+    texts = columns.texts_of_rows(connection, pending[:covered])
+    segments.put(connection, roster, texts, by_part.values())
+    segments.mark_covered(connection, pending[:covered])
+    return covered < len(pending)
+
+
+def join(connection: Link) -> bool:
+    """Make one segment of the newest ones that are worth it, and return whether there were any.
+
+    A segment is joined with all newer ones once these hold as many symbols, so that each symbol is
+    written again only when what it lies in has doubled; and all are, once a quarter of the
+    captures in them is dead.
+    """
+    spine = segments.read_spine(connection)
+    old = spine.segments[_first_to_join(spine) :]
+    if not old:
+        return False
+    dead = {number: last for number, last in spine.dead.items() if last >= old[0].id}
+    roster = enrolled([segments.read_roster(connection, one) for one in old])
+    order = columns.order_of(Spine(old, dead, []), roster.number)
+    pieces = [segments.read_texts(connection, one) for one in old]
+    texts = columns.joined_texts(pieces, segments.TEXTS, order)
+    roster = roster if order is None else roster.taken(order)
+    segments.put(connection, roster, texts, _moved(connection, old, order))
+    segments.drop(connection, old)
+    return True
+
+
+def _moved(
+    connection: Link, old: list[Segment], order: NDArray[np.int64] | None
+) -> Iterator[Columns]:
+    """Yield the columns of segments part by part, each gone from there: its room is used again."""
+    for part in dict.fromkeys(part for one in old for part in one.parts):
+        moved = columns.stored_columns(connection, old, part, order)
+        segments.drop_part(connection, old, part)
+        yield moved
+
+
+def _first_to_join(spine: Spine) -> int:
+    """Return from which segment on all are to be joined."""
+    sizes = [one.symbols + one.captures for one in spine.segments]
+    lost = 4 * len(spine.dead) > sum(one.captures for one in spine.segments)
+    for first in range(len(sizes)):
+        rest = sum(sizes[first + 1 :])
+        worth = (lost and first == 0) or (rest > 0 and sizes[first] <= rest)
+        if worth and sizes[first] + rest <= LARGEST:
+            return first
+    return len(sizes)

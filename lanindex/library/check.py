@@ -9,23 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
-from lanindex.library import (
-    capture_texts,
-    checksums,
-    codes,
-    columns,
-    derive,
-    read,
-    rows,
-    segments,
-    state,
+from lanindex.library import columns, read, rows, segments
+from lanindex.library.connect import (
+    Link,
+    ask,
+    damaged_pages,
+    first_values,
+    has_view,
+    loose_rows,
 )
-from lanindex.library.codes import VIEW, view_sql
-from lanindex.library.connect import is_sqlite
-from lanindex.library.link import Link, ask, faults, first_values
-from lanindex.library.segments import Distrust
-from lanindex.library.selection import Texts
-from lanindex.library.texts import printable
+from lanindex.library.rows import VIEW, view_sql
+from lanindex.library.segments import TEXTS, Distrust
+from lanindex.library.selection import Texts, printable
 from lanindex.model.columns import Columns, Roster, same_columns
 
 _MOST = 5
@@ -34,39 +29,33 @@ _MOST = 5
 _BATCH = 1024
 """Captures whose rows are read at once."""
 
+_NO_VIEW = (
+    "the view symbol does not show what the library holds. It is made anew by: lanindex db upgrade"
+)
+
 
 def check_connection(connection: Link) -> list[str]:
     """Return what is wrong, a sentence each."""
-    sqlite = is_sqlite(connection)
-    if sqlite and (damage := _damage(connection)):
-        return damage  # what a damaged file answers to the other questions means nothing
-    found = _Findings()
-    found.go_through(connection)
+    if pages := damaged_pages(connection, _MOST):
+        # what a damaged file answers to the other questions means nothing
+        return [f"the file is damaged: {line}" for line in pages]
+    findings = _Findings()
+    findings.go_through(connection)
     lines = [
-        found.sentences(),
+        _loose(connection, findings),
+        findings.sentences(),
         list(_spare_profiles(connection)),
-        list(_view(connection)),
-        found.unlike,
+        [] if has_view(connection, VIEW, view_sql()) else [_NO_VIEW],
+        findings.unlike,
     ]
-    loose = _loose(connection, found) if sqlite else []
-    return loose + [line for lines in lines for line in _cut(lines)]
+    return [line for some in lines for line in _cut(some)]
 
 
 def _cut(lines: list[str]) -> list[str]:
     return lines[:_MOST] + ([f"… and {len(lines) - _MOST} more like it"] if lines[_MOST:] else [])
 
 
-def _damage(connection: Link) -> list[str]:
-    # quick_check takes two thirds of the time, but leaves out whether the keys of rows rise, and
-    # nothing else looks at the keys of symbols.
-    try:
-        pages = ask(connection, f"PRAGMA integrity_check({_MOST})").fetchall()
-    except faults() as error:
-        return [f"the file is damaged: {getattr(error, 'orig', error)}"]
-    return [f"the file is damaged: {line}" for (line,) in pages if line != "ok"]
-
-
-def _loose(connection: Link, found: _Findings) -> list[str]:
+def _loose(connection: Link, findings: _Findings) -> list[str]:
     """Return which rows hang on others that do not exist.
 
     Rows of symbols, which are many, are asked only where there are others than those of whole
@@ -74,11 +63,11 @@ def _loose(connection: Link, found: _Findings) -> list[str]:
     """
     ((symbols,),) = ask(connection, "SELECT count(*) FROM symbol_code")
     names = ["capture", "metadata", "track"]
-    if found.damaged or symbols != found.symbols:
+    if findings.damaged or symbols != findings.symbols:
         names.append("symbol_code")
-    bonds = [bond for it in names for bond in ask(connection, f"PRAGMA foreign_key_check({it})")]
+    bonds = [bond for name in names for bond in loose_rows(connection, name)]
     loose = "a row of {0} hangs on a row of {2} that does not exist"
-    return _cut([loose.format(*bond) for bond in bonds])
+    return [loose.format(*bond) for bond in bonds]
 
 
 class _Piece(NamedTuple):
@@ -88,23 +77,20 @@ class _Piece(NamedTuple):
     places: NDArray[np.int64]
     roster: Roster
     texts: Texts
-    columns: dict[str, Columns]
+    by_part: dict[str, Columns]
 
-    def same_as(self, read: derive.Derived, texts: Mapping[str, list[Any]]) -> bool:
+    def same_as(self, derived: columns.Derived, texts: Mapping[str, list[Any]]) -> bool:
         """Return whether the rows of the captures say the same."""
-        roster, columns = read
+        roster, by_part = derived
+        held = {part: one.taken(self.places) for part, one in self.by_part.items()}
         return (
             roster.same_as(self.roster.taken(self.places))
-            and capture_texts.together([self.texts], capture_texts.NAMES, self.places) == texts
+            and columns.joined_texts([self.texts], TEXTS, self.places) == texts
             and all(
-                same_columns(self._taken(part), columns.get(part))
-                for part in self.columns.keys() | columns.keys()
+                same_columns(held.get(part), by_part.get(part))
+                for part in held.keys() | by_part.keys()
             )
         )
-
-    def _taken(self, part: str) -> Columns | None:
-        """Return the columns of a part in these captures; None: the segment has none."""
-        return self.columns[part].taken(self.places) if part in self.columns else None
 
 
 class _Findings:
@@ -123,7 +109,7 @@ class _Findings:
     def go_through(self, connection: Link) -> None:
         """Read all rows once, and hold the columns against them."""
         try:
-            state.capture_numbers(connection)
+            read.capture_numbers(connection)
         except LibraryError as error:
             self.state = str(error)
         asked = ask(connection, "SELECT id FROM capture ORDER BY id")
@@ -132,8 +118,12 @@ class _Findings:
             spine = segments.read_spine(connection)
             columns.read_rosters(connection, spine)
             for segment in spine.segments:
-                order, roster, held = columns.alive(connection, spine, segment)
-                texts = capture_texts.read_texts(connection, segment)
+                roster = segments.read_roster(connection, segment)
+                order = columns.alive(spine, segment, roster)
+                held = {
+                    part: segments.read_columns(connection, segment, part) for part in segment.parts
+                }
+                texts = segments.read_texts(connection, segment)
                 for first in range(0, len(order), _BATCH):
                     some = order[first : first + _BATCH]
                     self._look(connection, roster.number[some].tolist(),
@@ -154,13 +144,13 @@ class _Findings:
         try:
             chosen = read.read_captures(connection, numbers)
             if len(chosen) != len(numbers):  # a table says that it is there, its index that not
-                raise checksums.damaged(numbers[0], None, "its row")
+                raise rows.damaged(numbers[0], None, "its row")
             wanted = read.read_wanted(connection, chosen)
             fields = read.read_fields(connection, wanted, every=True)
             for _ in read.read_contents(connection, chosen):
                 pass
             self.damaged += _nonsense(connection, wanted, fields)
-            rows = derive.of_rows(wanted, fields)
+            derived = columns.of_rows(wanted, fields)
         except LibraryError as error:
             if len(numbers) == 1:
                 self.damaged.append((numbers[0], str(error)))
@@ -173,12 +163,8 @@ class _Findings:
         self.symbols += len(fields)
         if piece is None:
             return
-        texts = {name: capture_texts.of_read(name, chosen, wanted) for name in capture_texts.NAMES}
-        listed = {
-            name: [own.get(number, capture_texts.EMPTY[name]) for number in numbers]
-            for name, own in texts.items()
-        }
-        if not piece.same_as(rows, listed):
+        texts = {name: columns.texts_of(name, chosen, wanted) for name in TEXTS}
+        if not piece.same_as(derived, texts):
             self.unlike.append(
                 f"the columns of captures {numbers[0]} to {numbers[-1]} in segment "
                 f"{piece.segment} are not those of their rows, wanted the same. Have them made "
@@ -190,10 +176,10 @@ def _nonsense(
     connection: Link, wanted: read.Tracks, fields: NDArray[np.int64]
 ) -> Iterator[tuple[int, str]]:
     """Yield what a program has stored that says nothing, with the capture's number."""
-    start, length = (fields[:, codes.COLUMNS.index(name)] for name in ("start", "length"))
+    start, length = (fields[:, rows.COLUMNS.index(name)] for name in ("start", "length"))
     frames = np.array([one.capture.frames for one in wanted.chosen], np.int64)[wanted.place]
-    if {*wanted.kind} <= {*range(len(codes.KIND_NAMES))} and not (
-        (start + length > frames.repeat(wanted.symbols)) | codes.nameless(fields)
+    if {*wanted.kind} <= {*range(len(rows.KIND_NAMES))} and not (
+        (start + length > frames.repeat(wanted.symbols)) | rows.nameless(fields)
     ).any():
         return
     every = read.read_tracks(connection, wanted.chosen)
@@ -210,18 +196,3 @@ def _spare_profiles(connection: Link) -> Iterator[str]:
     )
     for name in first_values(ask(connection, unused)):
         yield f"the profile {printable(str(name))} wrote nothing down"
-
-
-def _view(connection: Link) -> Iterator[str]:
-    """Yield whether the view in words is another one than this program's."""
-    if not shows_all(connection):
-        yield (
-            "the view symbol does not show what the library holds. "
-            "It is made anew by: lanindex db upgrade"
-        )
-
-
-def shows_all(connection: Link) -> bool:
-    """Return whether the view in words is this program's; of other databases it is believed."""
-    asked = f"SELECT sql FROM sqlite_master WHERE type = 'view' AND name = '{VIEW}'"
-    return not is_sqlite(connection) or ask(connection, asked).fetchall() == [(view_sql(),)]

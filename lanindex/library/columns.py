@@ -1,102 +1,195 @@
-"""The columns of a library: put together from its segments, and kept while it is held open.
-
-What a search asks for is read inside one transaction, part by part, once: as long as the change
-stamp stays, it is given again. Captures that no segment holds yet are taken from their rows.
-"""
+"""The columns and texts of captures: from segments, and of captures in none from their rows."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.library import derive, segments, state
-from lanindex.library.link import Link
-from lanindex.library.segments import Distrust, Segment, Spine
+from lanindex.library import read, segments
+from lanindex.library.connect import MOST, Link
+from lanindex.library.rows import COLUMNS
+from lanindex.library.segments import TEXTS, Distrust, Segment, Spine
+from lanindex.library.selection import Texts
 from lanindex.model.columns import (
+    CELL,
     EXTRA,
+    PASSING,
+    STARTING,
     Columns,
     Roster,
-    columns_of,
     enrolled,
-    extras_of,
+    gaps_of,
     has_amount,
+    joined,
+    measures_of,
+    roster_of,
 )
+from lanindex.model.symbol import FIELDS
+
+BATCH = 256
+"""Captures read at a time."""
+
+_READ = ("sign", "start", "length", "notes")
+"""Of the columns of ``symbol_code``."""
+
+Derived = tuple[Roster, dict[str, Columns]]
+"""Captures, and the columns of the parts that any of them has."""
 
 
-@dataclass(slots=True)
-class AllColumns:
-    """All captures of a library, and how their columns are put together."""
+def derived(
+    connection: Link, numbers: Sequence[int], parts: Sequence[str] | None = None
+) -> Derived:
+    """Return the columns of captures from their rows, in the order of their numbers."""
+    return together(list(batches(connection, numbers, parts)))
 
-    segments: list[Segment]
-    extra: derive.Derived
-    order: NDArray[np.int64] | None
-    roster: Roster
 
-    @property
-    def parts(self) -> list[str]:
-        """The parts that any capture has, or had."""
-        found = [part for one in self.segments for part in one.parts]
-        return list(dict.fromkeys([*found, *self.extra[1]]))
+def batches(
+    connection: Link, numbers: Sequence[int], parts: Sequence[str] | None = None
+) -> Iterator[Derived]:
+    """Yield what `derived` returns, some captures at a time."""
+    for first in range(0, len(numbers), BATCH):
+        chosen = read.read_captures(connection, numbers[first : first + BATCH])
+        wanted = read.read_wanted(connection, chosen, parts)
+        yield of_rows(wanted, read.read_fields(connection, wanted, every=parts is None))
 
-    def columns(self, connection: Link, part: str, more: Collection[str] = ()) -> Columns:
-        """Load the columns of a part."""
-        found = stored(connection, self.segments, self.extra, part, more)
-        return found if self.order is None else found.taken(self.order)
+
+def together(pieces: Sequence[Derived]) -> Derived:
+    """Return captures and columns, one after the other; the pieces lose their columns."""
+    if len(pieces) == 1:
+        return pieces[0]
+    sizes = [len(roster) for roster, _ in pieces]
+    names = dict.fromkeys(part for _, columns in pieces for part in columns)
+    whole = {
+        part: joined(part, [columns.pop(part, None) for _, columns in pieces], sizes)
+        for part in names
+    }
+    return enrolled([roster for roster, _ in pieces]), whole
+
+
+def of_rows(wanted: read.Tracks, symbols: NDArray[np.int64]) -> Derived:
+    """Return the columns of captures whose rows have been read."""
+    codes_of = {part: code for code, part in enumerate(dict.fromkeys(wanted.part))}
+    few = np.min_scalar_type(len(codes_of))  # numpy sorts small numbers by counting
+    whose = np.array([codes_of[part] for part in wanted.part], few)
+    counts = np.array(wanted.symbols, np.int64)
+    gaps, rows_whose = _gaps(wanted), np.repeat(whose, counts)
+    order = np.argsort(rows_whose, kind="stable")
+    by_part = {name: symbols[:, COLUMNS.index(name)][order] for name in _READ}
+    ends = np.cumsum(np.bincount(rows_whose, minlength=len(codes_of))).tolist()
+    columns = {}
+    for (part, code), first, last in zip(codes_of.items(), [0, *ends], ends, strict=False):
+        own = whose == code
+        bounds = np.zeros(len(wanted.chosen) + 1, np.int64)
+        bounds[wanted.place[own] + 1] = counts[own]
+        held = np.array(gaps.get(part, []), np.int32).reshape(-1, 3)
+        rows = {name: column[first:last] for name, column in by_part.items()}
+        columns[part] = _columns(part, np.cumsum(bounds), held, **rows)
+    return roster_of([one.capture for one in wanted.chosen]), columns
+
+
+def _gaps(wanted: read.Tracks) -> dict[str, list[tuple[int, int, int]]]:
+    """Return by part the stretches in which it was seen, of the captures where not always."""
+    gaps: dict[str, list[tuple[int, int, int]]] = {}
+    for track, known in enumerate(wanted.known):
+        if known is not None:
+            place, part = int(wanted.place[track]), wanted.part[track]
+            capture = wanted.chosen[place].capture
+            spans = gaps_of(read.known_of(capture, part, known), capture.frames)
+            gaps.setdefault(part, []).extend((place, *span) for span in spans)
+    return gaps
+
+
+def _columns(
+    part: str,
+    bounds: NDArray[np.int64],
+    gaps: NDArray[np.int32],
+    sign: NDArray[np.int64],
+    start: NDArray[np.int64],
+    length: NDArray[np.int64],
+    notes: NDArray[np.int64],
+) -> Columns:
+    """Return columns of the rows of a part: (S,) each of the fields in `_READ`."""
+
+    def bits(column: NDArray[np.int64], name: str) -> NDArray[np.int64]:
+        return column >> FIELDS[name].shift & (1 << FIELDS[name].bits) - 1
+
+    cell = sign & CELL  # as it stands there: direction, then level
+    cell |= np.where(bits(sign, "passing"), PASSING, 0)
+    cell |= np.where(length == 0, STARTING, 0)
+    return Columns(
+        part,
+        bounds,
+        cell.astype(np.uint8),
+        (sign >> FIELDS["runner_direction"].shift & CELL).astype(np.uint8),
+        bits(sign, "margin").astype(np.uint16),
+        start.astype(np.int32),
+        (start + length).astype(np.int32),
+        gaps,
+        bits(notes, "swings").astype(np.int32),
+        (bits(notes, "amount") - 1).astype(np.int16) if has_amount(part) else None,
+        **{name: bits(sign, name).astype(np.uint16) for name in measures_of(part)},
+    )
 
 
 def read_all_columns(
-    connection: Link, spine: Spine, parts: Sequence[str] | None = None
-) -> AllColumns:
-    """Return the captures of a library."""
+    connection: Link, spine: Spine, wanted: Mapping[str, Collection[str]]
+) -> Derived:
+    """Return all captures of a library, and the columns of the wanted parts.
+
+    `wanted` names by part which of `lanindex.model.columns.EXTRA` are wanted, too.
+    """
     rosters, order = read_rosters(connection, spine)
-    extra = derive.derived(connection, spine.pending, parts)
-    check_pending(extra[0].number.tolist(), spine.pending)
-    whole = enrolled([*rosters, extra[0]])
-    return AllColumns(spine.segments, extra, order, whole if order is None else whole.taken(order))
+    added = derived(connection, spine.pending, list(wanted))
+    check_pending(added[0].number.tolist(), spine.pending)
+    roster = enrolled([*rosters, added[0]])
+    columns = {
+        part: stored_columns(connection, spine.segments, part, order, more, added)
+        for part, more in wanted.items()
+    }
+    return roster if order is None else roster.taken(order), columns
+
+
+def stored_columns(
+    connection: Link,
+    held: Sequence[Segment],
+    part: str,
+    order: NDArray[np.int64] | None,
+    more: Collection[str] = EXTRA,
+    added: Derived | None = None,
+) -> Columns:
+    """Return the columns of a part in captures of segments, then in those that are `added`.
+
+    `order` selects and sorts the captures; None: all, dead ones too, as they come.
+    """
+    pieces, sizes = list[Columns | None](), [one.captures for one in held]
+    for one in held:
+        there = (part, "counts") in one.entries
+        pieces.append(segments.read_columns(connection, one, part, more) if there else None)
+    if added is not None:
+        last = added[1].get(part)
+        spare: dict[str, Any] = {name: None for name in EXTRA if name not in more}
+        pieces.append(None if last is None else replace(last, **spare))
+        sizes.append(len(added[0]))
+    columns = joined(part, pieces, sizes)
+    return columns if order is None else columns.taken(order)
 
 
 def read_rosters(connection: Link, spine: Spine) -> tuple[list[Roster], NDArray[np.int64] | None]:
-    """Return the captures of each segment, and the order as in `AllColumns`."""
-    rosters = [read_roster(connection, one) for one in spine.segments]
+    """Return the captures of each segment, and the order of all as `order_of` returns it."""
+    rosters = [segments.read_roster(connection, one) for one in spine.segments]
     number = np.concatenate([*(one.number for one in rosters), np.array(spine.pending, np.int64)])
     order = order_of(spine, number)
     number = number if order is None else number[order]
-    stored = state.read_state(connection)
+    stored = read.read_state(connection)
     if (len(number), int(number.sum())) != (stored.captures, stored.numbers) or (
         np.diff(number) <= 0
     ).any():
         raise Distrust("damaged: they are not those of the captures that there are")
     return rosters, order
-
-
-def check_pending(there: Sequence[int], pending: Sequence[int]) -> None:
-    """Refuse to wait for other captures than those that are there."""
-    if list(there) != list(pending):
-        raise Distrust("damaged: they wait for captures that there are not")
-
-
-def read_roster(connection: Link, segment: Segment) -> Roster:
-    """Return the captures of a segment, dead ones too."""
-    found = [segments.read_column(connection, segment, "", name) for name in segments.CAPTURES]
-    if {len(one) for one in found} != {segment.captures}:
-        raise Distrust(f"damaged: the captures of segment {segment.id}")
-    return Roster(
-        *(one.astype(type) for one, type in zip(found, segments.CAPTURES.values(), strict=True))
-    )
-
-
-def alive(
-    connection: Link, spine: Spine, segment: Segment
-) -> tuple[NDArray[np.int64], Roster, dict[str, Columns]]:
-    """Return the places of the captures of a segment that count, and all that it holds."""
-    roster, nothing = read_roster(connection, segment), (enrolled([]), dict[str, Columns]())
-    order = order_of(Spine([segment], spine.dead, []), roster.number)
-    held = {part: stored(connection, [segment], nothing, part, EXTRA) for part in segment.parts}
-    return np.arange(len(roster)) if order is None else order, roster, held
 
 
 def order_of(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | None:
@@ -116,83 +209,65 @@ def order_of(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | No
     return order[np.argsort(numbers[order], kind="stable")]
 
 
-def stored(
-    connection: Link,
-    held: Sequence[Segment],
-    extra: derive.Derived,
-    part: str,
-    more: Collection[str] = (),
-) -> Columns:
-    """Return the columns of a part in all captures of segments, dead ones too, then in `extra`.
-
-    `more` tells what of `lanindex.model.columns.EXTRA` is wanted, too.
-    """
-    added = extra[1].get(part, columns_of(part, [], []))
-
-    def column(name: str, last: NDArray[Any]) -> NDArray[Any]:
-        return _joined(
-            [*(segments.read_column(connection, one, part, name) for one in held), last],
-            segments.TYPES[name],
-        )
-
-    counts = [read_counts(connection, one, part) for one in held]
-    counts.append(np.diff(added.bounds) if part in extra[1] else np.zeros(len(extra[0]), np.int64))
-    start = column("start", added.start)
-    stop = column("length", added.stop - added.start)
-    stop = stop + start
-    firsts = np.cumsum([0, *(one.captures for one in held)])
-    gaps = [
-        segments.read_column(connection, one, part, "gaps") + np.array([first, 0, 0], np.int64)
-        for one, first in zip(held, firsts[:-1], strict=True)
-    ]
-    gaps.append(added.gaps + np.array([firsts[-1], 0, 0]))
-    found = Columns(
-        part,
-        np.concatenate([[0], *counts]).cumsum(dtype=np.int64),
-        column("cell", added.cell),
-        column("runner", added.runner),
-        column("margin", added.margin),
-        start,
-        stop,
-        np.concatenate(gaps).astype(np.int32),
-        amount=column("amount", _own(added, "amount")) if has_amount(part) else None,
-        **{name: column(name, _own(added, name)) for name in extras_of(part) if name in more},
-    )
-    if {len(getattr(found, name)) for name in found.rows} != {found.bounds[-1]}:
-        raise Distrust(f"damaged: the columns of {part} are not of one length")
-    return found
+def alive(spine: Spine, segment: Segment, roster: Roster) -> NDArray[np.int64]:
+    """Return the places of the captures of a segment that count, in order of number."""
+    order = order_of(Spine([segment], spine.dead, []), roster.number)
+    return np.arange(len(roster)) if order is None else order
 
 
-def _own(added: Columns, name: str) -> NDArray[Any]:
-    found: NDArray[Any] | None = getattr(added, name)
-    return np.empty(0, segments.TYPES[name]) if found is None else found
+def check_pending(there: Sequence[int], pending: Sequence[int]) -> None:
+    """Refuse to wait for other captures than those that are there."""
+    if list(there) != list(pending):
+        raise Distrust("damaged: they wait for captures that there are not")
 
 
-def read_counts(connection: Link, segment: Segment, part: str) -> NDArray[np.int64]:
-    """Return how many symbols of a part each capture of a segment has, dead ones too."""
-    found = segments.read_column(connection, segment, part, "counts").astype(np.int64)
-    if (part, "counts") not in segment.entries:
-        return np.zeros(segment.captures, np.int64)
-    if len(found) != segment.captures:
-        raise Distrust(f"damaged: counts of {part} in segment {segment.id}")
-    return found
+def read_all_texts(
+    connection: Link, spine: Spine, names: Sequence[str]
+) -> tuple[list[int], dict[str, list[Any]]]:
+    """Return the numbers of all captures, in order, and their texts by name of the column."""
+    rosters, order = read_rosters(connection, spine)
+    pieces = [segments.read_texts(connection, one, names) for one in spine.segments]
+    pieces.append(texts_of_rows(connection, spine.pending, names))
+    numbers = [*(one.number.tolist() for one in rosters), spine.pending]
+    numbered = [{"id": own, **texts} for own, texts in zip(numbers, pieces, strict=True)]
+    texts = joined_texts(numbered, ["id", *names], order)
+    return texts.pop("id"), texts
 
 
-def _joined(pieces: list[NDArray[Any]], type: Any) -> NDArray[Any]:
-    """Return arrays one after the other; one alone is not copied."""
-    filled = [one for one in pieces if len(one)]
-    if len(filled) == 1:
-        return filled[0].astype(type, copy=False)
-    whole, first = np.empty(sum(map(len, filled)), type), 0
-    for one in filled:
-        whole[first : first + len(one)] = one
-        first += len(one)
-    return whole
+def joined_texts(
+    pieces: Sequence[Texts], names: Iterable[str], order: NDArray[np.int64] | None
+) -> dict[str, list[Any]]:
+    """Return the texts of all pieces, joined; `order` selects and sorts the captures."""
+    texts = {name: [value for piece in pieces for value in piece[name]] for name in names}
+    if order is None:
+        return texts
+    places = order.tolist()
+    return {name: [values[place] for place in places] for name, values in texts.items()}
 
 
-def chosen(
-    roster: Roster, columns: dict[str, Columns], numbers: Sequence[int]
-) -> tuple[Roster, dict[str, Columns]]:
-    """Return the roster and the columns of those captures that have some of these numbers."""
-    order = np.flatnonzero(np.isin(roster.number, np.array(sorted(set(numbers)), np.int64)))
-    return roster.taken(order), {part: one.taken(order) for part, one in columns.items()}
+def texts_of_rows(
+    connection: Link, numbers: Sequence[int], names: Iterable[str] = TEXTS
+) -> dict[str, list[Any]]:
+    """Return the texts of captures from their rows."""
+    texts: dict[str, list[Any]] = {name: [] for name in names}
+    for first in range(0, len(numbers), MOST):
+        some = numbers[first : first + MOST]
+        chosen = read.read_captures(connection, some)
+        check_pending([one.capture.id for one in chosen], some)
+        wanted = read.read_wanted(connection, chosen) if "still" in texts else None
+        for name, values in texts.items():
+            values += texts_of(name, chosen, wanted)
+    return texts
+
+
+def texts_of(name: str, chosen: Sequence[read.Stored], wanted: read.Tracks | None) -> list[Any]:
+    """Return one column of texts of captures; "still" needs their tracks."""
+    if name == "profile":
+        return [one.encoding.profile for one in chosen]
+    if name != "still" or wanted is None:
+        return [getattr(one.capture, name) for one in chosen]
+    still: list[list[str]] = [[] for _ in chosen]
+    for track in np.flatnonzero(np.array(wanted.symbols) == 0).tolist():
+        if wanted.known[track] is None:
+            still[wanted.place[track]].append(wanted.part[track])
+    return still

@@ -1,4 +1,8 @@
-"""From the name of a library to a connection: what is opened, made, or refused.
+"""From the name of a library to a connection that is asked, or to an error that says what to do.
+
+A library in a file that is only read needs no more than SQLite's own module. SQLAlchemy, which
+takes longer to import than most searches take, is for what writes and for other databases. So
+statements are text, with ``:name`` for a value.
 
 An SQLite library is one file at rest. Its journal is a rollback journal, not a write-ahead log:
 a log leaves two more files beside the library, cannot be read from a folder that may not be
@@ -14,19 +18,22 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import chain
 from operator import methodcaller
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from threading import get_ident
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from lanindex.errors import AbsentError, LibraryError, LibraryVersionError
-from lanindex.library.link import Link, Reader, ask, driver_of, first_values, looking, translated
-from lanindex.library.texts import printable
+from lanindex.errors import AbsentError, LibraryBusyError, LibraryError, LibraryVersionError
+from lanindex.library.selection import printable
 
 if TYPE_CHECKING:
-    from sqlalchemy import Connection, Engine
+    from sqlalchemy import Connection, Engine, TextClause
 
 REVISION = "0004"
 """The revision of ``migrations/`` that `lanindex.library.schema` is; they sort by age as text."""
@@ -34,10 +41,163 @@ REVISION = "0004"
 DEFAULT = "lanindex.db"
 MEMORY = ":memory:"
 
+MOST = 999
+"""Values in one statement: any SQLite takes so many."""
+
 _OURS = {"alembic_version", "capture", "track"}
 """Tables by which a library of any revision is known."""
 
-_TABLES = "SELECT name FROM sqlite_master WHERE type = 'table' AND substr(name, 1, 7) <> 'sqlite_'"
+Progress = Callable[[str, int, int], None]
+"""Called with what a job counts (``captures``), how many are done, and how many there are. It may
+raise, which breaks off the job."""
+
+Values = Mapping[str, Any] | Sequence[Mapping[str, Any]]
+"""Of one statement, or of the same one many times."""
+
+
+def no_progress(noun: str, done: int, total: int) -> None:
+    """Report nothing."""
+
+
+class Reader(sqlite3.Connection):
+    """A connection to a file that is only read."""
+
+    closed = False
+
+    def close(self) -> None:
+        """Let go of the file."""
+        super().close()
+        self.closed = True
+
+
+Link: TypeAlias = "Reader | Connection"
+
+
+def ask(link: Link, statement: str, values: Values | None = None) -> Any:
+    """Carry out a statement, and return the driver's cursor: rows as plain tuples."""
+    driver = driver_of(link)
+    if driver is None:
+        return _through_sqlalchemy(link, statement, values or {})
+    if values is None or isinstance(values, Mapping):
+        return driver.execute(statement, values or {})
+    return driver.executemany(statement, values)
+
+
+def insert(link: Link, table: str, names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    """Write rows, many to a statement: what SQLite's module does for each one takes longer."""
+    begin, driver = f"INSERT INTO {table} ({', '.join(names)}) VALUES ", driver_of(link)
+    if driver is None and rows:
+        named = ", ".join([f":{name}" for name in names])
+        values = [dict(zip(names, row, strict=True)) for row in rows]
+        _through_sqlalchemy(link, f"{begin}({named})", values)
+    elif driver is not None:
+        row, many = f"({', '.join('?' * len(names))})", MOST // len(names)
+        rest = len(rows) % many
+        driver.executemany(begin + row, rows[:rest])
+        for first in range(rest, len(rows), many):
+            some = list(chain.from_iterable(rows[first : first + many]))
+            driver.execute(begin + ", ".join([row] * many), some)
+
+
+def driver_of(link: Link) -> sqlite3.Connection | None:
+    """Return SQLite's own connection, if it is open and one: SQLAlchemy's detour takes longer."""
+    if link.closed:
+        return None
+    if isinstance(link, Reader):
+        return link
+    driver = link.connection.driver_connection
+    return driver if isinstance(driver, sqlite3.Connection) else None
+
+
+def _through_sqlalchemy(connection: Any, statement: str, values: Values) -> Any:
+    return connection.execute(_text(statement), values).cursor
+
+
+@lru_cache(maxsize=128)
+def _text(statement: str) -> TextClause:
+    from sqlalchemy import text
+
+    return text(statement)
+
+
+def among(numbers: Iterable[int]) -> str:
+    """Return whole numbers as the list that a column is ``IN``."""
+    return f"({','.join([str(int(number)) for number in numbers]) or 'NULL'})"
+
+
+def first_values(rows: Iterable[Sequence[Any]]) -> list[Any]:
+    """Return the first value of each row."""
+    return [row[0] for row in rows]
+
+
+_AGAIN = "What was stored before is whole; run again"
+
+_FAULTS = {
+    "SQLITE_BUSY": (
+        "another process holds the library",
+        "Wait until it has ended (or end it), then run again.",
+    ),
+    "SQLITE_READONLY": (
+        "the library or its folder may not be written",
+        "Give yourself the right to write both, or name another library with --db.",
+    ),
+    "SQLITE_READONLY_ROLLBACK": (
+        "a write was broken off here and cannot be undone without the right to write",
+        "Open the library once with the right to write it and its folder.",
+    ),
+    "SQLITE_FULL": ("the disk is full", f"{_AGAIN} when there is room."),
+    "SQLITE_IOERR": (
+        "the disk cannot be read or written",
+        f"{_AGAIN} when the disk is well (is it full, or gone?).",
+    ),
+    "SQLITE_NOTADB": ("this is not a library", "Name a library, or a new file, with --db."),
+    "SQLITE_CORRUPT": (
+        "the library is damaged",
+        "Ingest the captures into a new library: all in it comes from them.",
+    ),
+    "SQLITE_CANTOPEN": (
+        "the library cannot be opened",
+        "Check that its folder exists and that you may read and write both.",
+    ),
+}
+"""What is found and what to do, by SQLite's name of the result, the longer one first looked for."""
+
+_UNKNOWN = "Ask it for what is wrong with: lanindex db check"
+
+
+def faults() -> tuple[type[Exception], ...]:
+    """Return what a database's errors are; SQLAlchemy's only where somebody has imported it.
+
+    An error of Unicode is one, too: not even what SQLite says of a damaged file can be read then.
+    """
+    imported = sys.modules.get("sqlalchemy.exc")
+    return sqlite3.Error, UnicodeDecodeError, *([imported.SQLAlchemyError] if imported else [])
+
+
+def name_of(error: BaseException) -> str:
+    """Return SQLite's name of a database's error; empty where there is none."""
+    return getattr(getattr(error, "orig", None) or error, "sqlite_errorname", None) or ""
+
+
+def library_error(error: Exception, place: str) -> LibraryError:
+    """Return the LibraryError that says what a database's error means."""
+    origin = getattr(error, "orig", None) or error
+    name = "SQLITE_CORRUPT" if isinstance(origin, UnicodeDecodeError) else name_of(error)
+    short = "_".join(name.split("_")[:2])
+    fault = _FAULTS.get(name) or _FAULTS.get(short)
+    if fault is None:
+        return LibraryError(f"the database says: {origin}", place=place, remedy=_UNKNOWN)
+    kind = LibraryBusyError if short == "SQLITE_BUSY" else LibraryError
+    return kind(fault[0], place=place, remedy=fault[1])
+
+
+@contextmanager
+def translated(place: str) -> Iterator[None]:
+    """Raise every error of the database inside as a LibraryError."""
+    try:
+        yield
+    except faults() as error:
+        raise library_error(error, place) from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,54 +235,18 @@ def target(named: str | os.PathLike[str]) -> Target:
     return Target(url.render_as_string(), text, None)
 
 
-def _engine(where: Target, *, create: bool, timeout: float) -> Engine:
-    """Return an engine whose transactions begin and wait as this page says."""
-    import sqlalchemy
-    from sqlalchemy.pool import NullPool
-
-    if not where.sqlite:
-        try:
-            return sqlalchemy.create_engine(where.url, poolclass=NullPool)
-        except (sqlalchemy.exc.SQLAlchemyError, ImportError) as error:
-            raise LibraryError(f"no driver for this database: {error}", place=where.place) from None
-    engine = sqlalchemy.create_engine(
-        "sqlite://", creator=_opener(where.path, create, timeout), poolclass=NullPool
-    )
-    sqlalchemy.event.listen(engine, "begin", _begin)
-    return engine
+def connected(where: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
+    """Return a connection to whatever is there; of a file that is only read a `Reader`."""
+    _check_path(where, create=create)
+    with translated(where.place):
+        if where.sqlite and readonly and not create:
+            reader = _opener(where.path, False, timeout, Reader)()
+            reader.execute("PRAGMA query_only = ON")
+            return reader
+        return _engine(where, create=create, timeout=timeout).connect()
 
 
-def _opener(
-    path: Path | None,
-    create: bool,
-    timeout: float,
-    factory: type[sqlite3.Connection] = sqlite3.Connection,
-) -> Callable[[], sqlite3.Connection]:
-    # A file that is only read is opened for writing where it may be, too: only then can a write
-    # that was broken off be undone.
-    name = f"{path.as_uri()}?mode={'rwc' if create else 'rw'}" if path else f"file:{MEMORY}"
-
-    def connect() -> sqlite3.Connection:
-        connection = sqlite3.connect(
-            name, timeout=timeout, isolation_level=None, uri=True, factory=factory
-        )
-        connection.execute("PRAGMA foreign_keys = ON")
-        connection.text_factory = _text
-        return connection
-
-    return connect
-
-
-_text = methodcaller("decode", "utf-8", "surrogateescape")
-"""Read a text. Bytes that are no UTF-8 were not stored so: a checksum names the capture."""
-
-
-def _begin(connection: Connection) -> None:
-    writes = connection.get_execution_options().get("writes", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
-
-
-def check_path(where: Target, *, create: bool) -> None:
+def _check_path(where: Target, *, create: bool) -> None:
     """Refuse a file that cannot be a library before anything touches it."""
     path = where.path
     if path is None:
@@ -151,10 +275,64 @@ def check_path(where: Target, *, create: bool) -> None:
         )
 
 
-def _reader(where: Target, timeout: float) -> Reader:
-    found = _opener(where.path, False, timeout, Reader)()
-    found.execute("PRAGMA query_only = ON")
-    return found  # type: ignore[return-value]
+def _engine(where: Target, *, create: bool, timeout: float) -> Engine:
+    """Return an engine whose transactions begin and wait as this page says."""
+    import sqlalchemy
+    from sqlalchemy.pool import NullPool
+
+    if not where.sqlite:
+        try:
+            return sqlalchemy.create_engine(where.url, poolclass=NullPool)
+        except (sqlalchemy.exc.SQLAlchemyError, ImportError) as error:
+            raise LibraryError(f"no driver for this database: {error}", place=where.place) from None
+
+    def begin(connection: Connection) -> None:
+        writes = connection.get_execution_options().get("writes", False)
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+    opener = _opener(where.path, create, timeout)
+    engine = sqlalchemy.create_engine("sqlite://", creator=opener, poolclass=NullPool)
+    sqlalchemy.event.listen(engine, "begin", begin)
+    return engine
+
+
+def _opener(
+    path: Path | None,
+    create: bool,
+    timeout: float,
+    factory: type[sqlite3.Connection] = sqlite3.Connection,
+) -> Callable[[], sqlite3.Connection]:
+    # A file that is only read is opened for writing where it may be, too: only then can a write
+    # that was broken off be undone.
+    name = f"{path.as_uri()}?mode={'rwc' if create else 'rw'}" if path else f"file:{MEMORY}"
+
+    def connect() -> sqlite3.Connection:
+        connection = sqlite3.connect(
+            name, timeout=timeout, isolation_level=None, uri=True, factory=factory
+        )
+        connection.execute("PRAGMA foreign_keys = ON")
+        # Bytes that are no UTF-8 were not stored so: a checksum names the capture.
+        connection.text_factory = methodcaller("decode", "utf-8", "surrogateescape")
+        return connection
+
+    return connect
+
+
+def opened(where: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
+    """Return a connection to a library at the newest revision."""
+    connection = connected(where, create=create, readonly=readonly, timeout=timeout)
+    try:
+        with translated(where.place):
+            with reading(connection):
+                held = revision(connection, where.place)
+            if held is None and create:
+                make_tables(connection, where.place)
+                held = REVISION
+        refuse_revision(held, where.place)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
 
 
 def revision(connection: Link, place: str) -> str | None:
@@ -162,7 +340,13 @@ def revision(connection: Link, place: str) -> str | None:
 
     Reads ``alembic_version`` itself: importing Alembic takes longer than most searches.
     """
-    names = _tables(connection)
+    if isinstance(connection, Reader):
+        asked = "SELECT name FROM sqlite_master WHERE type = 'table' "
+        names = {*first_values(ask(connection, f"{asked} AND substr(name, 1, 7) <> 'sqlite_'"))}
+    else:
+        import sqlalchemy
+
+        names = {*sqlalchemy.inspect(connection).get_table_names()}
     if not names:
         return None
     asked = "SELECT version_num FROM alembic_version"
@@ -177,62 +361,101 @@ def revision(connection: Link, place: str) -> str | None:
     return printable(str(stamps[0]))
 
 
-def _tables(connection: Link) -> set[str]:
-    if isinstance(connection, Reader):
-        return set(first_values(ask(connection, _TABLES)))
-    import sqlalchemy
-
-    return set(sqlalchemy.inspect(connection).get_table_names())
-
-
-def found_revision(connection: Link, place: str) -> str | None:
-    """Return `revision`, in a transaction of its own."""
-    with reading(connection):
-        return revision(connection, place)
-
-
-def refuse_revision(found: str | None, place: str) -> None:
+def refuse_revision(held: str | None, place: str) -> None:
     """Say what to do about a library that is empty, older or newer."""
-    if found is None:
+    if held is None:
         raise LibraryError(
             "this file is empty",
             place=place,
             wanted="a library",
             remedy=f"Fill it: lanindex ingest FOLDER --db {place}",
         )
-    if found < REVISION:
+    if held < REVISION:
         raise LibraryVersionError(
-            f"this library has revision {found}",
+            f"this library has revision {held}",
             place=place,
             wanted=REVISION,
             remedy=f"Bring it up to date: lanindex db upgrade --db {place}",
         )
-    if found > REVISION:
+    if held > REVISION:
         raise LibraryVersionError(
-            f"this library was made by a newer LanIndex (revision {found})",
+            f"this library was made by a newer LanIndex (revision {held})",
             place=place,
             wanted=REVISION,
             remedy="Install that LanIndex, or name another library with --db.",
         )
 
 
+def make_tables(connection: Connection, place: str) -> None:
+    """Make all tables at the newest revision, unless another process has just done so."""
+    import sqlalchemy
+
+    from lanindex.library.schema import state, tables, version
+
+    with writing(connection):
+        if revision(connection, place) is not None:
+            return
+        tables.create_all(connection)
+        new = {"id": 1, "stamp": 0, "captures": 0, "numbers": 0, "columns": 0}
+        connection.execute(sqlalchemy.insert(state).values(new))
+        version.create(connection)
+        connection.execute(sqlalchemy.insert(version).values(version_num=REVISION))
+
+
+@contextmanager
+def reading(connection: Link) -> Iterator[None]:
+    """Begin a transaction that sees one state of the library."""
+    if not isinstance(connection, Reader):
+        with _transaction(connection, writes=False):
+            yield
+        return
+    connection.execute("BEGIN")
+    try:
+        yield
+    finally:  # there is nothing to commit
+        if connection.in_transaction:
+            connection.rollback()
+
+
+@contextmanager
+def writing(connection: Connection) -> Iterator[None]:
+    """Begin a transaction that holds the right to write."""
+    with _transaction(connection, writes=True):
+        yield
+
+
+@contextmanager
+def _transaction(connection: Connection, *, writes: bool) -> Iterator[None]:
+    connection.execution_options(writes=writes)
+    try:
+        with connection.begin():
+            yield
+    except BaseException:
+        # A commit that another process kept from happening leaves SQLite's transaction open,
+        # and SQLAlchemy thinks it closed.
+        driver = driver_of(connection)
+        if driver is not None and driver.in_transaction:
+            driver.rollback()
+        raise
+
+
 def keep_journal(connection: Link) -> None:
     """Keep the journal's file between transactions, which makes them cheap."""
-    _journal(connection, found="delete", wanted="persist")
+    _journal(connection, "delete", "persist")
 
 
 def drop_journal(connection: Link) -> None:
     """Leave the library as one file."""
-    _journal(connection, found="persist", wanted="delete")
+    _journal(connection, "persist", "delete")
 
 
-def _journal(connection: Link, *, found: str, wanted: str) -> None:
+def _journal(connection: Link, before: str, after: str) -> None:
     # A library that its owner has given a write-ahead log keeps it.
     driver = driver_of(connection)
     if driver is not None:
         mode = driver.execute("PRAGMA journal_mode").fetchone()[0]
-        if mode == found:
-            driver.execute(f"PRAGMA journal_mode = {wanted}")
+        if mode == before:
+            driver.execute(f"PRAGMA journal_mode = {after}")
 
 
 def is_sqlite(connection: Link) -> bool:
@@ -255,69 +478,106 @@ def give_back_room(connection: Connection) -> None:
             driver.execute("VACUUM")
 
 
-def make_tables(connection: Connection, place: str) -> None:
-    """Make all tables at the newest revision, unless another process has just done so."""
-    import sqlalchemy
+def loose_rows(connection: Link, table: str = "") -> list[Any]:
+    """Return which rows of a table, or of all, hang on rows that do not exist, as SQLite does."""
+    asked = f"PRAGMA foreign_key_check({table})" if table else "PRAGMA foreign_key_check"
+    return list(ask(connection, asked).fetchall()) if is_sqlite(connection) else []
 
-    from lanindex.library.schema import state, tables, version
 
-    with writing(connection):
-        if revision(connection, place) is not None:
+def damaged_pages(connection: Link, most: int) -> list[str]:
+    """Return what SQLite finds wrong with the pages of a file: so many lines at the most."""
+    if not is_sqlite(connection):
+        return []
+    # quick_check takes two thirds of the time, but leaves out whether the keys of rows rise, and
+    # nothing else looks at the keys of symbols.
+    try:
+        lines = first_values(ask(connection, f"PRAGMA integrity_check({most})").fetchall())
+    except faults() as error:
+        return [str(getattr(error, "orig", error))]
+    return [line for line in lines if line != "ok"]
+
+
+def has_view(connection: Link, name: str, statement: str) -> bool:
+    """Return whether a view is what a statement makes; of other databases it is believed."""
+    asked = "SELECT sql FROM sqlite_master WHERE type = 'view' AND name = :name"
+    held = ask(connection, asked, {"name": name}).fetchall() if is_sqlite(connection) else None
+    return held in (None, [(statement,)])
+
+
+class Session:
+    """The connection of an open library, its transactions and its end; it belongs to one thread."""
+
+    def __init__(
+        self,
+        target: Target,
+        create: bool,
+        readonly: bool,
+        timeout: float,
+        *,
+        note: Callable[[str], None] | None,
+        progress: Progress | None,
+    ) -> None:
+        self.target, self.readonly = target, readonly
+        self.notes: list[str] = []
+        self.note = note or self.notes.append
+        self.progress = progress or no_progress
+        self.connection: Any = opened(target, create=create, readonly=readonly, timeout=timeout)
+        self._wrote, self._thread = False, get_ident()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it has not been closed."""
+        return not self.connection.closed
+
+    def close(self) -> None:
+        """Let go of the database; what is left is one file."""
+        if not self.is_open:
             return
-        tables.create_all(connection)
-        new = {"id": 1, "stamp": 0, "captures": 0, "numbers": 0, "columns": 0}
-        connection.execute(sqlalchemy.insert(state).values(new))
-        version.create(connection)
-        connection.execute(sqlalchemy.insert(version).values(version_num=REVISION))
+        self._check_usable()
+        try:
+            if self._wrote:
+                with translated(self.target.place):
+                    drop_journal(self.connection)
+        finally:
+            self.connection.close()
 
+    @contextmanager
+    def reading(self) -> Iterator[Link]:
+        """Begin a transaction that sees one state of the library."""
+        self._check_usable()
+        with translated(self.target.place), reading(self.connection):
+            yield self.connection
 
-def writing(connection: Connection) -> AbstractContextManager[None]:
-    """Begin a transaction that holds the right to write: a context manager."""
-    return _transaction(connection, writes=True)
+    @contextmanager
+    def changing(self) -> Iterator[Connection]:
+        """Begin a transaction that changes what the library holds, and raise its change stamp."""
+        from lanindex.library import write
 
+        with self.writing() as connection:
+            write.touch(connection)
+            yield connection
 
-def reading(connection: Link) -> AbstractContextManager[None]:
-    """Begin a transaction that sees one state of the library: a context manager."""
-    if isinstance(connection, Reader):
-        return looking(connection)
-    return _transaction(connection, writes=False)
+    @contextmanager
+    def writing(self) -> Iterator[Connection]:
+        """Begin a transaction that changes nothing that a reader can tell."""
+        self._check_usable()
+        with translated(self.target.place):
+            if isinstance(self.connection, Reader):
+                self.connection.execute("UPDATE state SET id = id")  # SQLite refuses it
+            if not self._wrote:
+                keep_journal(self.connection)
+                self._wrote = True
+            with writing(self.connection):
+                yield self.connection
 
-
-@contextmanager
-def _transaction(connection: Connection, *, writes: bool) -> Iterator[None]:
-    connection.execution_options(writes=writes)
-    try:
-        with connection.begin():
-            yield
-    except BaseException:
-        # A commit that another process kept from happening leaves SQLite's transaction open,
-        # and SQLAlchemy thinks it closed.
-        driver = driver_of(connection)
-        if driver is not None and driver.in_transaction:
-            driver.rollback()
-        raise
-
-
-def connected(where: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
-    """Return a connection to whatever is there; of a file that is only read a `Reader`."""
-    check_path(where, create=create)
-    with translated(where.place):
-        if where.sqlite and readonly and not create:
-            return _reader(where, timeout)
-        return _engine(where, create=create, timeout=timeout).connect()
-
-
-def opened(where: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
-    """Return a connection to a library at the newest revision."""
-    connection = connected(where, create=create, readonly=readonly, timeout=timeout)
-    try:
-        with translated(where.place):
-            found = found_revision(connection, where.place)
-            if found is None and create:
-                make_tables(connection, where.place)
-                found = REVISION
-        refuse_revision(found, where.place)
-    except BaseException:
-        connection.close()
-        raise
-    return connection
+    def _check_usable(self) -> None:
+        if not self.is_open:
+            raise LibraryError(
+                "this library has been closed", place=self.target.place, remedy="Open it again."
+            )
+        if get_ident() != self._thread:
+            raise LibraryError(
+                "this library was opened in another thread",
+                place=self.target.place,
+                remedy="Open it in each thread that uses it.",
+            )

@@ -4,30 +4,31 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import LibraryError
-from lanindex.library.check import check_connection, shows_all
-from lanindex.library.codes import VIEW, view_sql
+from lanindex.library.check import check_connection
 from lanindex.library.connect import (
     DEFAULT,
     REVISION,
     Target,
     connected,
-    found_revision,
     give_back_room,
+    has_view,
+    loose_rows,
     loosen_bonds,
     opened,
     reading,
     refuse_revision,
     revision,
     target,
+    translated,
     writing,
 )
-from lanindex.library.link import Link, translated
+from lanindex.library.rows import VIEW, view_sql
 from lanindex.library.segments import Distrust, read_spine
 from lanindex.library.store import Store
 
@@ -76,22 +77,18 @@ def scripts() -> Path:
 def status(named: str | os.PathLike[str] = DEFAULT) -> Status:
     """Return how new a library is."""
     where = target(named)
-    with _connected(where, readonly=True) as connection:
-        found = found_revision(connection, where.place)
-        if found is None:
-            refuse_revision(found, where.place)
-        if found != REVISION:
-            return Status(where.place, str(found), REVISION)
-        with reading(connection):
-            return Status(where.place, found, REVISION, *_columns(connection))
-
-
-def _columns(connection: Link) -> tuple[int, int, int, str]:
-    try:
-        held, _, pending = read_spine(connection)
-    except Distrust as fault:
-        return 0, 0, 0, fault.found
-    return len(held), sum(one.symbols for one in held), len(pending), ""
+    with _connected(where, readonly=True) as connection, reading(connection):
+        held = revision(connection, where.place)
+        if held is None:
+            refuse_revision(held, where.place)
+        if held != REVISION:
+            return Status(where.place, str(held), REVISION)
+        try:
+            segments, _, pending = read_spine(connection)
+        except Distrust as fault:
+            return Status(where.place, held, REVISION, fault=fault.found)
+        symbols = sum(one.symbols for one in segments)
+        return Status(where.place, held, REVISION, len(segments), symbols, len(pending))
 
 
 def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
@@ -114,19 +111,17 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
                     run(connection, "head", where.place)
                     _check_bonds(connection, where.place)
             give_back_room(connection)
-    elif not _shows_all(where):
-        with _connected(where, readonly=False) as connection, writing(connection):
-            connection.exec_driver_sql(f"DROP VIEW IF EXISTS {VIEW}")
-            connection.exec_driver_sql(view_sql())
+    else:
+        with _connected(where, readonly=True) as connection, reading(connection):
+            shows_all = has_view(connection, VIEW, view_sql())
+        if not shows_all:
+            with _connected(where, readonly=False) as connection, writing(connection):
+                connection.exec_driver_sql(f"DROP VIEW IF EXISTS {VIEW}")
+                connection.exec_driver_sql(view_sql())
     if status(named).fault:
         with Store.open(named) as store:
             store.cache.compact()
     return status(named)
-
-
-def _shows_all(where: Target) -> bool:
-    with _connected(where, readonly=True) as connection, reading(connection):
-        return shows_all(connection)
 
 
 def run(connection: Connection, to: str, place: str) -> None:
@@ -159,30 +154,25 @@ def run(connection: Connection, to: str, place: str) -> None:
 def check(named: str | os.PathLike[str] = DEFAULT) -> list[str]:
     """Return what is wrong inside a library, a sentence each; an empty list if nothing is."""
     where = target(named)
-    connection = opened(where, create=False, readonly=True, timeout=_TIMEOUT)
-    try:
-        with translated(where.place), reading(connection):
-            return check_connection(connection)
-    finally:
-        connection.close()
+    with (
+        closing(opened(where, create=False, readonly=True, timeout=_TIMEOUT)) as connection,
+        translated(where.place),
+        reading(connection),
+    ):
+        return check_connection(connection)
 
 
 @contextmanager
 def _connected(where: Target, *, readonly: bool) -> Iterator[Any]:
     connection = connected(where, create=False, readonly=readonly, timeout=_TIMEOUT)
-    try:
-        with translated(where.place):
-            yield connection
-    finally:
-        connection.close()
+    with closing(connection), translated(where.place):
+        yield connection
 
 
 def _check_bonds(connection: Connection, place: str) -> None:
-    if connection.dialect.name == "sqlite":
-        loose = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
-        if loose:
-            raise LibraryError(
-                f"after the upgrade {len(loose)} rows would hang on nothing",
-                place=place,
-                remedy="Nothing was changed. Ask for what is wrong with: lanindex db check",
-            )
+    if loose := loose_rows(connection):
+        raise LibraryError(
+            f"after the upgrade {len(loose)} rows would hang on nothing",
+            place=place,
+            remedy="Nothing was changed. Ask for what is wrong with: lanindex db check",
+        )

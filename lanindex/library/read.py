@@ -9,18 +9,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from itertools import chain
+from itertools import chain, groupby
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import LanindexError, LibraryError
-from lanindex.library import checksums, codes, packed, rows, state
-from lanindex.library.encoding import ENCODED, Encoding
-from lanindex.library.link import Link, among, ask, first_values
-from lanindex.library.selection import is_number
-from lanindex.library.texts import absolute
+from lanindex.library import rows
+from lanindex.library.connect import MOST, Link, among, ask, first_values, is_sqlite
+from lanindex.library.rows import COLUMNS, ENCODED, KIND_NAMES, Encoding, checksum, damaged
+from lanindex.library.selection import absolute, is_number
 from lanindex.model import Capture, Meter, Score, Span, Track
 
 _FACTS = len(ENCODED) + 2
@@ -37,19 +37,60 @@ _READ[len(ENCODED) : len(ENCODED)] = ["profile.name", "profile.digest"]
 _CAPTURES = (
     f"SELECT {', '.join(_READ)} FROM capture LEFT JOIN profile ON profile.id = capture.profile_id"
 )
-_CODES = f"SELECT capture_id, track, ordinal, {', '.join(codes.COLUMNS)} FROM symbol_code"
-_BY_KEY = "ORDER BY capture_id, track, ordinal"
+
+_NONSENSE = (ValueError, TypeError, ArithmeticError, LookupError, RecursionError, LanindexError)
+"""What reading a value leads to that a program has stored with the right checksum."""
 
 
-class Stored(NamedTuple):
-    """A capture, with what else its rows say."""
+class State(NamedTuple):
+    """The one row of ``state``: what is true of a library as a whole."""
 
-    capture: Capture
-    encoding: Encoding
-    tracks: int
-    """Checksum of the list of its tracks."""
-    content: int
-    """Checksum of its heading and its other lines."""
+    id: int
+    stamp: int
+    captures: int
+    numbers: int
+    columns: int
+
+
+def read_state(connection: Link) -> State:
+    """Return the one row of ``state``."""
+    held = ask(connection, f"SELECT {', '.join(State._fields)} FROM state").fetchall()
+    if len(held) != 1 or not all(isinstance(value, int) for value in held[0]):
+        raise LibraryError(
+            f"the library's state is {held}",
+            wanted="one row of whole numbers",
+            remedy="Ingest the captures into a new library: all in it comes from them.",
+        )
+    return State(*held[0])
+
+
+def check_numbers(connection: Link, numbers: Sequence[int]) -> None:
+    """Refuse a library that has other captures than were stored."""
+    stored, count, total = read_state(connection), len(numbers), sum(numbers)
+    if (count, total) != (stored.captures, stored.numbers):
+        raise LibraryError(
+            f"the library holds {count} captures whose numbers add up to {total}",
+            wanted=f"{stored.captures} and {stored.numbers}, as were stored",
+            remedy="Ingest the captures into a new library; or, if another program took some out "
+            "on purpose, tell this one: UPDATE state SET "
+            f"captures = {count}, numbers = {total}",
+        )
+
+
+def capture_numbers(connection: Link) -> list[int]:
+    """Return the numbers of all captures, in order."""
+    numbers: list[int] = first_values(ask(connection, "SELECT id FROM capture ORDER BY id"))
+    check_numbers(connection, numbers)
+    return numbers
+
+
+def read_numbers(connection: Link, numbers: Sequence[int]) -> list[int]:
+    """Return those numbers that captures have, in the order in which they are asked for."""
+    held = set[int]()
+    for first in range(0, len(numbers), MOST):
+        chosen = among(numbers[first : first + MOST])
+        held.update(first_values(ask(connection, f"SELECT id FROM capture WHERE id IN {chosen}")))
+    return [number for number in numbers if number in held]
 
 
 def meant(connection: Link, named: str) -> Iterator[list[tuple[int, str]]]:
@@ -85,50 +126,52 @@ def locations(connection: Link, places: Sequence[str], digests: Sequence[str]) -
     """Return where the captures lie that are at one of these places or have such a sha256."""
     found: list[str] = []
     for column, values in (("location", places), ("sha256", digests)):
-        for first in range(0, len(values), state.MOST):
-            some = {f"v{at}": one for at, one in enumerate(values[first : first + state.MOST])}
+        for first in range(0, len(values), MOST):
+            some = {f"v{at}": one for at, one in enumerate(values[first : first + MOST])}
             chosen = ", ".join(f":{name}" for name in some)
             asked = f"SELECT location FROM capture WHERE {column} IN ({chosen})"
             found += first_values(ask(connection, asked, some))
     return found
 
 
+class Stored(NamedTuple):
+    """A capture, with what else its rows say."""
+
+    capture: Capture
+    encoding: Encoding
+    tracks: int  # Checksum of the list of its tracks
+    content: int  # Checksum of its heading and its other lines
+
+
 def read_stored(
     connection: Link, numbers: Sequence[int] | None = None
 ) -> Iterator[Stored | LibraryError]:
     """Yield captures in the order of their numbers: all, or those that exist of some."""
-    chosen, described = _CAPTURES, "SELECT capture_id, key, value FROM metadata"
+    captures, described = _CAPTURES, "SELECT capture_id, key, value FROM metadata"
     if numbers is not None:
-        chosen += f" WHERE capture.id IN {among(numbers)}"
+        captures += f" WHERE capture.id IN {among(numbers)}"
         described += f" WHERE capture_id IN {among(numbers)}"
     metadata: dict[int, dict[str, str]] = {}
     for number, key, value in ask(connection, described):
         metadata.setdefault(number, {})[key] = value
-    for row in ask(connection, f"{chosen} ORDER BY capture.id").fetchall():
+    for row in ask(connection, f"{captures} ORDER BY capture.id").fetchall():
         try:
             yield _stored(row, metadata.get(row[_NUMBER], {}))
         except LibraryError as error:
             yield error
 
 
-def encoded_of(connection: Link, number: int) -> tuple[dict[str, Any], tuple[Any, Any]]:
-    """Return what was encoded of a capture, by column, and its profile's name and digest."""
-    (row,) = ask(connection, f"{_CAPTURES} WHERE capture.id = :number", {"number": number})
-    return dict(zip(ENCODED, row, strict=False)), row[len(ENCODED) : _FACTS]
-
-
 def _stored(row: _Raw, metadata: Mapping[str, str]) -> Stored:
-    facts, (checksum, number, label, stored) = row[:_FACTS], row[_FACTS:]
-    path, location, form, sha256, _, rate, frames, *meter, options, warnings, tracks, content = (
-        facts[:-2]
-    )
+    facts, (whole, number, label, described) = row[:_FACTS], row[_FACTS:]
+    path, location, form, sha256, _, rate, frames, *meter, options, warnings = facts[:-4]
+    tracks, content, profile, digest = facts[-4:]
     what = "what is known of its file"
-    if checksums.of_values(*facts) != checksum:
-        raise checksums.damaged(number, location, what)
-    if said(number, label, metadata) != stored:
-        raise checksums.damaged(number, location, "its label or metadata (say them again, too)")
+    if checksum(*facts) != whole:
+        raise damaged(number, location, what)
+    if description_checksum(number, label, metadata) != described:
+        raise damaged(number, location, "its label or metadata (say them again, too)")
     try:
-        encoding = _encoding(facts[-2] or "", facts[-1] or "", options)
+        encoding = _encoding(profile or "", digest or "", options)
         capture = Capture(
             *(number, path, form, sha256, label, _fraction(rate), frames, _meter(*meter)),
             metadata=metadata,
@@ -137,12 +180,8 @@ def _stored(row: _Raw, metadata: Mapping[str, str]) -> Stored:
             options=encoding.options,
         )
     except _NONSENSE as error:
-        raise checksums.damaged(number, location, f"{what} ({error})") from error
+        raise damaged(number, location, f"{what} ({error})") from error
     return Stored(capture, encoding, tracks, content)
-
-
-_NONSENSE = (ValueError, TypeError, ArithmeticError, LookupError, RecursionError, LanindexError)
-"""What reading a value leads to that a program has stored with the right checksum."""
 
 
 @lru_cache(maxsize=64)
@@ -165,39 +204,35 @@ def _listed(warnings: str) -> tuple[str, ...]:
     return tuple(json.loads(warnings))
 
 
-def said(number: int, label: str, metadata: Mapping[str, str]) -> int:
+def description_checksum(number: int, label: str, metadata: Mapping[str, str]) -> int:
     """Return the checksum of what the user says of a capture."""
-    return checksums.of_values(number, label, *sorted(metadata.items(), key=ascii))
+    return checksum(number, label, *sorted(metadata.items(), key=ascii))
+
+
+def encoded_of(connection: Link, number: int) -> tuple[dict[str, Any], tuple[Any, Any]]:
+    """Return what was encoded of a capture, by column, and its profile's name and digest."""
+    (row,) = ask(connection, f"{_CAPTURES} WHERE capture.id = :number", {"number": number})
+    return dict(zip(ENCODED, row, strict=False)), row[len(ENCODED) : _FACTS]
 
 
 def read_captures(connection: Link, numbers: Sequence[int] | None = None) -> list[Stored]:
     """Return captures in the order of their numbers: all, or those that exist of some."""
-    found = list(read_stored(connection, numbers))
-    for one in found:
+    captures: list[Stored] = []
+    for one in read_stored(connection, numbers):
         if isinstance(one, LibraryError):
             raise one
+        captures.append(one)
     if numbers is None:
-        state.check_numbers(
-            connection, [one.capture.id for one in found if isinstance(one, Stored)]
-        )
-    return [one for one in found if isinstance(one, Stored)]
-
-
-def read_chosen(connection: Link, numbers: Sequence[int]) -> list[Capture]:
-    """Return those captures that exist of some, however many."""
-    return [
-        one.capture
-        for first in range(0, len(numbers), state.MOST)
-        for one in read_captures(connection, numbers[first : first + state.MOST])
-    ]
+        check_numbers(connection, [one.capture.id for one in captures])
+    return captures
 
 
 def read_capture(connection: Link, number: int) -> Stored:
     """Return one capture that is there."""
-    found = read_captures(connection, [number])
-    if len(found) != 1:  # one table says that it is there, its index that it is not
-        raise checksums.damaged(number, None, "its row")
-    return found[0]
+    captures = read_captures(connection, [number])
+    if len(captures) != 1:  # one table says that it is there, its index that it is not
+        raise damaged(number, None, "its row")
+    return captures[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +240,7 @@ class Tracks:
     """Rows of ``track`` of some captures, column by column: there are millions."""
 
     chosen: Sequence[Stored]
-    place: NDArray[np.int64]
+    place: NDArray[np.int64]  # (T,) int64: of each row's capture in `chosen`
     ordinal: Sequence[int]
     part: Sequence[str]
     kind: Sequence[int]
@@ -220,53 +255,68 @@ class Tracks:
         return [captures[place] for place in self.place.tolist()]
 
 
-_LISTED = ("ordinal", "part", "kind", "known", "symbols", "checksum")
-_PART = _LISTED.index("part")
-_COUNTED = "SELECT capture_id, count(*) FROM track"
+_PART = rows.TRACK.index("part")
+_SYMBOLS = rows.TRACK.index("symbols")
+
+
+def _track_rows(connection: Link, chosen: str, values: Mapping[str, str] | None = None) -> Any:
+    """Return rows of ``track`` in the columns `rows.TRACK`, then the capture's number, in order."""
+    asked = f"SELECT {', '.join(rows.TRACK)}, capture_id FROM track {chosen}"
+    return ask(connection, f"{asked} ORDER BY capture_id, ordinal", values).fetchall()
+
+
+def _lists(connection: Link, wanted: Sequence[Any], chosen: str = "") -> list[list[_Raw]]:
+    """Return the rows of ``track`` of each wanted capture: number, location, checksum of these.
+
+    Of all captures `chosen` is empty, of some the condition that chooses them.
+    """
+    by_capture = groupby(_track_rows(connection, chosen), itemgetter(-1))
+    lists = {number: [row[:-1] for row in group] for number, group in by_capture}
+    for number, location, content in wanted:
+        if checksum(*lists.get(number, [])) != content:
+            raise damaged(number, location, "the list of its tracks")
+    return [lists.get(number, []) for number, _, _ in wanted]
 
 
 def read_parts(connection: Link) -> set[str]:
     """Return the parts that any capture has."""
     wanted = ask(connection, "SELECT id, location, tracks FROM capture").fetchall()
-    state.check_numbers(connection, [number for number, _, _ in wanted])
-    return {row[_PART] for own in _lists(connection, wanted) for row in own}
+    check_numbers(connection, first_values(wanted))
+    return {row[_PART] for tracks in _lists(connection, wanted) for row in tracks}
 
 
-def _lists(connection: Link, wanted: Sequence[Any], chosen: str = "") -> list[list[_Raw]]:
-    """Return the rows of ``track`` of each capture, in the columns of `_LISTED`.
+def read_wanted(
+    connection: Link,
+    chosen: Sequence[Stored],
+    parts: Sequence[str] | None = None,
+    *,
+    listed: bool = True,
+) -> Tracks:
+    """Return the tracks of captures, without their symbols: all, or those of some parts.
 
-    Of each wanted one its number, its location and the checksum of these are told; of all captures
-    they are `chosen` by a condition, if they are not all.
+    If not `listed`, a track of these parts that is missing or called otherwise is not noticed.
     """
-    asked = f"SELECT {', '.join(_LISTED)} FROM track {chosen} ORDER BY capture_id, ordinal"
-    every = ask(connection, asked).fetchall()
-    asked = f"{_COUNTED} {chosen} GROUP BY capture_id ORDER BY capture_id"
-    lists, first = dict[int, list[_Raw]](), 0
-    for number, count in ask(connection, asked):
-        lists[number] = every[first : first + count]
-        first += count
-    found = [lists.get(number, []) for number, _, _ in wanted]
-    for own, (number, location, checksum) in zip(found, wanted, strict=True):
-        if checksums.of_values(*own) != checksum:
-            raise checksums.damaged(number, location, "the list of its tracks")
-    return found
-
-
-def _unlisted(connection: Link, numbers: Sequence[int], parts: Sequence[str]) -> list[_Raw]:
-    """Return the rows of ``track`` of some parts, in the columns of `_LISTED`, then the capture."""
-    values = {f"part{place}": part for place, part in enumerate(parts)}
-    named = ", ".join(f":{name}" for name in values) or "NULL"
-    asked = (
-        f"SELECT {', '.join(_LISTED)}, capture_id FROM track "
-        f"WHERE capture_id IN {among(numbers)} AND part IN ({named}) ORDER BY capture_id, ordinal"
-    )
-    return [row for row in ask(connection, asked, values) if _countable(row)]
+    wanted = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
+    numbers = first_values(wanted)
+    where = f"WHERE capture_id IN {among(numbers)}"
+    if listed or parts is None:
+        lists = _lists(connection, wanted, where)
+        if parts is not None:
+            lists = [[row for row in tracks if row[_PART] in parts] for tracks in lists]
+        place = np.repeat(np.arange(len(lists)), np.array(list(map(len, lists)), np.int64))
+        held = list(chain.from_iterable(lists))
+    else:
+        values = {f"part{at}": part for at, part in enumerate(parts)}
+        where += f" AND part IN ({', '.join(f':{name}' for name in values) or 'NULL'})"
+        held = [row for row in _track_rows(connection, where, values) if _countable(row)]
+        place = np.searchsorted(numbers, [row[-1] for row in held])
+    columns = list(zip(*held, strict=True)) or [()] * len(rows.TRACK)
+    return Tracks(chosen, place, *columns[: len(rows.TRACK)])
 
 
 def _countable(row: _Raw) -> bool:
     """Return whether a row of ``track`` tells what rows of symbols it has."""
-    ordinal, _, _, _, symbols, *_ = row
-    return type(ordinal) is type(symbols) is int and symbols >= 0
+    return type(row[0]) is type(row[_SYMBOLS]) is int and row[_SYMBOLS] >= 0
 
 
 def read_tracks(
@@ -281,42 +331,18 @@ def read_tracks(
     `listed` as in `read_wanted`.
     """
     wanted = read_wanted(connection, chosen, parts, listed=listed)
-    symbols, first = codes.unpack(read_fields(connection, wanted, every=parts is None)), 0
+    symbols, first = rows.unpack(read_fields(connection, wanted, every=parts is None)), 0
     tracks: dict[int, dict[str, Track]] = {one.capture.id: {} for one in chosen}
-    rows = zip(wanted.owners, wanted.part, wanted.kind, wanted.known, wanted.symbols, strict=True)
-    for capture, part, kind, spans, count in rows:
+    columns = (wanted.owners, wanted.part, wanted.kind, wanted.known, wanted.symbols)
+    for capture, part, kind, spans, count in zip(*columns, strict=True):
         stretch = symbols[first : first + count]
         first += count
         known = known_of(capture, part, spans)
         try:
-            tracks[capture.id][part] = Track(part, stretch, known, codes.KIND_NAMES[kind])
+            tracks[capture.id][part] = Track(part, stretch, known, KIND_NAMES[kind])
         except _NONSENSE as error:
-            what = f"its track {part} ({error})"
-            raise checksums.damaged(capture.id, capture.location, what) from error
+            raise damaged(capture.id, capture.location, f"its track {part} ({error})") from error
     return tracks
-
-
-def read_wanted(
-    connection: Link,
-    chosen: Sequence[Stored],
-    parts: Sequence[str] | None = None,
-    *,
-    listed: bool = True,
-) -> Tracks:
-    """Return the tracks of captures, without their symbols: all, or those of some parts."""
-    own = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
-    numbers = [number for number, _, _ in own]
-    if listed or parts is None:
-        lists = _lists(connection, own, f"WHERE capture_id IN {among(numbers)}")
-        if parts is not None:
-            lists = [[row for row in held if row[_PART] in parts] for held in lists]
-        place = np.repeat(np.arange(len(lists)), np.array(list(map(len, lists)), np.int64))
-        found = list(chain.from_iterable(lists))
-    else:
-        found = _unlisted(connection, numbers, parts)
-        place = np.searchsorted(numbers, [row[-1] for row in found])
-    columns = list(zip(*found, strict=True)) or [()] * len(_LISTED)
-    return Tracks(chosen, place, *columns[: len(_LISTED)])
 
 
 def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]:
@@ -324,90 +350,129 @@ def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]
     try:
         return rows.read_known(known, capture.frames)
     except _NONSENSE as error:
-        what = f"its track {part} ({error})"
-        raise checksums.damaged(capture.id, capture.location, what) from error
+        raise damaged(capture.id, capture.location, f"its track {part} ({error})") from error
 
 
 def read_fields(connection: Link, wanted: Tracks, *, every: bool = False) -> NDArray[np.int64]:
-    """Return the fields of the rows of tracks: (S, C) int64, in the order of `codes.COLUMNS`."""
-    captures = [wanted.chosen[place].capture.id for place in dict.fromkeys(wanted.place.tolist())]
-    if not captures:
-        return np.empty((0, len(codes.COLUMNS)), np.int64)
-    tracks = (wanted.ordinal, wanted.symbols, wanted.checksum)
-    found = packed.read_fields(connection, captures, *tracks, every=every)
-    return _checked(_numbers(connection, wanted), wanted)[:, 3:] if found is None else found
+    """Return the fields of the rows of tracks: (S, C) int64, in the order of `rows.COLUMNS`.
+
+    With `every` the tracks are all that their captures have.
+    """
+    numbers = [wanted.chosen[place].capture.id for place in dict.fromkeys(wanted.place.tolist())]
+    if not numbers:
+        return np.empty((0, len(COLUMNS)), np.int64)
+    chosen = f"capture_id IN {among(numbers)}"
+    some = f"{chosen} AND track IN {among({*wanted.ordinal})}"
+    if is_sqlite(connection):
+        fields = _spelled_fields(connection, wanted, chosen if every else some)
+        if fields is not None:
+            return fields
+    return _fields_by_row(connection, wanted, some)
 
 
-def _numbers(connection: Link, wanted: Tracks) -> NDArray[np.int64]:
-    """Return the rows of tracks: (S, C + 3) int64, capture, track, row, fields; perhaps more."""
+# Handing numbers over one by one costs more than reading them. So SQLite spells the numbers of all
+# rows as the characters of one text, and Python takes these for numbers again. Which row it is need
+# not be handed over: the rows of a track stand in order, and its checksum is over their places,
+# too. So whatever is not as it was stored is noticed, though not told: for that the rows are read
+# again, one by one.
+
+_BITS = 20
+"""A character has room for so many."""
+
+_FULL = 1 << _BITS
+_LONG = ("sign", "notes")
+_SHORT = ("start", "length", "tick", "ticks")
+_CHARACTERS = (
+    *(f"{name} % {_FULL}" for name in _LONG),
+    *(f"{name} / {_FULL} % {_FULL}" for name in _LONG),  # faster than shift and mask
+    *(f"{name} >> {2 * _BITS}" for name in _LONG),  # below 0 where the number is
+    *_SHORT,
+)
+"""Long numbers take three characters; almost all of the others fit into one."""
+
+_SPELLED = (
+    f"SELECT CAST(group_concat(char({', '.join(_CHARACTERS)}), '') AS BLOB) FROM symbol_code "
+    "WHERE +sign < '' AND +notes < '' AND"
+)
+"""What is no number is left out, and so it is missed. The plus signs keep SQLite from trying to
+make a number of the text, row by row."""
+
+_NONE = 0xFFFD
+"""What SQLite takes for a character that there is not."""
+
+_FITS = f"({' | '.join(_SHORT)}) >> {_BITS} = 0 AND"
+
+
+def _spelled_fields(connection: Link, wanted: Tracks, chosen: str) -> NDArray[np.int64] | None:
+    """Return the fields of the rows of tracks; None where they are not what was stored."""
+    characters = _characters(connection, f"{_SPELLED} {chosen}")
+    if (characters[:, 2 * len(_LONG) :] == _NONE).any():
+        characters = _characters(connection, f"{_SPELLED} {_FITS} {chosen}")
+    if len(characters) != sum(wanted.symbols):
+        return None
+    wide = characters.astype(np.int64)
+    long = wide[:, :2] | wide[:, 2:4] << _BITS | wide[:, 4:6] << 2 * _BITS
+    fields = np.concatenate((long[:, :1], wide[:, 6:], long[:, 1:]), axis=1)
+    numbers = rows.numbered(fields, wanted.symbols, wanted.ordinal)
+    same = rows.track_checksums(numbers, wanted.symbols) == [*wanted.checksum]
+    return numbers[:, 2:] if same else None
+
+
+def _characters(connection: Link, asked: str) -> NDArray[np.uint32]:
+    ((text,),) = ask(connection, asked)
+    spelled = (text or b"").decode("utf-8", "surrogatepass").encode("utf-32-le", "surrogatepass")
+    return np.frombuffer(spelled, "<u4").reshape(-1, len(_CHARACTERS))
+
+
+def _fields_by_row(connection: Link, wanted: Tracks, chosen: str) -> NDArray[np.int64]:
+    """Return the fields of the rows of tracks; an error names the track that is damaged."""
+    asked = f"SELECT capture_id, track, ordinal, {', '.join(COLUMNS)} FROM symbol_code"
+    by_track: dict[tuple[int, int], list[_Raw]] = {}
     locations = {one.id: one.location for one in wanted.owners}
-    chosen = f"WHERE capture_id IN {among(locations)} AND track IN {among({*wanted.ordinal})}"
-    found = ask(connection, f"{_CODES} {chosen} {_BY_KEY}").fetchall()
-    if not found:
-        return np.empty((0, len(codes.COLUMNS) + 3), np.int64)
-    numbers = np.array(found)
-    if numbers.dtype == np.int64:
-        return numbers
-    number, track = next(row[:2] for row in found if not all(isinstance(one, int) for one in row))
-    what = f"its track number {track} holds what is no number"
-    raise checksums.damaged(number, locations[number], what)
-
-
-def _checked(numbers: NDArray[np.int64], wanted: Tracks) -> NDArray[np.int64]:
-    """Return the rows of the tracks, one after the other, if they are what was stored."""
-    keys = [(one.id, track) for one, track in zip(wanted.owners, wanted.ordinal, strict=True)]
-    if len(numbers) != sum(wanted.symbols):
-        own = {*keys}
-        numbers = numbers[[key in own for key in map(tuple, numbers[:, :2].tolist())]]
-    if (
-        len(numbers) != sum(wanted.symbols)
-        or not np.array_equal(numbers[:, :2], np.repeat(keys, wanted.symbols, axis=0))
-        or rows.of_tracks(numbers[:, 1:], wanted.symbols) != [*wanted.checksum]
-    ):
-        raise _culprit(numbers, wanted)
-    return numbers
-
-
-def _culprit(numbers: NDArray[np.int64], wanted: Tracks) -> LibraryError:
-    """Return the error that names the track whose rows are others, missing or too many."""
+    for row in ask(connection, f"{asked} WHERE {chosen} ORDER BY capture_id, track, ordinal"):
+        if not all(isinstance(value, int) for value in row):
+            what = f"its track number {row[1]} holds what is no number"
+            raise damaged(row[0], locations[row[0]], what)
+        by_track.setdefault(row[:2], []).append(row[1:])
+    tables = [np.empty((0, len(COLUMNS) + 2), np.int64)]
     columns = (wanted.owners, wanted.ordinal, wanted.part, wanted.symbols, wanted.checksum)
-    for capture, ordinal, part, count, checksum in zip(*columns, strict=True):
-        own = numbers[(numbers[:, 0] == capture.id) & (numbers[:, 1] == ordinal), 1:]
-        if len(own) != count or rows.of_tracks(own, [len(own)]) != [checksum]:
-            what = f"its track {part}"
-            break
-    return checksums.damaged(capture.id, capture.location, what)
+    for capture, ordinal, part, count, content in zip(*columns, strict=True):
+        held = by_track.pop((capture.id, ordinal), [])
+        table = np.array(held, np.int64).reshape(len(held), len(COLUMNS) + 2)
+        if len(held) != count or rows.track_checksums(table, [count]) != [content]:
+            raise damaged(capture.id, capture.location, f"its track {part}")
+        tables.append(table)
+    return np.concatenate(tables)[:, 2:]
 
 
 def read_score(connection: Link, stored: Stored) -> Score:
     """Return the score of a capture."""
     capture = stored.capture
-    ((packed, other),) = read_contents(connection, [stored])
+    ((heading, other),) = read_contents(connection, [stored])
     tracks = read_tracks(connection, [stored])[capture.id]
-    heading = rows.unpacked_heading(packed)
     return Score(capture.rate, capture.frames, capture.meter, tracks, heading, other)
 
 
 def read_contents(
     connection: Link, chosen: Sequence[Stored]
-) -> Iterator[tuple[NDArray[Any], tuple[str, ...]]]:
-    """Yield of captures the heading, still packed, and the lines that were not understood."""
+) -> Iterator[tuple[NDArray[np.float32], tuple[str, ...]]]:
+    """Yield of captures the heading and the lines that were not understood."""
     numbers = among(one.capture.id for one in chosen)
     asked = f"SELECT id, other, heading FROM capture WHERE id IN {numbers}"
     held = {number: (lines, blob) for number, lines, blob in ask(connection, asked)}
     what = "its heading or the lines that were not understood"
-    for capture, *_, checksum in chosen:
+    for capture, *_, content in chosen:
         lines, blob = held[capture.id]
-        if content(lines, blob) != checksum:
-            raise checksums.damaged(capture.id, capture.location, what)
+        if content_checksum(lines, blob) != content:
+            raise damaged(capture.id, capture.location, what)
         try:
-            yield rows.read_heading(blob), tuple(json.loads(lines))
+            yield rows.unpack_heading(blob), tuple(json.loads(lines))
         except _NONSENSE as error:
-            raise checksums.damaged(capture.id, capture.location, f"{what} ({error})") from error
+            raise damaged(capture.id, capture.location, f"{what} ({error})") from error
 
 
-def content(other: Any, heading: Any) -> int | None:
+def content_checksum(other: Any, heading: Any) -> int | None:
     """Return the checksum of a capture's heading and of its other lines."""
     if not isinstance(heading, bytes) or not isinstance(other, str):
         return None
-    return checksums.of_bytes(heading, other.encode("utf-8", "surrogatepass"))
+    return rows.bytes_checksum(heading, other.encode("utf-8", "surrogatepass"))

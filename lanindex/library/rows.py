@@ -1,32 +1,205 @@
-"""Score ↔ rows of ``track`` and ``symbol_code``: whole tracks at a time, column by column."""
+"""A score as rows: whole numbers, texts, and a checksum of each thing that can be damaged.
+
+Small fields of a symbol share a column of ``symbol_code``, each with bits of its own
+(`lanindex.model.symbol.FIELDS` says where), so that a symbol takes a dozen bytes; the view that
+`view_sql` makes shows them as words. A checksum is a CRC-32, enough to notice whatever happens to a
+file by accident or by hand, as a whole number with a sign, which takes four bytes in a library.
+"""
 
 from __future__ import annotations
 
 import json
+import shlex
 import zlib
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import accumulate, chain, pairwise
-from typing import Any
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import KINDS
-from lanindex.errors import UsageError
-from lanindex.library import checksums, codes
+from lanindex.errors import LibraryError, UsageError
+from lanindex.library.selection import printable
 from lanindex.model import Score, Span
-from lanindex.model.symbol import joined
+from lanindex.model.symbol import FIELDS, SYMBOL, Field, joined
 
-_RAW, _TENTHS = b"\0", b"\1"
-"""The first byte of a heading: how the rest is to be read."""
+Integers = NDArray[np.int64]
 
+COLUMNS = tuple(dict.fromkeys(how.column for how in FIELDS.values()))
+"""The columns of ``symbol_code`` that hold fields, in the order of `pack`."""
+
+TRACK = ("ordinal", "part", "kind", "known", "symbols", "checksum")
+"""The columns of ``track`` after the capture's number."""
+
+ENCODED = (
+    *("path", "location", "format", "sha256", "fps", "rate", "frames"),
+    *("speed", "beats", "beat", "division", "options", "warnings", "tracks", "content"),
+)
+"""Columns of ``capture`` that its checksum is over; ``tracks`` and ``content`` are checksums."""
+
+VIEW = "symbol"
+"""The view in words."""
+
+KIND_NAMES = tuple(KINDS)
+"""By code."""
 
 _NEEDED = {
     name: np.array([name in kind.fields for kind in KINDS.values()])
     for name in dict.fromkeys(chain.from_iterable(kind.fields for kind in KINDS.values()))
 }
 """By field, which kinds of symbols have it, in the order of their codes."""
+
+_RAW, _TENTHS = b"\0", b"\1"
+"""The first byte of a heading: how the rest is to be read."""
+
+
+def checksum(*values: Any) -> int:
+    """Return the checksum of what a row holds: numbers, texts, bytes, nothing, tuples of them.
+
+    The type counts: 1, 1.0 and "1" differ.
+    """
+    return bytes_checksum(ascii(values).encode())
+
+
+def bytes_checksum(*values: bytes | memoryview) -> int:
+    """Return the checksum of bytes, one after the other."""
+    crc = 0
+    for value in values:
+        crc = zlib.crc32(value, crc)
+    return crc - ((crc >> 31) << 32)
+
+
+def damaged(number: object, path: object, what: str) -> LibraryError:
+    """Return the error that says what of a capture is not what was stored, and the remedy."""
+    shown = printable(path) if isinstance(path, str) else f"capture {number}"
+    return LibraryError(
+        f"capture {number} is damaged in the library: {what}",
+        place=shown,
+        wanted="what was stored",
+        remedy=f"Write it down anew: lanindex ingest --force {shlex.quote(shown)}",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Encoding:
+    """How a capture came to be written down; equal ones give equal scores."""
+
+    profile: str = ""
+    digest: str = ""
+    options: Mapping[str, str] = field(default_factory=dict)
+    beside: str = ""
+    people: int = field(default=0, compare=False)
+
+    @classmethod
+    def stored(cls, profile: str, digest: str, facts: Mapping[str, str]) -> Self:
+        """Return what the profile and the column ``options`` of a capture say."""
+        options = dict(facts)
+        beside, people = options.pop("beside", ""), int(options.pop("people", 0))
+        return cls(profile, digest, options, beside, people)
+
+    def facts(self) -> dict[str, str]:
+        """Return what the column ``options`` holds: the options, and what there is to add."""
+        more = {"beside": self.beside, "people": str(self.people or "")}
+        return {**self.options, **{name: fact for name, fact in more.items() if fact}}
+
+
+def encoded_checksum(values: Mapping[str, Any], profile: str | None, digest: str | None) -> int:
+    """Return the checksum of all that was encoded of a capture."""
+    return checksum(*(values[name] for name in ENCODED), profile, digest)
+
+
+def _whole(name: str, symbols: NDArray[Any]) -> NDArray[Any]:
+    """Return (S,) a field before its bits are placed; a float that is no number stays one."""
+    how = FIELDS[name]
+    if how.scale != 1:
+        return np.rint(symbols[name].astype(np.float64) * how.scale)
+    values: Integers = symbols[name].astype(np.int64)
+    return values - symbols[how.since] if how.since else values
+
+
+def wrong(symbols: NDArray[Any], frames: int) -> NDArray[np.bool_]:
+    """Return which of (S,) symbols cannot be stored, or end behind a capture's frames: (S,)."""
+    bad: NDArray[np.bool_] = symbols["stop"] > frames
+    for name, how in FIELDS.items():
+        values = _whole(name, symbols)
+        bad |= ~((values >= how.least) & (values <= how.most))
+    return bad
+
+
+def pack(symbols: NDArray[Any]) -> Integers:
+    """Return (S,) symbols as a library stores them: (S, C) int64, in the order of `COLUMNS`."""
+    packed = np.zeros((len(symbols), len(COLUMNS)), np.int64)
+    for name, how in FIELDS.items():
+        values = _whole(name, symbols).astype(np.int64, copy=False)
+        packed[:, COLUMNS.index(how.column)] |= (values - how.least) << how.shift
+    return packed
+
+
+def _codes(packed: Integers, how: Field) -> Integers:
+    """Return (S,) the bits of one field of (S, C) packed symbols."""
+    codes: Integers = (packed[:, COLUMNS.index(how.column)] >> how.shift) & ((1 << how.bits) - 1)
+    return codes
+
+
+def unpack(packed: Integers) -> NDArray[Any]:
+    """Return (S,) symbols from what a library stores: (S, C) int64."""
+    symbols = np.empty(len(packed), SYMBOL)
+    for name, how in FIELDS.items():
+        values = _codes(packed, how)
+        if how.least:
+            values += how.least
+        if how.since:
+            values += symbols[how.since]
+        symbols[name] = values if how.scale == 1 else values / how.scale
+    return symbols
+
+
+def nameless(packed: Integers) -> NDArray[np.bool_]:
+    """Return which of (S, C) packed symbols hold a code that stands for no word: (S,) bool.
+
+    Nothing else that `pack` gives is `wrong`, but an end behind all frames.
+    """
+    bad = np.zeros(len(packed), np.bool_)
+    for how in FIELDS.values():
+        if how.words:
+            bad |= _codes(packed, how) > how.most - how.least
+    return bad
+
+
+def view_sql() -> str:
+    """Return the statement that makes the view ``symbol``, which shows symbols in words."""
+    shown = [_expression(name, how) for name, how in FIELDS.items()]
+    kind = f"{_words('t.kind', KIND_NAMES)} AS kind"
+    columns = ["c.capture_id", "t.part", "c.ordinal", *shown, kind]
+    return (
+        f"CREATE VIEW {VIEW} AS SELECT {', '.join(columns)} FROM symbol_code c "
+        "JOIN track t ON t.capture_id = c.capture_id AND t.ordinal = c.track"
+    )
+
+
+def _expression(name: str, how: Field) -> str:
+    text, shown = f"c.{how.column}", how.shown or name
+    if shown == how.column:
+        return text
+    if sum(how.column == other.column for other in FIELDS.values()) > 1:
+        text = f"({text} >> {how.shift})" if how.shift else text
+        text = f"({text} & {(1 << how.bits) - 1})"
+    if how.words:
+        text = _words(text, how.words, -how.least)
+    elif how.least:  # the code 0 stands for nothing
+        text = f"(NULLIF({text}, 0) - {-how.least})"
+    if how.scale != 1:
+        text = f"{text} / {how.scale}.0"
+    if how.since:
+        text = f"c.{FIELDS[how.since].column} + {text}"
+    return f"{text} AS {shown}"
+
+
+def _words(text: str, words: tuple[str, ...], first: int = 0) -> str:
+    cases = (f"WHEN {code} THEN '{word}'" for code, word in enumerate(words, first))
+    return f"CASE {text} {' '.join(cases)} END"
 
 
 def check(score: Score, place: str) -> None:
@@ -37,7 +210,7 @@ def check(score: Score, place: str) -> None:
     tracks = list(score.tracks.values())
     symbols = joined(track.symbols for track in tracks)
     bad = wrong(symbols, score.frames)
-    each = np.array([codes.KIND_NAMES.index(one.kind) for one in tracks], np.int64)
+    each = np.array([KIND_NAMES.index(one.kind) for one in tracks], np.int64)
     kinds = each.repeat(list(map(len, tracks)))
     for name, needed in _NEEDED.items():
         bad |= needed[kinds] & (symbols[name] < 0)
@@ -51,36 +224,29 @@ def check(score: Score, place: str) -> None:
         )
 
 
-def wrong(symbols: NDArray[Any], frames: int) -> NDArray[np.bool_]:
-    """Return which symbols cannot be stored, or lie outside a capture's frames: (S,) bool."""
-    return codes.wrong(symbols) | (symbols["stop"] > frames)
-
-
-@dataclass(frozen=True, slots=True)
-class Rows:
+class Rows(NamedTuple):
     """A score as rows without the capture's number, which comes first in each."""
 
     tracks: list[tuple[Any, ...]]
-    symbols: list[list[int]]
-    checksum: int
+    symbols: list[list[int]]  # By column
+    checksum: int  # Of the list of tracks
 
 
 def rows_of(score: Score) -> Rows:
     """Return the rows of a score."""
-    kept = list(score.tracks.values())
-    counts = list(map(len, kept))
-    packed = codes.pack(joined(track.symbols for track in kept))
-    numbers = numbered(packed, counts, range(len(kept)))
-    tracks = []
-    for ordinal, (track, checksum) in enumerate(zip(kept, of_tracks(numbers, counts), strict=True)):
-        kind, known = codes.KIND_NAMES.index(track.kind), _known_text(track.known, score.frames)
-        tracks.append((ordinal, track.part, kind, known, len(track), checksum))
-    return Rows(tracks, numbers.T.tolist(), checksums.of_values(*tracks))
+    held = list(score.tracks.values())
+    counts = list(map(len, held))
+    numbers = numbered(pack(joined(track.symbols for track in held)), counts, range(len(held)))
+    tracks: list[tuple[Any, ...]] = []
+    for track, content in zip(held, track_checksums(numbers, counts), strict=True):
+        kind, known = KIND_NAMES.index(track.kind), None
+        if track.known != (Span(0, score.frames),):
+            known = json.dumps([[span.start, span.stop] for span in track.known])
+        tracks.append((len(tracks), track.part, kind, known, len(track), content))
+    return Rows(tracks, numbers.T.tolist(), checksum(*tracks))
 
 
-def numbered(
-    packed: NDArray[np.int64], counts: Sequence[int], ordinals: Sequence[int]
-) -> NDArray[np.int64]:
+def numbered(packed: Integers, counts: Sequence[int], ordinals: Sequence[int]) -> Integers:
     """Return (S, C) packed symbols with the ordinals of track and row before them: (S, C + 2)."""
     numbers = np.empty((len(packed), packed.shape[1] + 2), np.int64)
     numbers[:, 0] = np.repeat(np.array(ordinals, np.int64), counts)
@@ -90,19 +256,13 @@ def numbered(
     return numbers
 
 
-def of_tracks(numbers: NDArray[np.int64], counts: Iterable[int]) -> list[int]:
+def track_checksums(numbers: Integers, counts: Iterable[int]) -> list[int]:
     """Return the checksums of the rows of tracks: (S, C + 2) int64, track, ordinal, fields."""
     content = np.ascontiguousarray(numbers, "<i8").reshape(-1).view(np.uint8).data
     ends = [0, *(8 * numbers.shape[1] * end for end in accumulate(counts))]
-    found = [zlib.crc32(content[first:last]) for first, last in pairwise(ends)]
-    signed: list[int] = np.array(found, np.uint32).view(np.int32).tolist()  # as checksums.of_bytes
+    crcs = [zlib.crc32(content[first:last]) for first, last in pairwise(ends)]
+    signed: list[int] = np.array(crcs, np.uint32).view(np.int32).tolist()  # as `bytes_checksum`
     return signed
-
-
-def _known_text(known: tuple[Span, ...], frames: int) -> str | None:
-    if known == (Span(0, frames),):
-        return None
-    return json.dumps([[span.start, span.stop] for span in known])
 
 
 def read_known(known: str | None, frames: int) -> tuple[Span, ...]:
@@ -139,21 +299,15 @@ def pack_heading(heading: NDArray[np.float32]) -> bytes:
     return _TENTHS + packed if _unfolded(folded).tobytes() == raw else _RAW + raw
 
 
-def read_heading(blob: bytes) -> NDArray[Any]:
-    """Return a heading as `pack_heading` keeps it: (N,) float32, or (2, N) uint8, its bytes."""
+def unpack_heading(blob: bytes) -> NDArray[np.float32]:
+    """Return the heading that `pack_heading` stores: (N,) float32, degrees."""
     if blob[:1] == _RAW:
-        return np.frombuffer(blob[1:], "<f4")
+        return np.frombuffer(blob[1:], "<f4").astype(np.float32)
     try:
-        return np.frombuffer(zlib.decompress(blob[1:]), np.uint8).reshape(2, -1)
+        planes = np.frombuffer(zlib.decompress(blob[1:]), np.uint8).reshape(2, -1)
     except zlib.error as error:
         raise ValueError(str(error)) from error
-
-
-def unpacked_heading(packed: NDArray[Any]) -> NDArray[np.float32]:
-    """Return the heading that `read_heading` has read: (N,) float32, degrees."""
-    if packed.ndim == 1:
-        return packed.astype(np.float32)
-    return _unfolded(np.ascontiguousarray(packed.T).view("<u2").ravel())
+    return _unfolded(np.ascontiguousarray(planes.T).view("<u2").ravel())
 
 
 def _unfolded(folded: NDArray[np.uint16]) -> NDArray[np.float32]:

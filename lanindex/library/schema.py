@@ -37,7 +37,7 @@ from sqlalchemy import (
     event,
 )
 
-from lanindex.library.codes import COLUMNS, view_sql
+from lanindex.library.rows import COLUMNS, view_sql
 
 tables = MetaData(
     naming_convention={

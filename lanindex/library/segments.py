@@ -4,13 +4,16 @@ A segment is a row of ``segment``, whose listing names its columns, and one row 
 ``segment_column`` for each of them: whole numbers in as few bytes as the largest needs. The listing
 has a checksum of its own and those of the columns. `read_spine` tells what there is without
 loading any; whatever does not fit leads to `Distrust`, and the columns are made again of the rows.
+
+Filters look at the texts of all captures, so segments hold them too: one list of JSON a column.
+Whoever changes a text marks the capture as not covered by its segment.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,14 +21,25 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import MEASURES
 from lanindex.errors import LibraryError
-from lanindex.library import checksums, state
-from lanindex.library.link import Link, among, ask, faults, first_values
+from lanindex.library.connect import (
+    MOST,
+    Link,
+    among,
+    ask,
+    faults,
+    first_values,
+    insert,
+    name_of,
+)
+from lanindex.library.read import capture_numbers, read_state
+from lanindex.library.rows import bytes_checksum, checksum
+from lanindex.library.selection import Texts
 from lanindex.model.columns import EXTRA, Columns, Roster, extras_of, has_amount
 
 CAPTURES = {"number": np.int64, "frames": np.int32, "rate": np.int64, "speed": np.int64}
 """By the name of a column of the captures, its type in memory."""
 
-TYPES = {
+_TYPES = {
     **{"counts": np.int64, "cell": np.uint8, "runner": np.uint8, "margin": np.uint16},
     **{"start": np.int32, "length": np.int32, "gaps": np.int32, "swings": np.int32},
     "amount": np.int16,
@@ -37,9 +51,6 @@ _WIDTHS = {(True, "rate"): 2, (True, "speed"): 2, (False, "gaps"): 3}
 """Numbers in a row of it, where that is not one; by whether it is the captures'."""
 
 _STORED = tuple((np.dtype(name), np.iinfo(name)) for name in ("<u1", "<u2", "<u4", "<i8"))
-
-_MOST = 500
-"""Values in one statement: databases take a thousand at least."""
 
 TEXTS = ("path", "location", "format", "label", "metadata", "profile", "still")
 """What captures are called, which is JSON; by which profile they were written down (empty: by
@@ -53,11 +64,9 @@ class Distrust(LibraryError):
 class Entry(NamedTuple):
     """A line of a segment's listing: a column."""
 
-    part: str
-    """Whose; empty: the captures'."""
+    part: str  # Whose; empty: the captures'
     name: str
-    type: str
-    """As stored, as numpy writes it."""
+    type: str  # As stored, as numpy writes it
     values: int
     checksum: int
 
@@ -68,8 +77,7 @@ class Segment(NamedTuple):
     id: int
     captures: int
     symbols: int
-    entries: dict[tuple[str, str], Entry]
-    """By part and name."""
+    entries: dict[tuple[str, str], Entry]  # By part and name
 
     @property
     def parts(self) -> list[str]:
@@ -92,58 +100,23 @@ class Spine(NamedTuple):
     """What there is of columns."""
 
     segments: list[Segment]
-    dead: dict[int, int]
-    pending: list[int]
-
-
-_SEGMENTS = "SELECT id, captures, symbols, listing, checksum FROM segment ORDER BY id"
-_DEAD = "SELECT capture_id, segment_id FROM segment_dead"
-_PENDING = "SELECT capture_id FROM segment_pending ORDER BY capture_id"
-_PARTS = "SELECT DISTINCT part FROM track"
-_CONTENT = (
-    "SELECT content FROM segment_column "
-    "WHERE segment_id = :segment AND part = :part AND name = :name"
-)
-_BEGIN = (
-    "INSERT INTO segment (captures, symbols, listing, checksum) VALUES (:captures, 0, '', 0) "
-    "RETURNING id"
-)
-_STORE = (
-    "INSERT INTO segment_column (segment_id, part, name, content) "
-    "VALUES (:segment, :part, :name, :content)"
-)
-_LIST = (
-    "UPDATE segment SET symbols = :symbols, listing = :listing, checksum = :checksum "
-    "WHERE id = :segment"
-)
-_DROP_PART = "DELETE FROM segment_column WHERE segment_id = :segment AND part = :part"
-_DROP_COLUMNS = "DELETE FROM segment_column WHERE segment_id = :segment"
-_DROP = "DELETE FROM segment WHERE id = :segment"
-_FORGET = (
-    "DELETE FROM segment_dead WHERE NOT EXISTS "
-    "(SELECT 1 FROM segment WHERE id <= segment_dead.segment_id)"
-)
-_RAISE = "DELETE FROM segment_dead WHERE capture_id = :number"
-_DIE = (
-    "INSERT INTO segment_dead (capture_id, segment_id) "
-    "SELECT :number, newest FROM (SELECT max(id) AS newest FROM segment) AS own "
-    "WHERE newest IS NOT NULL"
-)
-_WAIT = "INSERT INTO segment_pending (capture_id) VALUES (:number)"
-_COVER = "DELETE FROM segment_pending WHERE capture_id = :number"
-_ALL = ("segment_column", "segment", "segment_dead", "segment_pending")
+    dead: dict[int, int]  # By capture, the newest segment in which it does not count
+    pending: list[int]  # Captures that are in no segment
 
 
 def mark_pending(connection: Link, number: int) -> None:
     """Note that a capture is not in any segment yet."""
-    for statement in (_COVER, _WAIT):  # another program may have said so
-        ask(connection, statement, {"number": number})
+    mark_covered(connection, [number])  # another program may have said so
+    insert(connection, "segment_pending", ["capture_id"], [(number,)])
 
 
 def mark_dead(connection: Link, number: int) -> None:
     """Note that what the segments hold of a capture does not count any more."""
-    for statement in (_COVER, _RAISE, _DIE):
-        ask(connection, statement, {"number": number})
+    mark_covered(connection, [number])
+    ask(connection, "DELETE FROM segment_dead WHERE capture_id = :number", {"number": number})
+    newest = first_values(ask(connection, "SELECT max(id) FROM segment"))
+    if newest != [None]:
+        insert(connection, "segment_dead", ["capture_id", "segment_id"], [(number, *newest)])
 
 
 def mark_changed(connection: Link, number: int) -> None:
@@ -154,23 +127,37 @@ def mark_changed(connection: Link, number: int) -> None:
 
 def mark_covered(connection: Link, numbers: Iterable[int]) -> None:
     """Note that a segment holds captures now."""
-    ask(connection, _COVER, [{"number": number} for number in numbers])
+    values = [{"number": number} for number in numbers]
+    ask(connection, "DELETE FROM segment_pending WHERE capture_id = :number", values)
 
 
-def read_spine(connection: Link) -> Spine:
-    """Return what there is of columns, with nothing loaded."""
-    now = state.read_state(connection)
+def read_spine(connection: Link, *, trusted: bool = True) -> Spine:
+    """Return what there is of columns, with nothing loaded; if not `trusted`, of none."""
+    if not trusted:
+        return Spine([], {}, capture_numbers(connection))
+    now = read_state(connection)
     if now.columns != now.stamp:
         raise Distrust("out of date, for another program has changed the library")
     with _readable("the list of the segments"):
-        found = [_segment(row) for row in ask(connection, _SEGMENTS)]
-        dead = dict[int, int](ask(connection, _DEAD).fetchall())
-        pending = first_values(ask(connection, _PENDING))
+        asked = "SELECT id, captures, symbols, listing, checksum FROM segment ORDER BY id"
+        segments = [_segment(row) for row in ask(connection, asked)]
+        asked = "SELECT capture_id, segment_id FROM segment_dead"
+        dead = dict[int, int](ask(connection, asked).fetchall())
+        asked = "SELECT capture_id FROM segment_pending ORDER BY capture_id"
+        pending = first_values(ask(connection, asked))
     if not all(isinstance(one, int) for one in (*dead, *dead.values(), *pending)):
         raise Distrust("damaged: which captures they hold is no number")
-    if not all(one.complete for one in found):
+    if not all(one.complete for one in segments):
         raise Distrust("made by an earlier version")
-    return Spine(found, dead, pending)
+    return Spine(segments, dead, pending)
+
+
+def _segment(row: Any) -> Segment:
+    number, captures, symbols, listing, content = row
+    if checksum(captures, symbols, listing) != content:
+        raise Distrust(f"damaged: the listing of segment {number}")
+    entries = [Entry(*entry) for entry in json.loads(listing)]
+    return Segment(number, captures, symbols, {(one.part, one.name): one for one in entries})
 
 
 @contextmanager
@@ -179,8 +166,7 @@ def _readable(what: str) -> Iterator[None]:
     try:
         yield
     except faults() as error:
-        origin = getattr(error, "orig", error)
-        if not getattr(origin, "sqlite_errorname", "").startswith("SQLITE_CORRUPT"):
+        if not name_of(error).startswith("SQLITE_CORRUPT"):
             raise
         raise Distrust(f"damaged: {what} cannot be read") from error
 
@@ -192,25 +178,14 @@ def count_pending(connection: Link) -> int:
 
 def part_names(connection: Link) -> list[str]:
     """Return the parts whose columns any capture fills; and filled, as long as segments tell."""
-    asked, found = _PARTS, list[str]()
-    try:
+    asked, names = "SELECT DISTINCT part FROM track", list[str]()
+    with suppress(Distrust):  # the tracks tell, which takes longer
         spine = read_spine(connection)
-    except Distrust:
-        pass  # the tracks tell, which takes longer
-    else:
-        found = [name for one in spine.segments for name in one.parts]
-        if len(spine.pending) <= _MOST:
-            asked = f"{_PARTS} WHERE capture_id IN {among(spine.pending)}"
-    found += first_values(ask(connection, asked))
-    return [name for name in dict.fromkeys(found) if isinstance(name, str)]
-
-
-def _segment(row: Any) -> Segment:
-    number, captures, symbols, listing, checksum = row
-    if checksums.of_values(captures, symbols, listing) != checksum:
-        raise Distrust(f"damaged: the listing of segment {number}")
-    entries = [Entry(*entry) for entry in json.loads(listing)]
-    return Segment(number, captures, symbols, {(one.part, one.name): one for one in entries})
+        names = [name for one in spine.segments for name in one.parts]
+        if len(spine.pending) <= MOST:
+            asked += f" WHERE capture_id IN {among(spine.pending)}"
+    names += first_values(ask(connection, asked))
+    return [name for name in dict.fromkeys(names) if isinstance(name, str)]
 
 
 def read_column(connection: Link, segment: Segment, part: str, name: str) -> NDArray[Any]:
@@ -219,13 +194,17 @@ def read_column(connection: Link, segment: Segment, part: str, name: str) -> NDA
     stored = np.empty(0, np.uint8)
     if entry is not None:
         what = f"{name} of {part or 'the captures'} in segment {segment.id}"
-        asked = {"segment": segment.id, "part": part, "name": name}
+        asked = (
+            "SELECT content FROM segment_column "
+            "WHERE segment_id = :segment AND part = :part AND name = :name"
+        )
+        values = {"segment": segment.id, "part": part, "name": name}
         with _readable(what):
-            (content,) = ask(connection, _CONTENT, asked).fetchone() or (None,)
+            (content,) = ask(connection, asked, values).fetchone() or (None,)
         type = np.dtype(entry.type)
         if (
             not isinstance(content, bytes)
-            or checksums.of_bytes(content) != entry.checksum
+            or bytes_checksum(content) != entry.checksum
             or len(content) != entry.values * type.itemsize
         ):
             raise Distrust(f"damaged: {what}")
@@ -233,49 +212,95 @@ def read_column(connection: Link, segment: Segment, part: str, name: str) -> NDA
     return stored if width == 1 else stored.reshape(-1, width)
 
 
-def put(
-    connection: Link,
-    roster: Roster,
-    texts: Iterable[tuple[str, NDArray[np.uint8]]],
-    columns: Iterable[Columns],
-) -> int:
-    """Write a segment and return its number."""
-    ((number,),) = ask(connection, _BEGIN, {"captures": len(roster)}).fetchall()
-    symbols = 0
-    own = [(name, getattr(roster, name)) for name in CAPTURES]
-    entries = _put(connection, number, "", [*own, *texts])
+def read_roster(connection: Link, segment: Segment) -> Roster:
+    """Return the captures of a segment, dead ones too."""
+    columns = {name: read_column(connection, segment, "", name) for name in CAPTURES}
+    if {len(one) for one in columns.values()} != {segment.captures}:
+        raise Distrust(f"damaged: the captures of segment {segment.id}")
+    return Roster(*(columns[name].astype(type) for name, type in CAPTURES.items()))
+
+
+def read_counts(connection: Link, segment: Segment, part: str) -> NDArray[np.int64]:
+    """Return how many symbols of a part each capture of a segment has, dead ones too."""
+    if (part, "counts") not in segment.entries:
+        return np.zeros(segment.captures, np.int64)
+    counts = read_column(connection, segment, part, "counts").astype(np.int64)
+    if len(counts) != segment.captures:
+        raise Distrust(f"damaged: counts of {part} in segment {segment.id}")
+    return counts
+
+
+def read_columns(
+    connection: Link, segment: Segment, part: str, more: Collection[str] = EXTRA
+) -> Columns:
+    """Return the columns of a part in the captures of a segment, dead ones too.
+
+    `more` names which of `lanindex.model.columns.EXTRA` are wanted, too.
+    """
+    names = ["cell", "runner", "margin", "start", "length", "gaps"]
+    names += ["amount"] * has_amount(part) + [name for name in extras_of(part) if name in more]
+    held = {
+        name: read_column(connection, segment, part, name).astype(_TYPES[name], copy=False)
+        for name in names
+    }
+    bounds = np.concatenate([[0], read_counts(connection, segment, part)]).cumsum(dtype=np.int64)
+    if {len(column) for name, column in held.items() if name != "gaps"} != {bounds[-1].item()}:
+        raise Distrust(f"damaged: the columns of {part} are not of one length")
+    return Columns(part, bounds, stop=held.pop("length") + held["start"], **held)
+
+
+def read_texts(connection: Link, segment: Segment, names: Iterable[str] = TEXTS) -> Texts:
+    """Return the texts of a segment's captures, dead ones included."""
+    texts: dict[str, Sequence[Any]] = {}
+    for name in names:
+        column, values = read_column(connection, segment, "", name), None
+        with suppress(ValueError):  # it was stored so, with its checksum
+            values = json.loads(column.tobytes())
+        if not isinstance(values, list) or len(values) != segment.captures:
+            raise Distrust(f"damaged: {name} of the captures in segment {segment.id}")
+        texts[name] = values
+    return texts
+
+
+def put(connection: Link, roster: Roster, texts: Texts, columns: Iterable[Columns]) -> None:
+    """Write a segment."""
+    begin = "INSERT INTO segment (captures, symbols, listing, checksum) VALUES (0, 0, '', 0)"
+    ((number,),) = ask(connection, f"{begin} RETURNING id").fetchall()
+    named: dict[str, NDArray[Any]] = {name: getattr(roster, name) for name in CAPTURES}
+    for name in TEXTS:
+        text = json.dumps(list(texts[name]), ensure_ascii=False)
+        named[name] = np.frombuffer(text.encode("utf-8", "surrogatepass"), np.uint8)
+    entries, symbols = _put(connection, number, "", named), 0
     for one in columns:
         if not one.blank:
             entries += _put(connection, number, one.part, _arrays(one))
             symbols += len(one)
     listing = json.dumps(entries)
-    checksum = checksums.of_values(len(roster), symbols, listing)
-    values = {"symbols": symbols, "listing": listing, "checksum": checksum}
-    ask(connection, _LIST, {"segment": number, **values})
-    return int(number)
+    values = {"captures": len(roster), "symbols": symbols, "listing": listing}
+    values |= {"checksum": checksum(*values.values()), "id": number}
+    changes = ", ".join([f"{name} = :{name}" for name in values])
+    ask(connection, f"UPDATE segment SET {changes} WHERE id = :id", values)
 
 
-def _arrays(columns: Columns) -> list[tuple[str, NDArray[Any]]]:
+def _arrays(columns: Columns) -> dict[str, NDArray[Any]]:
     """Return the columns of a part that have anything in them."""
-    found = [("counts", np.diff(columns.bounds))]
-    names = (*EXTRA, "amount", "cell", "runner", "margin", "start")
-    found += [(name, getattr(columns, name)) for name in names]
-    found += [("length", columns.stop - columns.start), ("gaps", columns.gaps)]
-    return [(name, array) for name, array in found if array is not None and array.size]
+    arrays = {"counts": np.diff(columns.bounds)}
+    for name in (*EXTRA, "amount", "cell", "runner", "margin", "start"):
+        arrays[name] = getattr(columns, name)
+    arrays |= {"length": columns.stop - columns.start, "gaps": columns.gaps}
+    return {name: array for name, array in arrays.items() if array is not None and array.size}
 
 
 def _put(
-    connection: Link, segment: int, part: str, arrays: Sequence[tuple[str, NDArray[Any]]]
+    connection: Link, segment: int, part: str, arrays: Mapping[str, NDArray[Any]]
 ) -> list[Entry]:
-    entries, values = [], []
-    for name, array in arrays:
+    entries, rows = [], []
+    for name, array in arrays.items():
         stored = array.astype(_smallest(array), order="C", copy=False)
         content = stored.reshape(-1).view(np.uint8).data
-        row = {"segment": segment, "part": part, "name": name, "content": content}
-        values.append(row)
-        checksum = checksums.of_bytes(content)
-        entries.append(Entry(part, name, stored.dtype.str, array.size, checksum))
-    ask(connection, _STORE, values)
+        rows.append((segment, part, name, content))
+        entries.append(Entry(part, name, stored.dtype.str, array.size, bytes_checksum(content)))
+    insert(connection, "segment_column", ["segment_id", "part", "name", "content"], rows)
     return entries
 
 
@@ -287,23 +312,24 @@ def _smallest(array: NDArray[Any]) -> np.dtype[Any]:
 
 def drop_part(connection: Link, segments: Iterable[Segment], part: str) -> None:
     """Delete the columns of a part (empty: of the captures) in some segments."""
-    ask(connection, _DROP_PART, [{"segment": one.id, "part": part} for one in segments])
+    statement = "DELETE FROM segment_column WHERE segment_id = :segment AND part = :part"
+    ask(connection, statement, [{"segment": one.id, "part": part} for one in segments])
 
 
 def drop(connection: Link, segments: Iterable[Segment]) -> None:
     """Delete some segments, and the marks that speak of none any more."""
-    for one in segments:
-        for statement in (_DROP_COLUMNS, _DROP):
-            ask(connection, statement, {"segment": one.id})
-    ask(connection, _FORGET)
+    numbers = [{"segment": one.id} for one in segments]
+    ask(connection, "DELETE FROM segment_column WHERE segment_id = :segment", numbers)
+    ask(connection, "DELETE FROM segment WHERE id = :segment", numbers)
+    held = "SELECT 1 FROM segment WHERE id <= segment_dead.segment_id"
+    ask(connection, f"DELETE FROM segment_dead WHERE NOT EXISTS ({held})")
 
 
 def begin_anew(connection: Link) -> None:
     """Delete all segments; every capture is to be put into one."""
-    stamp = state.read_state(connection).stamp
-    for table in _ALL:
+    stamp = read_state(connection).stamp
+    for table in ("segment_column", "segment", "segment_dead", "segment_pending"):
         ask(connection, f"DELETE FROM {table}")
-    numbers = state.capture_numbers(connection)
-    if numbers:
-        ask(connection, _WAIT, [{"number": number} for number in numbers])
+    if numbers := capture_numbers(connection):
+        insert(connection, "segment_pending", ["capture_id"], [(number,) for number in numbers])
     ask(connection, "UPDATE state SET columns = :stamp", {"stamp": stamp})

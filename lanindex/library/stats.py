@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.library import capture_texts, columns, read, segments, state
-from lanindex.library.link import Link
+from lanindex.library import columns, read, segments
+from lanindex.library.connect import MOST, Link
 from lanindex.library.segments import Segment, Spine
 from lanindex.model.columns import Roster
 
@@ -34,18 +34,14 @@ class Stats:
     formats: Mapping[str, int]
 
 
-def count(connection: Link, size: int, *, trusted: bool = True) -> Stats:
-    """Count what a library holds."""
+def count(connection: Link, spine: Spine, size: int) -> Stats:
+    """Count what a library holds that is a file of `size` bytes."""
     tally = _Tally()
-    if trusted:
-        spine = segments.read_spine(connection)
-        rosters, _ = columns.read_rosters(connection, spine)
-        columns.check_pending(state.read_numbers(connection, spine.pending), spine.pending)
-        for segment, roster in zip(spine.segments, rosters, strict=True):
-            tally.add_segment(connection, spine, segment, roster)
-        tally.add_rows(connection, spine.pending)
-    else:
-        tally.add_rows(connection, state.capture_numbers(connection))
+    rosters, _ = columns.read_rosters(connection, spine)
+    columns.check_pending(read.read_numbers(connection, spine.pending), spine.pending)
+    for segment, roster in zip(spine.segments, rosters, strict=True):
+        tally.add_segment(connection, spine, segment, roster)
+    tally.add_rows(connection, spine.pending)
     return tally.stats(size)
 
 
@@ -66,8 +62,8 @@ class _Tally:
 
     def add_rows(self, connection: Link, numbers: Sequence[int]) -> None:
         """Count captures by their rows and those of their tracks."""
-        for first in range(0, len(numbers), state.MOST):
-            chosen = read.read_captures(connection, numbers[first : first + state.MOST])
+        for first in range(0, len(numbers), MOST):
+            chosen = read.read_captures(connection, numbers[first : first + MOST])
             for one in chosen:
                 self.frames[one.capture.rate.as_integer_ratio()] += one.capture.frames
             self.labels.update(one.capture.label for one in chosen)
@@ -86,11 +82,8 @@ class _Tally:
 
     def add_segment(self, connection: Link, spine: Spine, segment: Segment, roster: Roster) -> None:
         """Count those captures of a segment that count."""
-        order = columns.order_of(Spine([segment], spine.dead, []), roster.number)
-        alive = np.ones(len(roster), np.bool_)
-        if order is not None:
-            alive[:] = False
-            alive[order] = True
+        alive = np.zeros(len(roster), np.bool_)
+        alive[columns.alive(spine, segment, roster)] = True
         rates, codes = np.unique(roster.rate, axis=0, return_inverse=True)
         codes, ratios = codes.reshape(-1), [(one, two) for one, two in rates.tolist()]
 
@@ -100,11 +93,11 @@ class _Tally:
 
         self.frames += by_rate(alive, roster.frames[alive])
         names = {"label": self.labels, "profile": self.profiles, "format": self.formats}
-        texts = capture_texts.read_texts(connection, segment, (*names, "still"))
+        texts = segments.read_texts(connection, segment, (*names, "still"))
         for name, counter in names.items():
             counter.update(compress(texts[name], alive))
         for part in segment.parts:
-            counts = columns.read_counts(connection, segment, part)
+            counts = segments.read_counts(connection, segment, part)
             gaps = segments.read_column(connection, segment, part, "gaps").astype(np.int64)
             whole = alive & (counts > 0)
             whole[gaps[:, 0]] = False

@@ -10,32 +10,31 @@ import json
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
-from types import TracebackType
 from typing import Any, Self
+
+import numpy as np
 
 from lanindex.alphabet import TRACKS
 from lanindex.errors import LibraryError, UsageError
-from lanindex.library import read, rows, segments, state
+from lanindex.library import read, rows, segments, write
 from lanindex.library.cache import ColumnCache
-from lanindex.library.capture_texts import texts_of
-from lanindex.library.columns import chosen
-from lanindex.library.connect import DEFAULT, target
-from lanindex.library.encoding import Encoding
-from lanindex.library.link import Link
-from lanindex.library.segments import Distrust
+from lanindex.library.connect import DEFAULT, MOST, Link, Progress, Session, target
+from lanindex.library.rows import Encoding
 from lanindex.library.selection import (
     ALL,
     Selection,
     absent_error,
+    absolute,
     ambiguous_error,
+    check_description,
+    check_text,
     is_gone,
     is_number,
+    printable,
     selected,
     texts_needed,
 )
-from lanindex.library.session import Progress, Session
 from lanindex.library.stats import Stats, count
-from lanindex.library.texts import absolute, check_said, check_text, printable
 from lanindex.model import Capture, Score, Track
 from lanindex.model.columns import Columns, Roster
 
@@ -64,16 +63,8 @@ class Store:
         progress: Progress | None = None,
     ) -> Self:
         """Open a library; notes are kept in `Session.notes` unless `note` is given."""
-        return cls(
-            Session(
-                target(named),
-                create=create,
-                readonly=readonly,
-                timeout=timeout,
-                note=note,
-                progress=progress,
-            )
-        )
+        where = target(named)
+        return cls(Session(where, create, readonly, timeout, note=note, progress=progress))
 
     def __repr__(self) -> str:
         return f"<Store {self.place}>"
@@ -81,12 +72,7 @@ class Store:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -114,7 +100,7 @@ class Store:
         shown, encoding = printable(os.fspath(path)), encoding or Encoding()
         location = absolute(path)
         check_text(shown, [format, sha256, encoding.profile, *score.tracks])
-        check_said(shown, label, metadata)
+        check_description(shown, label, metadata)
         rows.check(score, shown)
         values = {
             "path": shown,
@@ -124,8 +110,6 @@ class Store:
             "warnings": json.dumps(list(warnings)),
             **rows.capture_columns(score),
         }
-        from lanindex.library import write
-
         with self.session.changing() as connection:
             number, new = write.put_capture(connection, values, score, encoding)
             write.describe(connection, number, label, metadata, new)
@@ -138,12 +122,10 @@ class Store:
         metadata: Mapping[str, str] | None = None,
     ) -> bool:
         """Change what the user says of a capture; its score stays."""
-        check_said(self.place, label, metadata)
+        check_description(self.place, label, metadata)
         before = self.capture(which)
         same = label in (None, before.label) and metadata in (None, before.metadata)
         if not same:
-            from lanindex.library import write
-
             with self.session.changing() as connection:
                 write.describe(connection, before.id, label, metadata)
         return not same
@@ -151,16 +133,12 @@ class Store:
     def move(self, which: int | str, path: str | os.PathLike[str]) -> None:
         """Say that a capture's file is elsewhere now; all that is known of it stays."""
         shown = printable(os.fspath(path))
-        from lanindex.library import write
-
         with self.session.changing() as connection:
             number = self._stored(connection, which).capture.id
             write.move_capture(connection, number, shown, absolute(path))
 
     def remove(self, *which: int | str) -> None:
         """Take captures out of the library; none where one of them is not there."""
-        from lanindex.library import write
-
         with self.session.changing() as connection:
             for number in {self._number(connection, one) for one in which}:
                 write.remove_capture(connection, number)
@@ -173,7 +151,7 @@ class Store:
     def stamp(self) -> int:
         """A number that every change raises: what was derived at another one may be out of date."""
         with self.session.reading() as connection:
-            return int(state.read_state(connection).stamp)
+            return int(read.read_state(connection).stamp)
 
     def known(self) -> dict[str, tuple[str, Encoding]]:
         """Return what need not be encoded again: by absolute path, sha256 and encoding.
@@ -181,25 +159,26 @@ class Store:
         In the order of the captures; one that is damaged is left out.
         """
         with self.session.reading() as connection:
-            found = list(read.read_stored(connection))
-        return {
-            one.capture.location: (one.capture.sha256, one.encoding)
-            for one in found
-            if isinstance(one, read.Stored)
-        }
+            return {
+                one.capture.location: (one.capture.sha256, one.encoding)
+                for one in read.read_stored(connection)
+                if isinstance(one, read.Stored)
+            }
 
     def captures(self, selection: Selection = ALL) -> list[Capture]:
         """Return the selected captures, in the order in which they came."""
         with self.session.reading() as connection:
             captures = [one.capture for one in read.read_captures(connection)]
-        places = selected(selection, texts_of(captures), len(captures))
-        return [captures[place] for place in places]
+        names = texts_needed(selection)
+        texts = {name: [getattr(capture, name) for capture in captures] for name in names}
+        return [captures[place] for place in selected(selection, texts, len(captures))]
 
     def numbers(self, selection: Selection = ALL) -> list[int] | None:
         """Return the numbers of the selected captures, without reading each; None: all."""
         if not selection.globs:
             return None
-        numbers, texts = self.cache.texts(texts_needed(selection))
+        with self.session.reading() as connection:
+            numbers, texts = self.cache.texts(connection, texts_needed(selection))
         return [numbers[place] for place in selected(selection, texts, len(numbers))]
 
     def texts(self, name: str, numbers: Iterable[int] | None = None) -> dict[int, Any]:
@@ -207,7 +186,8 @@ class Store:
 
         `name` is ``path``, ``location``, ``format``, ``label``, ``metadata`` or ``profile``.
         """
-        every, texts = self.cache.texts([name])
+        with self.session.reading() as connection:
+            every, texts = self.cache.texts(connection, [name])
         by_number = dict(zip(every, texts[name], strict=True))
         if numbers is None:
             return by_number
@@ -229,8 +209,13 @@ class Store:
 
     def captures_numbered(self, numbers: Sequence[int]) -> list[Capture]:
         """Return those captures that exist of some numbers, in the order of the numbers."""
+        wanted = sorted(set(numbers))
         with self.session.reading() as connection:
-            return read.read_chosen(connection, sorted(set(numbers)))
+            return [
+                one.capture
+                for first in range(0, len(wanted), MOST)
+                for one in read.read_captures(connection, wanted[first : first + MOST])
+            ]
 
     def capture(self, which: int | str) -> Capture:
         """Return one capture."""
@@ -260,13 +245,13 @@ class Store:
             numbers = sorted({int(one) for one in captures if is_number(one)})
         else:
             with self.session.reading() as connection:
-                numbers = state.capture_numbers(connection)
+                numbers = read.capture_numbers(connection)
         for first in range(0, len(numbers), _BATCH):
             some = numbers[first : first + _BATCH]
             with self.session.reading() as connection:
                 chosen = read.read_captures(connection, some)
                 if len(chosen) < len(some):  # were they never there, or lost?
-                    state.capture_numbers(connection)
+                    read.capture_numbers(connection)
                 tracks = read.read_tracks(connection, chosen, only, listed=listed)
             for one in chosen:
                 yield one.capture, tracks[one.capture.id]
@@ -280,8 +265,8 @@ class Store:
         """Return the parts that any capture has, in the order of the alphabet."""
         with self.session.reading() as connection:
             names = read.read_parts if checked else segments.part_names
-            found = set(names(connection))
-        return [part for part in TRACKS if part in found] + sorted(found.difference(TRACKS))
+            held = set(names(connection))
+        return [part for part in TRACKS if part in held] + sorted(held.difference(TRACKS))
 
     def check_parts(self, named: Iterable[str]) -> None:
         """Refuse a part that neither the alphabet nor any capture has."""
@@ -302,38 +287,34 @@ class Store:
         They come from the library's segments, which are mended where they are damaged, and are kept
         while the library is open. A part that no capture has gets columns without rows.
         """
-        wanted = list(dict.fromkeys(parts))
-        roster, columns = self.cache.columns(wanted, more)
-        return (roster, columns) if numbers is None else chosen(roster, columns, list(numbers))
+        roster, columns = self.cache.columns(list(dict.fromkeys(parts)), more)
+        if numbers is None:
+            return roster, columns
+        chosen = np.array(sorted(set(numbers)), np.int64)
+        order = np.flatnonzero(np.isin(roster.number, chosen))
+        return roster.taken(order), {part: one.taken(order) for part, one in columns.items()}
 
     def stats(self) -> Stats:
         """Count what the library holds."""
         path = self.session.target.path
         size = path.stat().st_size if path else 0
-        try:
-            with self.session.reading() as connection:
-                return count(connection, size)
-        except Distrust as fault:
-            self.cache.distrust(fault)
         with self.session.reading() as connection:
-            return count(connection, size, trusted=False)
+            return self.cache.trusting(connection, lambda spine: count(connection, spine, size))
 
     def _stored(self, connection: Link, which: int | str) -> read.Stored:
-        number = self._number(connection, which)
-        return read.read_capture(connection, number)
+        return read.read_capture(connection, self._number(connection, which))
 
     def _number(self, connection: Link, which: int | str) -> int:
         """Return the number of a capture that is there, damaged or not."""
         if isinstance(which, str):
             named = printable(which)
-            for found in read.meant(connection, named):
-                if len(found) == 1:
-                    return found[0][0]
-                if found:
-                    raise ambiguous_error(named, [location for _, location in found], self.place)
-            raise absent_error(
-                named, self.cache.texts(("path", "location"), connection)[1], self.place
-            )
-        if is_number(which) and state.read_numbers(connection, [int(which)]):
+            for fitting in read.meant(connection, named):
+                if len(fitting) == 1:
+                    return fitting[0][0]
+                if fitting:
+                    raise ambiguous_error(named, [location for _, location in fitting], self.place)
+            _, texts = self.cache.texts(connection, ("path", "location"))
+            raise absent_error(named, texts, self.place)
+        if is_number(which) and read.read_numbers(connection, [int(which)]):
             return int(which)
         raise absent_error(str(which), {"path": [], "location": []}, self.place)

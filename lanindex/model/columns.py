@@ -254,24 +254,31 @@ def enrolled(rosters: Sequence[Roster]) -> Roster:
     return Roster(*(np.concatenate([getattr(one, name) for one in every]) for name in names))
 
 
-def joined(part: str, pieces: Sequence[Columns | None], rosters: Sequence[Roster]) -> Columns:
-    """Return the columns of a part in the captures of several rosters, one after the other."""
-    held = [one for one in pieces if one is not None]
-    empty = columns_of(part, [], [])
+def joined(part: str, pieces: Sequence[Columns | None], sizes: Sequence[int]) -> Columns:
+    """Return the columns of a part in several lists of captures, one after the other.
+
+    `sizes` are the numbers of captures of each; None stands for captures without the part.
+    """
+    held, empty = [one for one in pieces if one is not None], columns_of(part, [], [])
     names = [name for name in empty.rows if all(name in one.rows for one in held)]
+    filled = [one for one in held if len(one)] or [empty]
+    rows = {name: [getattr(one, name) for one in filled] for name in names}
     counts = [
-        np.zeros(len(roster), np.int64) if one is None else np.diff(one.bounds)
-        for one, roster in zip(pieces, rosters, strict=True)
+        np.zeros(size, np.int64) if one is None else np.diff(one.bounds)
+        for one, size in zip(pieces, sizes, strict=True)
     ]
-    firsts = np.cumsum([0, *map(len, rosters)])
     gaps = [
         one.gaps + np.array([first, 0, 0], np.int32)
-        for one, first in zip(pieces, firsts[:-1], strict=True)
+        for one, first in zip(pieces, np.cumsum([0, *sizes])[:-1], strict=True)
         if one is not None
     ]
-    bounds = np.concatenate([[0], *counts]).cumsum(dtype=np.int64)
-    rows = {name: np.concatenate([getattr(one, name) for one in (empty, *held)]) for name in names}
-    return Columns(part, bounds, **rows, gaps=np.concatenate([empty.gaps, *gaps]))
+    return Columns(
+        part,
+        np.concatenate([[0], *counts]).cumsum(dtype=np.int64),
+        # One alone is not copied: it may be most of the memory.
+        **{name: np.concatenate(own) if len(own) > 1 else own[0] for name, own in rows.items()},
+        gaps=np.concatenate([empty.gaps, *gaps]),
+    )
 
 
 def ranges(

@@ -7,7 +7,7 @@ from functools import partial
 from time import monotonic
 
 from lanindex.errors import LanindexError
-from lanindex.library.session import Progress, no_progress
+from lanindex.library.connect import Progress, no_progress
 
 
 class Deadline:

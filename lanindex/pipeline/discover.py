@@ -12,7 +12,7 @@ from lanindex.errors import LanindexError
 from lanindex.formats import archives
 from lanindex.formats.sniff import COMPANIONS, unread
 from lanindex.formats.sniff import WITHOUT_PLACES as ANGLES
-from lanindex.library.texts import printable
+from lanindex.library.selection import printable
 from lanindex.notation import NOTATIONS
 
 SUFFIXES = {suffix: form.name for form in formats.FORMATS for suffix in form.suffixes} | {

@@ -21,7 +21,7 @@ from lanindex.errors import (
     UsageError,
     shown,
 )
-from lanindex.library.encoding import Encoding
+from lanindex.library.rows import Encoding
 from lanindex.library.selection import is_number
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Reading, Span, Track

@@ -19,7 +19,7 @@ import numpy as np
 
 from lanindex import formats, records
 from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, quoted, shown
-from lanindex.library.encoding import Encoding
+from lanindex.library.rows import Encoding
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Motion, Reading, Score, Span, Symbol
 from lanindex.model.symbol import listed

@@ -10,10 +10,9 @@ from lanindex import formats
 from lanindex.errors import LanindexError, UsageError
 from lanindex.formats import parted
 from lanindex.formats.file import SUBJECT, on_disk
-from lanindex.library.encoding import Encoding
-from lanindex.library.selection import is_gone
+from lanindex.library.rows import Encoding
+from lanindex.library.selection import absolute, is_gone
 from lanindex.library.store import Store
-from lanindex.library.texts import absolute
 from lanindex.model import Reading
 from lanindex.pipeline.labels import key_of
 from lanindex.pipeline.pool import prepared

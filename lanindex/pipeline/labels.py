@@ -11,8 +11,7 @@ from pathlib import Path
 
 from lanindex.errors import UsageError, shown
 from lanindex.formats.file import on_disk
-from lanindex.library.selection import is_gone
-from lanindex.library.texts import absolute
+from lanindex.library.selection import absolute, is_gone
 from lanindex.notation.text import read_text
 
 Said = tuple[str | None, dict[str, str]]

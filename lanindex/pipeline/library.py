@@ -12,9 +12,8 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from lanindex.errors import LanindexError, PatternError, UsageError
-from lanindex.library.connect import DEFAULT
+from lanindex.library.connect import DEFAULT, Progress
 from lanindex.library.selection import ALL, Selection
-from lanindex.library.session import Progress
 from lanindex.library.store import Store
 from lanindex.pipeline.deadline import Deadline
 from lanindex.search.hits import Hits, piped

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from lanindex import compiled, formats
 from lanindex.errors import LanindexError, OutOfMemoryError
 from lanindex.formats.file import SUBJECT, together
-from lanindex.library.encoding import Encoding
+from lanindex.library.rows import Encoding
 from lanindex.model.motion import Reading
 from lanindex.notation import notation_of, read
 from lanindex.notation.beats import AUTO, describe_tempo

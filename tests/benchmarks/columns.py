@@ -17,7 +17,7 @@ from statistics import median
 import synthetic
 from sqlalchemy import update
 
-from lanindex.library import capture_texts, compaction, derive, schema, segments, state
+from lanindex.library import cache, columns, read, schema, segments
 from lanindex.pipeline import open_library
 
 ROUNDS = 5
@@ -40,9 +40,9 @@ def build(path: Path, captures: int) -> None:
         before = path.stat().st_size
         with library.store.session.writing() as connection:
             names = [f"{number:06}.bvh" for number in roster.number.tolist()]
-            texts = {name: names for name in capture_texts.NAMES} | {"metadata": [{}] * len(names)}
+            texts = {name: names for name in segments.TEXTS} | {"metadata": [{}] * len(names)}
             texts["still"] = [[]] * len(names)
-            put = partial(segments.put, connection, roster, capture_texts.spelled(texts))
+            put = partial(segments.put, connection, roster, texts)
             spent = seconds(lambda: put(columns.values()))
             numbers = {"captures": captures, "numbers": int(roster.number.sum())}
             connection.execute(update(schema.state).values(numbers))
@@ -101,9 +101,9 @@ def anew(path: Path, captures: int) -> None:
     synthetic.library(path, captures)
     with open_library(path) as library:
         with library.store.session.reading() as connection:
-            numbers = state.capture_numbers(connection)
+            numbers = read.capture_numbers(connection)
             found = []
-            spent = seconds(lambda: found.extend(derive.derived(connection, numbers)))
+            spent = seconds(lambda: found.extend(columns.derived(connection, numbers)))
         symbols = sum(map(len, found[1].values()))
         print(f"{captures} captures with rows: {path.stat().st_size / symbols:.1f} bytes a symbol")
         print(f"  rows to arrays: {symbols / spent / 1e6:.2f} M rows/s")
@@ -111,7 +111,7 @@ def anew(path: Path, captures: int) -> None:
             segments.begin_anew(connection)
         print(f"  rebuild: {symbols / seconds(library.store.cache.compact) / 1e6:.2f} M rows/s")
         with library.store.session.reading() as connection:
-            spent = seconds(lambda: compaction.verify(connection))
+            spent = seconds(lambda: cache.verify(connection))
         print(f"  hold all against their checksums: {symbols / spent / 1e6:.1f} M symbols/s")
 
 

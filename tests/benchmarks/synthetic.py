@@ -25,7 +25,7 @@ from places import CAPTURES
 
 from lanindex.errors import LibraryError
 from lanindex.library import rows, write
-from lanindex.library.encoding import Encoding
+from lanindex.library.rows import Encoding
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.columns import (
     CELL,

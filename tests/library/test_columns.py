@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from sample_library import add_sample, fill, sample_score, sql
 
-from lanindex.library import checksums, compaction, derive
+from lanindex.library import cache, columns
 from lanindex.library.migrate import check, status, upgrade
+from lanindex.library.rows import checksum
 from lanindex.library.segments import TEXTS, read_spine
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
@@ -139,7 +140,7 @@ def test_segments_of_an_earlier_version_are_made_anew(library, upgraded):
             "SELECT id, captures, symbols, listing FROM segment"
         ).fetchall():
             kept = json.dumps([one for one in json.loads(listing) if one[1] not in new])
-            told = (kept, checksums.of_values(captures, symbols, kept), number)
+            told = (kept, checksum(captures, symbols, kept), number)
             connection.execute("UPDATE segment SET listing = ?, checksum = ? WHERE id = ?", told)
         for name in new:
             connection.execute("DELETE FROM segment_column WHERE name = ?", (name,))
@@ -186,7 +187,7 @@ def test_a_large_segment_is_left_alone(library, monkeypatch):
     for number in range(6):
         add_sample(library, number)
         library.cache.compact()
-        monkeypatch.setattr(compaction, "LARGEST", 4 * (3 * 6 + 1))
+        monkeypatch.setattr(cache, "LARGEST", 4 * (3 * 6 + 1))
     assert segments(library) == [4, 2]
     for number in range(6, 10):
         add_sample(library, number)
@@ -199,9 +200,9 @@ def test_a_large_segment_is_left_alone(library, monkeypatch):
 
 
 def test_a_segment_holds_no_more_than_a_chunk(library, monkeypatch):
-    monkeypatch.setattr(compaction, "CHUNK", 40)
-    monkeypatch.setattr(derive, "BATCH", 1)
-    monkeypatch.setattr(compaction, "join", lambda connection: False)
+    monkeypatch.setattr(cache, "CHUNK", 40)
+    monkeypatch.setattr(columns, "BATCH", 1)
+    monkeypatch.setattr(cache, "join", lambda connection: False)
     for number in range(7):
         add_sample(library, number)
     library.cache.compact()

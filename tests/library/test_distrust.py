@@ -14,6 +14,7 @@ from sample_library import add_sample, fill, sample_score, sql
 
 from lanindex.errors import LibraryError
 from lanindex.library.migrate import check
+from lanindex.library.segments import read_spine
 from lanindex.library.stats import count
 from lanindex.library.store import Store
 from lanindex.model.columns import EXTRA, columns_of, roster_of
@@ -34,7 +35,7 @@ def by_rows(path):
     with Store.open(path, readonly=True) as library:
         held = list(library.tracks())
         with library.session.reading() as connection:
-            counts = count(connection, 0, trusted=False)
+            counts = count(connection, read_spine(connection, trusted=False), 0)
     captures = [capture for capture, _ in held]
     columns = {
         part: columns_of(part, captures, [tracks.get(part) for _, tracks in held]) for part in PARTS

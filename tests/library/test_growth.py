@@ -12,6 +12,7 @@ from sample_library import ENCODING, add_sample, fill, sample_score, sql
 
 from lanindex.library import read
 from lanindex.library.migrate import check
+from lanindex.library.segments import read_spine
 from lanindex.library.stats import count
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
@@ -138,8 +139,8 @@ def test_counts_are_those_of_the_rows_after_any_history(tmp_path, seed):
             if choice.random() < 0.3:
                 library.cache.compact()
             with library.session.reading() as connection:
-                wanted = count(connection, 7, trusted=False)
-                assert count(connection, 7) == wanted, turn
+                wanted = count(connection, read_spine(connection, trusted=False), 7)
+                assert count(connection, read_spine(connection), 7) == wanted, turn
             if turn % 20 == 0:
                 assert library.stats().captures == wanted.captures
         assert library.session.notes == []

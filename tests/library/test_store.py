@@ -13,9 +13,9 @@ from sample_library import ENCODING, add_sample, fill, sample_score, sql
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryError, UsageError
-from lanindex.library import link, rows, schema, session, write
+from lanindex.library import connect, rows, schema
 from lanindex.library.connect import make_tables
-from lanindex.library.encoding import Encoding
+from lanindex.library.rows import Encoding
 from lanindex.library.selection import Selection
 from lanindex.library.store import Store
 from lanindex.model import Score, Track
@@ -450,8 +450,7 @@ def test_a_heading_in_tenths_is_small(library):
 )
 def test_any_heading_comes_back_to_the_bit(heading):
     wanted = np.array(heading, np.float32)
-    packed = rows.read_heading(rows.pack_heading(wanted))
-    assert rows.unpacked_heading(packed).tobytes() == wanted.tobytes()
+    assert rows.unpack_heading(rows.pack_heading(wanted)).tobytes() == wanted.tobytes()
 
 
 def test_a_closed_library_says_so(tmp_path):
@@ -477,12 +476,11 @@ def test_a_library_belongs_to_one_thread(library):
 
 
 def test_a_database_without_a_driver_of_its_own(monkeypatch):
-    for module in link, write:
-        monkeypatch.setattr(module, "driver_of", lambda connection: None)
+    monkeypatch.setattr(connect, "driver_of", lambda connection: None)
     engine = sqlalchemy.create_engine("sqlite://", paramstyle="named")
     connection = engine.connect()
     make_tables(connection, "some.db")
-    monkeypatch.setattr(session, "opened", lambda *_, **__: connection)
+    monkeypatch.setattr(connect, "opened", lambda *_, **__: connection)
     with Store.open(":memory:") as library:
         number = add(library, "a.bvh", metadata={"who": "x"})
         assert_same_score(library.score(number), sample_score())

@@ -9,7 +9,7 @@ from sample_library import ENCODING
 
 from lanindex import records
 from lanindex.errors import PatternError, UsageError
-from lanindex.library import codes
+from lanindex.library import rows
 from lanindex.library.store import Store
 from lanindex.model.columns import columns_of
 from lanindex.pipeline import open_library
@@ -148,9 +148,9 @@ def test_rows_of_an_earlier_version_are_not_measured() -> None:
     symbols = track(
         "r_arm", "place low 0 0, right mid 5 9 speed=6 size=90 straightness=0.95", 60
     ).symbols
-    packed = codes.pack(symbols)
-    packed[:, codes.COLUMNS.index("sign")] &= (1 << 23) - 1
-    found = codes.unpack(packed)
+    packed = rows.pack(symbols)
+    packed[:, rows.COLUMNS.index("sign")] &= (1 << 23) - 1
+    found = rows.unpack(packed)
     for name in symbols.dtype.names:
         same = name not in ("speed", "size", "straightness")
         assert (found[name] == symbols[name]).all() if same else (found[name] < 0).all()
