@@ -13,7 +13,6 @@ from lanindex.model import Capture, Track
 from lanindex.pipeline.search import SearchOptions, named
 from lanindex.search.explain.advice import SECONDS, Advice, Budget, HitCounts, LeftOut, advise
 from lanindex.search.fields import extras_in
-from lanindex.search.hits import Hits
 from lanindex.search.language import Query, parse
 
 
@@ -78,7 +77,7 @@ def _counted(
             watch(0, 0)
             yield recording
 
-    found = Hits(options.find(query, roster, columns, recordings, watch, refused=refused), "")
+    found = options.find(query, roster, columns, recordings, watch, refused=refused)
     return len(found), found.captures
 
 

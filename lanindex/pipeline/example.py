@@ -32,7 +32,7 @@ from lanindex.pipeline.named import ranged, stored, within
 from lanindex.pipeline.prepare import as_ingested
 from lanindex.search.example.align import Clips, Pair, Source, pairs
 from lanindex.search.example.nearest import Near, nearest
-from lanindex.search.hits import Hits
+from lanindex.search.hits import Hits, ListedHits
 
 BEST = 100
 """How many captures are told where no limit is set."""
@@ -130,7 +130,7 @@ def alike(
     query, watch = one.clip(), deadline or Deadline()
     roster, source = source_of(store, chosen, query.parts, one.capture)
     found = nearest(query, len(one.span) / one.rate, source, limit, watch=watch)
-    hits = Hits(_hits(store, query, roster, source, found.near), f"like {one.named}")
+    hits = ListedHits(_hits(store, query, roster, source, found.near), f"like {one.named}")
     return Alike(one, hits, len(roster), found.aligned, found.sure)
 
 
@@ -209,8 +209,8 @@ def reranked(store: Store, found: Alike, deadline: Deadline | None = None) -> Al
             notes.append(str(error))
             apart.append(inf)
     order = sorted(range(len(apart)), key=apart.__getitem__)
-    moved = [*(hits[index] for index in order), *hits[MOST:]]
-    return replace(found, hits=Hits(moved, hits.pattern), notes=tuple(notes))
+    moved = hits.arranged([*order, *range(len(order), len(hits))])
+    return replace(found, hits=moved, notes=tuple(notes))
 
 
 def _joints(

@@ -300,8 +300,7 @@ class Library:
             self.store, query, numbers, options, deadline.of("captures"), sooner, limit
         )
         self.refused = [*self.refused, *refused]
-        found = Hits(hits, str(pattern))
-        result = piped(query.stages, found)
+        result = piped(query.stages, hits.of(str(pattern)))
         return (
             result.by_fit(best)[:best] if best is not None and isinstance(result, Hits) else result
         )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import FACING, TRACKS, mirrored_part
 from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError, UsageError
 from lanindex.library.store import Store
-from lanindex.model import Capture, Hit, Score, Symbol, Track
+from lanindex.model import Capture, Score, Symbol, Track
 from lanindex.model.columns import Columns, columns_of, roster_of
 from lanindex.search.fields import CLIP_FIELDS, extras_in, measures_in
 from lanindex.search.hits import Hits
@@ -79,7 +79,7 @@ class SearchOptions:
         best: int | None = None,
         memory: int | None = None,
         refused: list[LanindexError] | None = None,
-    ) -> Sequence[Hit]:
+    ) -> Hits:
         """Find a query in columns."""
         query = replace(query, near=self.near)
         if self.allowance is None:
@@ -110,7 +110,7 @@ def search(
     watch: Watch | None = None,
     best: int | None = None,
     memory: int | None = None,
-) -> tuple[Sequence[Hit], list[LanindexError]]:
+) -> tuple[Hits, list[LanindexError]]:
     """Find a pattern in a library."""
     measures = measures_in(query)
     roster, columns = store.columns(query.parts, numbers, more=extras_in(query))
@@ -261,9 +261,8 @@ def searcher(
         for part in set(query.parts) - columns.keys():
             columns[part] = columns_of(part, captures, [own.get(part) for own in tracks])
         own = {part: columns[part] for part in query.parts}
-        return Hits(
-            options.find(query, roster, own, recordings, watch, refused=refused), str(query)
-        )
+        found = options.find(query, roster, own, recordings, watch, refused=refused)
+        return found.of(str(query))
 
     return search
 

@@ -45,93 +45,10 @@ class CaptureStore(Protocol):
         """Return the numbers of captures."""
 
 
-class HitColumns(Sequence[Hit]):
-    """Hits as columns, (H,) each; a `Hit` object is made on access.
-
-    They are the places of captures in the roster, and frames of the source, half-open.
-    """
-
-    def __init__(self, store: CaptureStore, place: IntArray, low: IntArray, high: IntArray) -> None:
-        self._store, self.place, self.low, self.high = store, place, low, high
-
-    @abstractmethod
-    def _hits(self, indices: Sequence[int]) -> list[Hit]:
-        """Return some hits as objects."""
-
-    @abstractmethod
-    def _some(self, chosen: NDArray[Any] | slice) -> Self:
-        """Return some of them, in any order."""
-
-    @abstractmethod
-    def clear(self) -> NDArray[np.float64]:
-        """Return how clear each hit is, (H,) from 0 to 1."""
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self.place)
-
-    @overload
-    def __getitem__(self, index: int) -> Hit: ...
-    @overload
-    def __getitem__(self, index: slice) -> Self: ...
-    def __getitem__(self, index: int | slice) -> Hit | Self:
-        """Return one hit, or some of them."""
-        if isinstance(index, slice):
-            return self._some(index)
-        return self._hits([range(len(self))[index]])[0]
-
-    def __iter__(self) -> Iterator[Hit]:
-        """Yield all hits, in whatever order they stand; captures are fetched many at once."""
-        first, places = 0, set[int]()
-        for index, place in enumerate([*self.place.tolist(), -1] if len(self) else []):
-            if place < 0 or (len(places) == TOGETHER and place not in places):
-                self._store.fetch(sorted(places))
-                yield from self._hits(range(first, index))
-                first, places = index, set()
-            places.add(place)
-
-    def tally(self) -> list[tuple[int, int]]:
-        """Return the numbers of the captures, each with how many hits it has."""
-        places, counts = self._counted()
-        return list(zip(self._store.numbers(places).tolist(), counts.tolist(), strict=True))
-
-    def counts(self) -> list[tuple[Capture, int]]:
-        """Return the captures, each with how many hits it has."""
-        places, counts = self._counted()
-        return list(zip(self._store.captures(places.tolist()), counts.tolist(), strict=True))
-
-    def spans(self) -> Iterator[tuple[Capture, Span]]:
-        """Yield capture and frames of each hit."""
-        places = self._counted()[0].tolist()
-        captures = dict(zip(places, self._store.captures(places), strict=True))
-        columns = (self.place.tolist(), self.low.tolist(), self.high.tolist())
-        for place, low, high in zip(*columns, strict=True):
-            yield captures[place], Span(low, high)
-
-    def arranged(self, order: Sequence[int]) -> Self:
-        """Return the same hits in another order."""
-        return self._some(np.array(order, np.int64))
-
-    def by_fit(self, most: int | None = None) -> Self:
-        """Return the same hits, the clearest first; behind the first `most`, in any order."""
-        return self._some(np.argsort(-self.clear(), kind="stable"))
-
-    def numpy(self) -> NDArray[Any]:
-        """Return the hits as an array, as `Hits.numpy`."""
-        found = np.empty(len(self), _FIELDS)
-        found["capture_id"] = self._store.numbers(self.place)
-        found["start"], found["stop"], found["fit"] = self.low, self.high, self.clear()
-        return found
-
-    def _counted(self) -> tuple[IntArray, IntArray]:
-        """Return the captures of hits, in order, and how many each has."""
-        ordered = np.sort(self.place)  # np.unique imports as much as all of a small search takes
-        firsts = np.flatnonzero(np.diff(ordered, prepend=-1))
-        return ordered[firsts], np.diff(firsts, append=len(ordered))
-
-
 class Hits(Sequence[Hit]):
     """The hits of a search, in order, and the pattern that was searched for.
+
+    They are columns; a `Hit` object is made on access.
 
     Examples
     --------
@@ -144,7 +61,7 @@ class Hits(Sequence[Hit]):
     ('greeting', Span(start=482, stop=602))
     >>> [span.start for _, span in hits.spans()], len(hits.arranged([0, 0])), hits.counts()[0][1]
     ([482], 2, 1)
-    >>> hits.to_arrow().num_rows, list(hits.to_pandas().columns)[:2]
+    >>> hits.to_arrow().num_some, list(hits.to_pandas().columns)[:2]
     (1, ['capture', 'capture_id'])
     >>> hits.tally()
     [(4, 1)]
@@ -152,65 +69,104 @@ class Hits(Sequence[Hit]):
     (True, 482, array([602]))
     """
 
-    def __init__(self, found: Iterable[Hit], pattern: str) -> None:
-        # `HitColumns` hits stay columns until they are asked for
-        self._hits: Sequence[Hit] = found if isinstance(found, Sequence) else tuple(found)
+    pattern = ""
+
+    def __init__(self, store: CaptureStore, place: IntArray, low: IntArray, high: IntArray) -> None:
+        # (H,) each: the place of the capture in the roster, and frames of the source, half-open
+        self._store, self.place, self.low, self.high = store, place, low, high
+
+    @abstractmethod
+    def _hits(self, indices: Sequence[int]) -> list[Hit]:
+        """Return some hits as objects."""
+
+    @abstractmethod
+    def _some(self, chosen: NDArray[Any] | slice) -> Self:
+        """Return some of the rows, in any order, without the pattern."""
+
+    @abstractmethod
+    def clear(self) -> NDArray[np.float64]:
+        """Return how clear each hit is, (H,) from 0 to 1."""
+
+    def of(self, pattern: str) -> Self:
+        """Name the pattern that was searched for, and return the hits."""
         self.pattern = pattern
+        return self
+
+    def at(self, chosen: NDArray[Any] | slice) -> Self:
+        """Return some of them, in any order."""
+        return self._some(chosen).of(self.pattern)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.place)
 
     @overload
     def __getitem__(self, index: int) -> Hit: ...
     @overload
-    def __getitem__(self, index: slice) -> Hits: ...
-    def __getitem__(self, index: int | slice) -> Hit | Hits:
+    def __getitem__(self, index: slice) -> Self: ...
+    def __getitem__(self, index: int | slice) -> Hit | Self:
         """Return one hit, or some of them."""
         if isinstance(index, slice):
-            return Hits(self._hits[index], self.pattern)
-        return self._hits[index]
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self._hits)
+            return self.at(index)
+        return self._hits([range(len(self))[index]])[0]
 
     def __iter__(self) -> Iterator[Hit]:
-        """Yield them in order."""
-        return iter(self._hits)
+        """Yield them in order; captures are fetched many at once."""
+        first, places = 0, set[int]()
+        for index, place in enumerate([*self.place.tolist(), -1] if len(self) else []):
+            if place < 0 or (len(places) == TOGETHER and place not in places):
+                self._store.fetch(sorted(places))
+                yield from self._hits(range(first, index))
+                first, places = index, set()
+            places.add(place)
 
     @property
     def captures(self) -> int:
         """In how many captures they are."""
-        return len(self.tally())
+        return len(self._counted()[0])
 
     def tally(self) -> list[tuple[int, int]]:
         """Return the numbers of the captures, each with how many hits it has."""
-        if isinstance(self._hits, HitColumns):
-            return self._hits.tally()
-        return [(capture.id, count) for capture, count in self.counts()]
+        places, counts = self._counted()
+        return list(zip(self._store.numbers(places).tolist(), counts.tolist(), strict=True))
 
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
-        if isinstance(self._hits, HitColumns):
-            return self._hits.counts()
-        captures = {hit.capture.id: hit.capture for hit in self}
-        numbers = Counter(hit.capture.id for hit in self)
-        return [(captures[number], count) for number, count in numbers.items()]
+        places, counts = self._counted()
+        return list(zip(self._store.captures(places.tolist()), counts.tolist(), strict=True))
+
+    def _counted(self) -> tuple[IntArray, IntArray]:
+        """Return the captures of hits, in order, and how many each has."""
+        ordered = np.sort(self.place)  # np.unique imports as much as all of a small search takes
+        firsts = np.flatnonzero(np.diff(ordered, prepend=-1))
+        return ordered[firsts], np.diff(firsts, append=len(ordered))
 
     def spans(self) -> Iterator[tuple[Capture, Span]]:
         """Yield capture and frames of each hit, in order."""
-        if isinstance(self._hits, HitColumns):
-            return self._hits.spans()
-        return ((hit.capture, hit.span) for hit in self)
+        places = self._counted()[0].tolist()
+        captures = dict(zip(places, self._store.captures(places), strict=True))
+        columns = (self.place.tolist(), self.low.tolist(), self.high.tolist())
+        for place, low, high in zip(*columns, strict=True):
+            yield captures[place], Span(low, high)
 
-    def arranged(self, order: Sequence[int]) -> Hits:
+    def arranged(self, order: Sequence[int]) -> Self:
         """Return the same hits in another order: that of these numbers, counted from 0."""
-        if isinstance(self._hits, HitColumns):
-            return Hits(self._hits.arranged(order), self.pattern)
-        return Hits([self[number] for number in order], self.pattern)
+        return self.at(np.array(order, np.int64))
+
+    def by_fit(self, most: int | None = None) -> Self:
+        """Return the same hits, the clearest first; behind the first `most`, in any order."""
+        return self.at(np.argsort(-self.clear(), kind="stable"))
+
+    def numpy(self) -> NDArray[Any]:
+        """Return (H,) with the fields capture_id, start, stop (frames, half-open) and fit."""
+        rows = np.empty(len(self), _FIELDS)
+        rows["capture_id"] = self._store.numbers(self.place)
+        rows["start"], rows["stop"], rows["fit"] = self.low, self.high, self.clear()
+        return rows
 
     def __repr__(self) -> str:
         """Return the first hits, a line each."""
-        lines = [
-            f"  {readable(hit.path)}  {hit.when}, fit {hit.fit:.2f}" for hit in self._hits[:FEW]
-        ]
+        lines = [f"  {readable(hit.path)}  {hit.when}, fit {hit.fit:.2f}" for hit in self[:FEW]]
         return "\n".join([f"<{self._counts()}: {readable(self.pattern)}>", *lines, *self._more()])
 
     def _repr_html_(self) -> str:
@@ -236,7 +192,7 @@ class Hits(Sequence[Hit]):
 
         rows = [
             cells("td", hit.path, hit.capture.label, hit.when, f"{hit.fit:.2f}", words)
-            for hit in self._hits[:FEW]
+            for hit in self[:FEW]
             for words in [", ".join(in_words(hit.symbols))]
         ]
         head = cells("th", "capture", "label", "frames and seconds", "fit", "symbols")
@@ -249,26 +205,13 @@ class Hits(Sequence[Hit]):
         return f"{len(self)} hit{'s'[: len(self) != 1]} in {captures} capture{'s'[: captures != 1]}"
 
     def _more(self) -> list[str]:
-        if not self._hits:
+        if not len(self):
             return ["  library.suggest(pattern) tells what is near"]
         return [f"  ... {len(self) - FEW} more"] if len(self) > FEW else []
 
-    def by_fit(self, most: int | None = None) -> Hits:
-        """Return the same hits, the clearest first; behind the first `most`, in any order."""
-        if isinstance(self._hits, HitColumns):
-            return Hits(self._hits.by_fit(most), self.pattern)
-        return Hits(sorted(self._hits, key=lambda hit: -hit.fit), self.pattern)
-
     def dicts(self) -> list[dict[str, Any]]:
         """Return the hits as dictionaries, as the command prints with ``--json``."""
-        return [records.of_hit(hit, self.pattern) for hit in self._hits]
-
-    def numpy(self) -> NDArray[Any]:
-        """Return (H,) with the fields capture_id, start, stop (frames, half-open) and fit."""
-        if isinstance(self._hits, HitColumns):
-            return self._hits.numpy()
-        rows = [(hit.capture.id, hit.span.start, hit.span.stop, hit.fit) for hit in self._hits]
-        return np.array(rows, dtype=_FIELDS)
+        return [records.of_hit(hit, self.pattern) for hit in self]
 
     def to_pandas(self) -> Any:
         """Return the hits as a ``pandas.DataFrame``, as `to_frame`."""
@@ -303,6 +246,45 @@ class Hits(Sequence[Hit]):
         ['capture', 'capture_id', 'label']
         """
         return frame_of(self._columns())
+
+
+class ListedHits(Hits):
+    """Hits that are objects already."""
+
+    def __init__(self, hits: Iterable[Hit], pattern: str) -> None:
+        self._listed = list(hits)
+        captures = {hit.capture.id: hit.capture for hit in self._listed}
+        places = {number: place for place, number in enumerate(captures)}
+        rows = [(places[it.capture.id], it.span.start, it.span.stop) for it in self._listed]
+        columns = np.array(rows, np.int64).reshape(-1, 3).T
+        super().__init__(_Captures(list(captures.values())), *columns)
+        self.pattern = pattern
+
+    def _hits(self, indices: Sequence[int]) -> list[Hit]:
+        return [self._listed[index] for index in indices]
+
+    def _some(self, chosen: NDArray[Any] | slice) -> ListedHits:
+        return ListedHits(self._hits(np.arange(len(self))[chosen].tolist()), "")
+
+    def clear(self) -> NDArray[np.float64]:
+        """Return the fit of each hit, (H,) from 0 to 1."""
+        return np.array([hit.fit for hit in self._listed], np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class _Captures:
+    """Captures that are at hand: the store of `ListedHits`."""
+
+    held: list[Capture]
+
+    def fetch(self, places: Sequence[int]) -> None:
+        pass
+
+    def captures(self, places: Sequence[int]) -> list[Capture]:
+        return [self.held[place] for place in places]
+
+    def numbers(self, places: IntArray) -> IntArray:
+        return np.array([self.held[place].id for place in places.tolist()], np.int64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ import pytest
 from lanindex import records
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Span, Symbol
-from lanindex.search.hits import Hits
+from lanindex.search.hits import ListedHits
 
 
 def symbol(part: str, direction: str, level: str, start: int, stop: int) -> Symbol:
@@ -34,11 +34,11 @@ def test_a_hit_is_told_on_a_line() -> None:
 
 
 def test_hits_are_told_on_lines() -> None:
-    assert repr(Hits([], "head low")).splitlines() == [
+    assert repr(ListedHits([], "head low")).splitlines() == [
         "<0 hits in 0 captures: head low>",
         "  library.suggest(pattern) tells what is near",
     ]
-    lines = repr(Hits([hit("a\x1b.bvh")] * 12, "head\n\x1blow")).splitlines()
+    lines = repr(ListedHits([hit("a\x1b.bvh")] * 12, "head\n\x1blow")).splitlines()
     assert lines[0] == "<12 hits in 1 capture: head\\n\\x1blow>"
     assert lines[1] == "  a\\x1b.bvh  [30, 60) 1.00-2.00 s, fit 0.50"
     assert lines[-1] == "  ... 2 more"
@@ -47,7 +47,7 @@ def test_hits_are_told_on_lines() -> None:
 
 @pytest.mark.parametrize("count", [1, 10, 11])
 def test_no_more_than_ten_are_told(count: int) -> None:
-    lines = repr(Hits([hit(start=k) for k in range(count)], "head")).splitlines()
+    lines = repr(ListedHits([hit(start=k) for k in range(count)], "head")).splitlines()
     assert lines[0].startswith(f"<{count} hit{'s' if count > 1 else ''} in 1 capture: ")
     assert lines[1].endswith("[0, 60) 0.00-2.00 s, fit 0.50")
     assert len(lines) == 1 + count
@@ -56,18 +56,18 @@ def test_no_more_than_ten_are_told(count: int) -> None:
 
 
 def test_the_clearest_first_and_ties_as_they_were() -> None:
-    mixed = Hits([hit(start=1), replace(hit(start=2), fit=0.9), hit(start=3)], "")
+    mixed = ListedHits([hit(start=1), replace(hit(start=2), fit=0.9), hit(start=3)], "")
     assert [it.start for it in mixed.by_fit()] == [2, 1, 3]
     assert [it.start for it in mixed[1:]] == [2, 3]
     assert mixed.numpy()[["start", "stop"]].tolist() == [(1, 60), (2, 60), (3, 60)]
 
 
 def test_a_notebook_shows_a_table() -> None:
-    page = Hits([hit("<script>\u202e.bvh", label="a&b")] * 12, "r_arm <2s").html_table()
+    page = ListedHits([hit("<script>\u202e.bvh", label="a&b")] * 12, "r_arm <2s").html_table()
     assert page.startswith("<table><caption>12 hits in 1 capture: r_arm &lt;2s</caption><tr><th>")
     assert page.count("<td>&lt;script&gt;\\u202e.bvh</td><td>a&amp;b</td>") == 10
     assert page.endswith("</table><p>... 2 more</p>")
-    assert "<p>" not in Hits([hit()], "r_arm").html_table()
+    assert "<p>" not in ListedHits([hit()], "r_arm").html_table()
 
 
 @pytest.mark.parametrize("installed", [["pandas"], ["polars"], ["pandas", "polars"]])
@@ -77,7 +77,7 @@ def test_a_data_frame(monkeypatch: pytest.MonkeyPatch, installed: list[str], cou
         module: Any = ModuleType(name)
         module.DataFrame = lambda columns, name=name: (name, columns)
         monkeypatch.setitem(sys.modules, name, module if name in installed else None)
-    found = Hits([hit()] * count, "r_arm")
+    found = ListedHits([hit()] * count, "r_arm")
     name, columns = found.to_frame()
     assert name == installed[0]
     assert list(columns) == list(records.HIT)
@@ -90,7 +90,7 @@ def test_no_data_frame(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
     monkeypatch.setitem(sys.modules, "polars", None)
     with pytest.raises(LanindexError, match="Type: pip install pandas"):
-        Hits([], "r_arm").to_frame()
+        ListedHits([], "r_arm").to_frame()
 
 
 def test_a_broken_library_of_data_frames_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
@@ -98,4 +98,4 @@ def test_a_broken_library_of_data_frames_says_so(monkeypatch: pytest.MonkeyPatch
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "pandas", raising=False)
     with pytest.raises(ModuleNotFoundError, match="nothing_of_this_name"):
-        Hits([hit()], "r_arm").to_frame()
+        ListedHits([hit()], "r_arm").to_frame()

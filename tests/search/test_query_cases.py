@@ -3,7 +3,7 @@ from plain_matcher import find
 from query_cases import Case, cases, told
 
 from lanindex.errors import PatternError
-from lanindex.search.hits import Hits, piped
+from lanindex.search.hits import ListedHits, piped
 from lanindex.search.language import parse
 
 CASES = list(cases())
@@ -21,7 +21,7 @@ def test_hits(case: Case):
     recordings = [(it.capture, it.tracks) for it in case.recordings]
     names = {it.capture.id: it.name for it in case.recordings}
     hits = find(query, recordings, tolerance=case.tolerance, overlaps=case.overlaps)
-    found = piped(query.stages, Hits(hits, case.pattern))
+    found = piped(query.stages, ListedHits(hits, case.pattern))
     assert told(found, names) == list(case.hits)
 
 

@@ -7,7 +7,7 @@ import pytest
 from lanindex.errors import UsageError
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.search.fields import value_of
-from lanindex.search.hits import Counts, Hits, hits_in, piped
+from lanindex.search.hits import Counts, Hits, ListedHits, hits_in, piped
 from lanindex.search.language import parse
 from lanindex.search.language.clauses import Reference
 
@@ -31,7 +31,7 @@ def hit(label: str, start: int, stop: int, words: str, take: str = "", rate: int
     return Hit(capture, Span(start, stop), 0.25, ((arm,),), labels)
 
 
-HITS = Hits(
+HITS = ListedHits(
     [
         hit("bow", 20, 40, "right high", "10"),
         hit("wave", 50, 55, "left low", "9"),
@@ -69,7 +69,7 @@ def test_ties_stay_as_they_were():
 
 
 def test_times_of_captures_of_other_rates_are_compared_in_seconds():
-    hits = Hits(
+    hits = ListedHits(
         [hit("slow", 9, 19, "right mid", rate=10), hit("fast", 30, 60, "right mid", rate=60)], ""
     )
     ordered = piped(parse("r_arm | sort by match.start").stages, hits)
@@ -111,7 +111,7 @@ def test_counts_as_objects():
     assert repr(counted) == "<4 hits by clip.label: made>\n  bow  2\n  wave  1\n  None  1"
     assert len(counted[:2]) == 2
     assert counted[:2].total == 3
-    assert not piped(parse("r_arm | count").stages, Hits([], ""))
+    assert not piped(parse("r_arm | count").stages, ListedHits([], ""))
 
 
 def test_counts_have_no_clips():

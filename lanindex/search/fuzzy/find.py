@@ -17,7 +17,7 @@ from lanindex.model.columns import Columns, Roster
 from lanindex.search.fuzzy.costs import BUCKETS, UNIT, Allowance
 from lanindex.search.fuzzy.follow import NO_MATCHES, Line, Matches, joined
 from lanindex.search.fuzzy.join import Plan, fits
-from lanindex.search.hits import HitColumns
+from lanindex.search.hits import Hits
 from lanindex.search.language.query import Bracket, Choice, Item, Lines, Query
 from lanindex.search.language.query import Line as Steps
 from lanindex.search.language.times import TOLERANCE
@@ -237,7 +237,7 @@ class _Search:
         return Matches(*frames, 0 * here, 0 * here, taken)
 
 
-class FuzzyHits(HitColumns):
+class FuzzyHits(Hits):
     """The hits of a search as columns; each is made an object when it is asked for."""
 
     def __init__(self, search: _Search, matches: Matches) -> None:
@@ -258,14 +258,14 @@ class FuzzyHits(HitColumns):
         return self.fit
 
     def by_fit(self, most: int | None = None) -> FuzzyHits:
-        """Return the same hits, the clearest first; as `HitColumns.by_fit`."""
+        """Return the same hits, the clearest first; as `Hits.by_fit`."""
         own, exact = self._exactly()
         if not exact or most is None or most >= len(own):
             return super().by_fit()
         rest = np.delete(own, exact.clearest(most))  # of these nothing is made
         likely = np.delete(np.arange(len(self)), rest)
         likely = likely[np.argsort(-self._some(likely).fit, kind="stable")]
-        return self._some(np.append(likely, rest))
+        return self.at(np.append(likely, rest))
 
     def _exactly(self) -> tuple[IntArray, ExactHits | None]:
         """Return which hits were found exactly, by place, and as such."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import TRACKS
 from lanindex.model import Hit, Symbol
 from lanindex.model.columns import THOUSANDTHS
-from lanindex.search.hits import TOGETHER, CaptureStore, HitColumns
+from lanindex.search.hits import TOGETHER, CaptureStore, Hits
 from lanindex.search.match.arrays import (
     FAR,
     AnyArray,
@@ -203,7 +203,7 @@ class _Maker(CaptureStore, Protocol):
     def hits(self, hits: HitTable) -> list[Hit]: ...
 
 
-class ExactHits(HitColumns):
+class ExactHits(Hits):
     """The hits of a search as columns; each is made an object when it is asked for.
 
     The table holds all hits in order of capture, start, end, and fit where it is known; `chosen`,
@@ -249,7 +249,7 @@ class ExactHits(HitColumns):
         return clear
 
     def by_fit(self, most: int | None = None) -> ExactHits:
-        """Return the same hits, the clearest first; as `HitColumns.by_fit`.
+        """Return the same hits, the clearest first; as `Hits.by_fit`.
 
         Where only some will be looked at, no more are made than may be among those.
         """
@@ -257,7 +257,7 @@ class ExactHits(HitColumns):
             return super().by_fit()
         clearest = self.clearest(most)
         rest = np.delete(np.arange(len(self)), clearest)
-        return self._some(np.append(clearest, rest))
+        return self.at(np.append(clearest, rest))
 
     def clearest(self, most: int) -> IntArray:
         """Return the places of so many hits, the clearest first, ties as they stand.
