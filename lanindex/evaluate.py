@@ -18,11 +18,10 @@ from lanindex.errors import LanindexError, PatternError, UsageError, quoted, sho
 from lanindex.library.connect import Progress, no_progress
 from lanindex.model import Capture, Meter
 from lanindex.notation.text import read_toml
-from lanindex.pipeline.deadline import Deadline
+from lanindex.pipeline.deadline import deadline
 from lanindex.pipeline.discover import discover
 from lanindex.pipeline.labels import Labels, key_of
-from lanindex.pipeline.pool import prepared
-from lanindex.pipeline.prepare import Outcome, Task
+from lanindex.pipeline.prepare import Outcome, Task, prepared
 from lanindex.pipeline.search import SearchOptions, searcher
 from lanindex.search.language import Query, parse
 from lanindex.search.language.score import pattern_in
@@ -218,13 +217,13 @@ def evaluate(
     1.0
     """
     how = SearchOptions.read(near=near, fuzzy=fuzzy)
-    deadline = Deadline(progress, timeout, "evaluation", BOUND_REMEDY)
+    in_time = deadline(progress, timeout, "evaluation", BOUND_REMEDY)
     search = searcher([clip.capture for clip in clips], [clip.tracks for clip in clips], how)
     results = []
     for done, expectation in enumerate(expectations):
 
         def watch(*_: int, done: int = done) -> None:
-            deadline("patterns", done, len(expectations))  # however far the search of one is
+            in_time("patterns", done, len(expectations))  # however far the search of one is
 
         watch()
         refused: list[LanindexError] = []

@@ -1,117 +1,105 @@
-"""Search by example: captures like a clip by their symbols, the best reordered by their joints."""
+"""Captures that are alike: those like a clip, reordered by their joints if wanted, and groups.
+
+A clip is like another by its symbols: the movements of its limbs.
+"""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from math import inf
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex import formats
 from lanindex.alphabet import JOINT_CODES, kind_of
-from lanindex.errors import (
-    AbsentError,
-    CaptureError,
-    LanindexError,
-    NotationError,
-    UsageError,
-    shown,
-)
+from lanindex.encoding.profile import load
+from lanindex.errors import AbsentError, LanindexError, NotationError, UsageError, shown
+from lanindex.library.connect import Progress, no_progress
 from lanindex.library.rows import Encoding
 from lanindex.library.selection import is_number
 from lanindex.library.store import Store
-from lanindex.model import Capture, Hit, Reading, Span, Track
+from lanindex.model import Capture, Hit, Reading, Span
 from lanindex.model.columns import Roster, columns_of
 from lanindex.notation import notation_of
-from lanindex.pipeline.deadline import Deadline
-from lanindex.pipeline.named import ranged, stored, within
+from lanindex.pipeline.convert import score_of
+from lanindex.pipeline.named import Named, ranged, stored, within
 from lanindex.pipeline.prepare import as_ingested
 from lanindex.search.example.align import Clips, Pair, Source, pairs
+from lanindex.search.example.groups import Grouped, grouped
 from lanindex.search.example.nearest import Near, nearest
 from lanindex.search.hits import Hits, ListedHits
+
+Floats = NDArray[np.float32]
 
 BEST = 100
 """How many captures are told where no limit is set."""
 
+RERANKED = 100
+"""Hits of which files are read."""
 
-@dataclass(frozen=True, slots=True)
-class Example:
-    """A clip that others shall be like."""
+RATE = 30
+"""Frames a second that are compared at the most."""
 
-    named: str
-    capture: Capture | None
-    path: str
-    tracks: Mapping[str, Track]
-    rate: float
-    span: Span
+ALIKE = 0.4
+"""The mean likeness down to which groups are joined where nothing else is said."""
 
-    def clip(self) -> Clips:
-        """Return it laid out, the limbs in which it moves or stands."""
-        nobody = Capture(0, "", "", "", "", Fraction(self.rate), self.span.stop)
-        limbs = {
-            part: columns_of(part, [nobody], [track])
-            for part, track in self.tracks.items()
-            if kind_of(part) == "gesture" and len(track)
-        }
-        only = np.zeros(1, np.int64)
-        source = Source(limbs, only, only + self.span.stop, np.array([self.rate]))
-        clip = source.taken(only).cut(0, self.span.start, self.span.stop) if limbs else None
-        if clip is None or not clip.moves.sizes.any():
-            place = f"--like {shown(self.named)}"
-            raise UsageError("nothing moves there", place=place, wanted="one movement at least")
-        return clip
+SAMPLE = 2000
+"""Captures that the command compares: of more, so many taken at random."""
 
 
-def example(store: Store, named: int | str | os.PathLike[str]) -> Example:
-    """Return the clip that a person names."""
-    text = str(named) if isinstance(named, int) else os.fspath(named)
+def example(store: Store, clip: int | str | os.PathLike[str]) -> Named:
+    """Return the clip that a person names, of the library or of a file elsewhere."""
+    text = str(clip) if isinstance(clip, int) else os.fspath(clip)
     try:
-        one = stored(store, text)
+        return stored(store, text)
     except AbsentError as error:
         path, span = ranged(text)
         if not os.path.isfile(path):
-            if is_number(named):
+            if is_number(clip):
                 raise
             found = f"there is no capture and no file {shown(path)}"
             raise UsageError(found, place="--like", remedy=error.remedy) from error
-        return _read(store, path, text, span)
-    path = one.capture.location if one.capture else one.path
-    tracks, rate = one.score.tracks, float(one.score.rate)
-    return Example(one.named, one.capture, path, tracks, rate, one.span)
-
-
-def _read(store: Store, path: str, named: str, span: Span | None) -> Example:
-    """Return a file's clip, written down as most captures of the library are."""
-    from lanindex.encoding.profile import load
-    from lanindex.pipeline.prepare import Task, prepare_one
-
     profiles = {name: count for name, count in store.stats().profiles.items() if name}
     name = max(profiles, key=profiles.__getitem__, default="default")
     try:
-        profile = load(name)
+        load(name)
     except NotationError as error:
         raise UsageError(
             f'the library is written down by the profile "{name}", which is not built in',
-            place=f"--like {shown(named)}",
+            place=f"--like {shown(text)}",
             remedy="Ingest the file with that profile, and name it as a capture of the library.",
         ) from error
-    outcome = prepare_one(Task(path, profile))
-    if outcome.score is None:
-        raise CaptureError(outcome.error or "cannot be read")
-    score = outcome.score
-    whole = within(span, score, named)
-    return Example(named, None, path, score.tracks, float(score.rate), whole)
+    score = score_of(Path(path), Reading(), name)
+    return Named(text, path, None, score, "", within(span, score, text))
+
+
+def _laid_out(clip: Named) -> Clips:
+    """Return the limbs of a clip that move or stand."""
+    rate, end = clip.score.rate, clip.span.stop
+    nobody = Capture(0, "", "", "", "", rate, end)
+    limbs = {
+        part: columns_of(part, [nobody], [track])
+        for part, track in clip.score.tracks.items()
+        if kind_of(part) == "gesture" and len(track)
+    }
+    only = np.zeros(1, np.int64)
+    source = Source(limbs, only, only + end, np.array([float(rate)]))
+    clips = source.taken(only).cut(0, clip.span.start, end) if limbs else None
+    if clips is None or not clips.moves.sizes.any():
+        place = f"--like {shown(clip.named)}"
+        raise UsageError("nothing moves there", place=place, wanted="one movement at least")
+    return clips
 
 
 @dataclass(frozen=True, slots=True)
 class Alike:
     """What is like an example."""
 
-    example: Example
+    example: Named
     hits: Hits
     captures: int
     aligned: int
@@ -121,30 +109,31 @@ class Alike:
 
 def alike(
     store: Store,
-    one: Example,
-    chosen: Iterable[int] | None,
+    clip: Named,
+    numbers: Iterable[int] | None,
     limit: int = BEST,
-    deadline: Deadline | None = None,
+    watch: Progress = no_progress,
 ) -> Alike:
     """Return the captures of a library that are most like a clip; its own is left out."""
-    query, watch = one.clip(), deadline or Deadline()
-    roster, source = source_of(store, chosen, query.parts, one.capture)
-    found = nearest(query, len(one.span) / one.rate, source, limit, watch=watch)
-    hits = ListedHits(_hits(store, query, roster, source, found.near), f"like {one.named}")
-    return Alike(one, hits, len(roster), found.aligned, found.sure)
+    query = _laid_out(clip)
+    roster, source = source_of(store, numbers, query.parts, clip.capture)
+    seconds = len(clip.span) / float(clip.score.rate)
+    found = nearest(query, seconds, source, limit, watch=watch)
+    hits = ListedHits(_hits(store, query, roster, source, found.near), f"like {clip.named}")
+    return Alike(clip, hits, len(roster), found.aligned, found.sure)
 
 
 def source_of(
-    store: Store, chosen: Iterable[int] | None, parts: Iterable[str], but: Capture | None = None
+    store: Store, numbers: Iterable[int] | None, parts: Iterable[str], but: Capture | None = None
 ) -> tuple[Roster, Source]:
     """Return captures, and their movements ready to be laid out."""
     names = list(parts)
-    roster, columns = store.columns(names, chosen, more=["swings"])
+    roster, columns = store.columns(names, numbers, more=["swings"])
     places = np.flatnonzero(roster.number != (but.id if but is not None else 0))
     roster = roster.taken(places)
     rates = roster.rate[:, 0] / roster.rate[:, 1]
-    own = {part: columns[part] for part in names}
-    return roster, Source(own, places, roster.frames.astype(np.int64), rates)
+    limbs = {part: columns[part] for part in names}
+    return roster, Source(limbs, places, roster.frames.astype(np.int64), rates)
 
 
 def _hits(
@@ -152,9 +141,9 @@ def _hits(
 ) -> Iterator[Hit]:
     """Yield what is near as hits, with the symbols that correspond."""
     numbers = [int(roster.number[one.clip]) for one in near]
-    found = {capture.id: (capture, held) for capture, held in store.tracks(numbers, query.parts)}
+    held = {capture.id: (capture, tracks) for capture, tracks in store.tracks(numbers, query.parts)}
     for number, one in zip(numbers, near, strict=True):
-        capture, tracks = found[number]
+        capture, tracks = held[number]
         clip = source.taken(np.array([one.clip]))
         whole = one.begin == 0 and one.end == capture.frames
         clip = clip if whole else clip.cut(0, one.begin, one.end)
@@ -175,34 +164,24 @@ def _hull(clip: Clips, matched: list[list[Pair]], one: Near) -> Span:
     return Span(int(moves.starts.min()), int(moves.stops.max()))
 
 
-Floats = NDArray[np.float32]
-
-MOST = 100
-"""Hits of which files are read."""
-
-RATE = 30
-"""Frames a second that are compared at the most."""
-
-
-def reranked(store: Store, found: Alike, deadline: Deadline | None = None) -> Alike:
+def reranked(store: Store, found: Alike, watch: Progress = no_progress) -> Alike:
     """Return what is like an example, the best hundred by how far their joints lie from its own."""
-    one, hits = found.example, found.hits
-    known = store.known()
-    digest = one.capture.sha256 if one.capture else ""
-    location = one.capture.location if one.capture else one.path
+    clip, hits, known = found.example, found.hits, store.known()
+    capture = clip.capture
+    location, digest = (capture.location, capture.sha256) if capture else (clip.path, "")
     try:
-        own = _joints(location, digest, known, one.span)
+        wanted = _joints(location, digest, known, clip.span)
     except LanindexError as error:
-        place = f"--like {shown(one.named)} --rerank"
+        place = f"--like {shown(clip.named)} --rerank"
         raise UsageError(f"no joint positions: {error}", place=place) from error
     notes: list[str] = []
     apart: list[float] = []
-    watch, best = deadline or Deadline(), hits[:MOST]
+    best = hits[:RERANKED]
     for done, hit in enumerate(best):
         watch("files", done, len(best))
         try:
             joints = _joints(hit.capture.location, hit.capture.sha256, known, hit.span)
-            apart.append(warped(own, joints))
+            apart.append(warped(wanted, joints))
             if apart[-1] == inf:
                 notes.append(f"{hit.path}: no joint is known in all frames of both")
         except LanindexError as error:
@@ -214,8 +193,8 @@ def reranked(store: Store, found: Alike, deadline: Deadline | None = None) -> Al
 
 
 def _joints(
-    location: str, digest: str, known: dict[str, tuple[str, Encoding]], span: Span
-) -> NDArray[np.float32]:
+    location: str, digest: str, known: Mapping[str, tuple[str, Encoding]], span: Span
+) -> Floats:
     """Return the joints of a stretch of a file, as every body would do it."""
     if notation_of(location):
         raise UsageError("a score has no joints", place=location, wanted="a capture")
@@ -289,6 +268,55 @@ def _cheapest(apart: NDArray[np.float64]) -> float:
         # A way along the row adds up what it passes: a running minimum of what is left without.
         cost = np.minimum.accumulate(arrived - reach) + reach
     return float(cost[-1])
+
+
+@dataclass(frozen=True, slots=True)
+class Similar:
+    """Captures that are like each other."""
+
+    captures: tuple[Capture, ...]
+    likeness: float
+
+
+@dataclass(frozen=True, slots=True)
+class Groups:
+    """A library in groups."""
+
+    groups: list[Similar]
+    captures: int
+    of: int
+    pairs: int
+    every: bool
+
+
+def similar(
+    store: Store,
+    numbers: Iterable[int] | None,
+    *,
+    least: float = ALIKE,
+    wanted: int | None = None,
+    sample: int | None = None,
+    watch: Progress = no_progress,
+) -> Groups:
+    """Return the captures of a library in groups."""
+    if not 0 < least <= 1:
+        raise UsageError(f"{least}", place="--alike", wanted="more than 0, 1 at the most")
+    if wanted is not None and wanted < 1:
+        raise UsageError(f"{wanted}", place="--groups", wanted="1 or more")
+    limbs = [part for part in store.parts(checked=False) if kind_of(part) == "gesture"]
+    roster, source = source_of(store, numbers, limbs)
+    places = np.arange(len(roster))
+    found = Grouped([], 0, True)
+    if len(roster) and limbs:
+        places = sampled(len(roster), sample)
+        clips = source.taken(places, watch)
+        found = grouped(clips, least=least, wanted=wanted, watch=watch)
+    captures = store.captures_numbered(roster.number[places].tolist())
+    groups = [
+        Similar(tuple(captures[one] for one in group.members), group.likeness)
+        for group in found.groups
+    ]
+    return Groups(groups, len(captures), len(roster), found.pairs, found.every)
 
 
 def sampled(count: int, most: int | None) -> NDArray[np.int64]:

@@ -15,8 +15,7 @@ from lanindex.library.selection import absolute, is_gone
 from lanindex.library.store import Store
 from lanindex.model import Reading
 from lanindex.pipeline.labels import key_of
-from lanindex.pipeline.pool import prepared
-from lanindex.pipeline.prepare import Held, Outcome, Task, companions, encoding_of
+from lanindex.pipeline.prepare import Held, Outcome, Task, companions, encoding_of, prepared
 
 if TYPE_CHECKING:
     from lanindex.encoding.profile import Profile

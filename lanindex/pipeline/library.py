@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from types import TracebackType
@@ -15,17 +16,16 @@ from lanindex.errors import LanindexError, PatternError, UsageError
 from lanindex.library.connect import DEFAULT, Progress
 from lanindex.library.selection import ALL, Selection
 from lanindex.library.store import Store
-from lanindex.pipeline.deadline import Deadline
+from lanindex.pipeline.deadline import deadline
 from lanindex.search.hits import Hits, piped
 
 if TYPE_CHECKING:
     from lanindex.library.stats import Stats
     from lanindex.model import Capture, Hit, Reading, Score, Track
-    from lanindex.pipeline.example import Alike
+    from lanindex.pipeline.example import Alike, Groups
     from lanindex.pipeline.motifs import Motifs
     from lanindex.pipeline.movement import Movement
     from lanindex.pipeline.prepare import Outcome
-    from lanindex.pipeline.similar import Groups
     from lanindex.search.explain import Advice, Trace
     from lanindex.search.hits import Counts
     from lanindex.search.language.builder import Pattern
@@ -291,19 +291,16 @@ class Library:
         from lanindex.pipeline.search import SearchOptions, search
         from lanindex.search.match.finder import NARROWER
 
-        options = SearchOptions.read(tolerance, overlaps, near, fuzzy)
+        options = SearchOptions.read(tolerance, overlaps, near, fuzzy, best, memory)
         query, numbers = self._query(pattern, selection, strict)
-        deadline = Deadline(self.store.session.progress, timeout, remedy=NARROWER)
-        sooner = None if query.stages else best
-        limit = None if memory is None else int(memory * 1e6)
-        hits, refused = search(
-            self.store, query, numbers, options, deadline.of("captures"), sooner, limit
-        )
-        self.refused = [*self.refused, *refused]
+        if query.stages:  # they need all hits
+            options = replace(options, best=None)
+        watch = partial(self._deadline(timeout, NARROWER), "captures")
+        hits = search(self.store, query, numbers, options, watch, self.refused)
         result = piped(query.stages, hits.of(str(pattern)))
-        return (
-            result.by_fit(best)[:best] if best is not None and isinstance(result, Hits) else result
-        )
+        if best is not None and isinstance(result, Hits):
+            return result.by_fit(best)[:best]
+        return result
 
     def explain(
         self,
@@ -394,14 +391,11 @@ class Library:
           torso forward high <=1.4s  1 hit in 1 capture
           torso forward high         1 hit in 1 capture
         """
-        from lanindex.pipeline.advise import suggest
-        from lanindex.pipeline.search import SearchOptions
+        from lanindex.pipeline.search import SearchOptions, suggest
 
         options = SearchOptions.read(tolerance, overlaps, near, fuzzy)
         query, numbers = self._query(pattern, selection, strict)
-        advice, refused = suggest(self.store, query, numbers, options)
-        self.refused = [*self.refused, *refused]
-        return advice
+        return suggest(self.store, query, numbers, options, self.refused)
 
     def why(
         self,
@@ -499,18 +493,14 @@ class Library:
         ...         print(hit.path, hit.span, round(hit.fit, 2))
         corpus/conductor_four.bvh Span(start=0, stop=1000) 0.79
         """
-        from lanindex.pipeline.example import alike, example
+        from lanindex.pipeline.example import alike, example, reranked
 
         if limit < 1:
             raise UsageError(f"a limit of {limit}", wanted="1 or more")
-        deadline = Deadline(self.store.session.progress, timeout, remedy=_FEWER)
+        watch = self._deadline(timeout, _FEWER)
         numbers = self.store.numbers(selection)
-        found = alike(self.store, example(self.store, clip), numbers, limit, deadline)
-        if rerank:
-            from lanindex.pipeline.example import reranked
-
-            found = reranked(self.store, found, deadline)
-        return found
+        found = alike(self.store, example(self.store, clip), numbers, limit, watch)
+        return reranked(self.store, found, watch) if rerank else found
 
     def similar(
         self,
@@ -556,13 +546,11 @@ class Library:
         >>> [capture.label for capture in first.captures], round(first.likeness, 2)
         (['conducting', 'conducting'], 0.79)
         """
-        from lanindex.pipeline.similar import similar
+        from lanindex.pipeline.example import similar
 
-        deadline = Deadline(self.store.session.progress, timeout, "grouping", _FEWER)
+        watch = self._deadline(timeout, _FEWER, "grouping")
         numbers = self.store.numbers(selection)
-        return similar(
-            self.store, numbers, least=alike, wanted=groups, sample=sample, deadline=deadline
-        )
+        return similar(self.store, numbers, least=alike, wanted=groups, sample=sample, watch=watch)
 
     def motifs(
         self,
@@ -613,16 +601,10 @@ class Library:
         """
         from lanindex.pipeline.motifs import recurring
 
-        deadline = Deadline(self.store.session.progress, timeout, remedy=_RARER)
+        watch = self._deadline(timeout, _RARER)
         numbers = self.store.numbers(selection)
         return recurring(
-            self.store,
-            numbers,
-            parts,
-            least=min_count,
-            shortest=length,
-            sample=sample,
-            deadline=deadline,
+            self.store, numbers, parts, least=min_count, shortest=length, sample=sample, watch=watch
         )
 
     def movement(
@@ -722,19 +704,12 @@ class Library:
         ...         print(clip["clip"], clip["clip_start_frame"], clip["clip_end_frame"])
         greetings_467-617.bvh 467 617
         """
-        from lanindex.pipeline.export import export, from_hits
+        from lanindex.pipeline.export import ClipOptions, export
+        from lanindex.pipeline.named import from_hits
 
-        wanted = from_hits(hits, getattr(hits, "pattern", ""))
-        return export(
-            self.store,
-            wanted,
-            Path(folder),
-            pad=pad,
-            format=format,
-            origin=origin,
-            preview=preview,
-            force=force,
-        )
+        requests = from_hits(hits, getattr(hits, "pattern", ""))
+        options = ClipOptions(pad, format, origin, preview)
+        return export(self.store, requests, Path(folder), options, force=force)
 
     def dataset(
         self,
@@ -799,21 +774,21 @@ class Library:
         ((80, 20, 3), 20.0, 'bow')
         """
         from lanindex.pipeline import dataset
-        from lanindex.pipeline.dataset.texts import of_pattern
         from lanindex.pipeline.words import named
 
         if found is None:
-            wanted = [dataset.of_captures(self.store.captures())]
+            groups = [dataset.of_captures(self.store.captures())]
         else:
-            wanted = [
+            by_label = found if isinstance(found, Mapping) else {"": found}
+            groups = [
                 dataset.of_hits(
-                    hits, label, of_pattern(hits.pattern, named(hits.pattern, self.words))
+                    hits, label, dataset.sentence_of(hits.pattern, named(hits.pattern, self.words))
                 )
-                for label, hits in (found.items() if isinstance(found, Mapping) else [("", found)])
+                for label, hits in by_label.items()
             ]
         rate = None if fps is None else Fraction(fps).limit_denominator(10**6)
         options = dataset.DatasetOptions(layout, rate, pad, split, split_by, seed, force)
-        return dict(dataset.write(self.store, wanted, Path(folder), options).card)
+        return dict(dataset.write(self.store, groups, Path(folder), options).card)
 
     def captures(self, selection: Selection = ALL) -> list[Capture]:
         """Return the selected captures in the order in which they came; all by default."""
@@ -856,20 +831,20 @@ class Library:
         """Take captures out, by number or path; none where one of them is not there."""
         self.store.remove(*which)
 
+    def _deadline(self, timeout: float | None, remedy: str, job: str = "search") -> Progress:
+        return deadline(self.store.session.progress, timeout, job, remedy)
+
     def _query(
         self, pattern: str | Pattern, selection: Selection, strict: bool
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
         from lanindex.pipeline.search import check_columns
-        from lanindex.pipeline.words import named, said
-        from lanindex.search.language import parse
+        from lanindex.pipeline.words import query_of
 
         # the text of a file knows its place
-        text = said(pattern if isinstance(pattern, str) else str(pattern), self.words)
-        names = named(text, self.words)
+        text = pattern if isinstance(pattern, str) else str(pattern)
         try:
-            held = self.store.parts(checked=False)
-            query = parse(text, held, names=names, strict=strict)
+            query = query_of(text, self.store.parts(checked=False), self.words, strict=strict)
         except PatternError:
             self.store.parts()  # raises if the part is unknown because the library is damaged
             raise

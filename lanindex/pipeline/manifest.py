@@ -7,29 +7,25 @@ import io
 import json
 import re
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import KINDS, kind_of
 from lanindex.formats import File
 from lanindex.model import Capture, Span
 from lanindex.records import rate_of, seconds
 
+if TYPE_CHECKING:
+    from lanindex.pipeline.named import Request
+
 NAMES = ("manifest.csv", "manifest.jsonl")
 _FORMULAS = ("=", "+", "-", "@", "\t", "\n")
 
 
 def row(
-    name: str,
-    capture: Capture,
-    hit: Span,
-    cut: Span,
-    *,
-    fit: float | None,
-    pattern: str,
-    symbols: Sequence[dict[str, Any]],
-    preview: str | None,
+    name: str, capture: Capture, request: Request, clip: Span, preview: str | None
 ) -> dict[str, Any]:
     """Return the columns of a clip, in their order."""
+    hit = request.hit
     return {
         "clip": name,
         "capture": capture.path,
@@ -38,13 +34,13 @@ def row(
         "fps": rate_of(capture),
         "hit_start_frame": hit.start,
         "hit_end_frame": hit.stop,
-        "clip_start_frame": cut.start,
-        "clip_end_frame": cut.stop,
-        "start": seconds(capture, cut.start),
-        "end": seconds(capture, cut.stop),
-        "fit": fit,
-        "pattern": pattern,
-        "symbols": list(symbols),
+        "clip_start_frame": clip.start,
+        "clip_end_frame": clip.stop,
+        "start": seconds(capture, clip.start),
+        "end": seconds(capture, clip.stop),
+        "fit": request.fit,
+        "pattern": request.pattern,
+        "symbols": list(request.symbols),
         **({} if preview is None else {"preview": preview}),
     }
 

@@ -9,9 +9,9 @@ from typing import overload
 import numpy as np
 
 from lanindex.errors import UsageError
+from lanindex.library.connect import Progress, no_progress
 from lanindex.library.store import Store
 from lanindex.model import Capture, Span
-from lanindex.pipeline.deadline import Deadline
 from lanindex.pipeline.example import sampled
 from lanindex.search.example.motifs import LONGEST, Motif, line_of, motifs, ranked
 
@@ -78,40 +78,39 @@ class Motifs:
 
 def recurring(
     store: Store,
-    chosen: Iterable[int] | None,
+    numbers: Iterable[int] | None,
     parts: Iterable[str] | None,
     *,
     least: int,
     shortest: int,
     sample: int | None = None,
-    deadline: Deadline | None = None,
+    watch: Progress = no_progress,
 ) -> Motifs:
     """Return the sequences that recur in the captures of a library."""
-    watch, names = deadline or Deadline(), list(parts or store.parts(checked=False))
+    names = list(parts or store.parts(checked=False))
     store.check_parts(names)
     if least < 2:
         raise UsageError(f"{least}", place="--min-count", wanted="2 or more")
     if not 2 <= shortest <= LONGEST:
         raise UsageError(f"{shortest}", place="--length", wanted=f"2 to {LONGEST}")
-    roster, columns = store.columns(names, chosen)
-    of, places = len(roster), sampled(len(roster), sample)
-    roster = roster.taken(places)
+    roster, columns = store.columns(names, numbers)
+    places = sampled(len(roster), sample)
     found: list[Motif] = []
     notes: list[str] = []
     for done, part in enumerate(names):
         watch("parts", done, len(names))
-        own_columns = columns.pop(part)
-        if not len(own_columns):
+        symbols = columns.pop(part)
+        if not len(symbols):
             continue
-        line = line_of(own_columns.taken(places), roster.number)
-        own = motifs(part, line, least=least, shortest=shortest, watch=watch)
-        if own.cut:
-            notes.append(f"{part}: too many places for motifs of {own.cut} steps and more")
-        found += own.found
-    numbers: set[int] = set()
+        line = line_of(symbols.taken(places), roster.number[places])
+        of_part = motifs(part, line, least=least, shortest=shortest, watch=watch)
+        if of_part.cut:
+            notes.append(f"{part}: too many places for motifs of {of_part.cut} steps and more")
+        found += of_part.found
+    held: set[int] = set()
     for motif in found:
-        numbers.update(np.unique(motif.line.captures[motif.rows[:, 0]]).tolist())
-    captures = {capture.id: capture for capture in store.captures_numbered(sorted(numbers))}
+        held.update(np.unique(motif.line.captures[motif.rows[:, 0]]).tolist())
+    captures = {capture.id: capture for capture in store.captures_numbered(sorted(held))}
     listed = [
         Recurring(
             motif.pattern,
@@ -123,4 +122,4 @@ def recurring(
         )
         for motif in ranked(found)
     ]
-    return Motifs(listed, len(roster), of, notes)
+    return Motifs(listed, len(places), len(roster), notes)

@@ -1,29 +1,46 @@
-"""A file read and written down, not yet stored: what each process of an ingest does.
+"""Files read and written down, not yet stored, by as many processes as memory has room for.
 
-It is opened once, however many people are in it, and only opened if all of them are held.
+A file is opened once, however many people are in it, and only opened if all of them are held.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+import signal
+import threading
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from heapq import nlargest
+from itertools import accumulate, chain
 from typing import TYPE_CHECKING
 
 from lanindex import compiled, formats
-from lanindex.errors import LanindexError, OutOfMemoryError
-from lanindex.formats.file import SUBJECT, together
+from lanindex.errors import CaptureError, LanindexError, OutOfMemoryError, UsageError
+from lanindex.formats.file import SUBJECT, on_disk, together
 from lanindex.library.rows import Encoding
+from lanindex.memory import available
 from lanindex.model.motion import Reading
 from lanindex.notation import notation_of, read
 from lanindex.notation.beats import AUTO, describe_tempo
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+    from multiprocessing.connection import Connection
+    from multiprocessing.synchronize import Lock
+
     from lanindex.encoding.profile import Profile
     from lanindex.model import Score
 
 _FILES = ("skeleton", "body", "columns", "tempo")
 """What of a `Reading` is a file, unless it is a word."""
+
+BASE = 300 << 20
+"""Bytes that a process takes which reads a small file."""
+
+SHARE = 2.2
+"""Bytes more for each byte of the file (tests/benchmarks/memory.py)."""
 
 Held = Mapping[str, tuple[str, Encoding]]
 """What a library holds of a file: sha256 and encoding by person, of all of it by the empty text."""
@@ -64,7 +81,10 @@ class Outcome:
     encoding: Encoding = field(default_factory=Encoding)
 
 
-def prepare(task: Task) -> tuple[Outcome, ...]:
+Outcomes = tuple[Outcome, ...]
+
+
+def prepare(task: Task) -> Outcomes:
     """Read a file and write down who is in it, unstored; never raises a `LanindexError`."""
     compiled.expect(task.total)
     try:
@@ -74,24 +94,26 @@ def prepare(task: Task) -> tuple[Outcome, ...]:
         same = {name: one.people for name, (digest, one) in task.held.items()
                 if (digest, one) == (sha256, encoding)}  # fmt: skip
         if _all_held(same):
-            found = [_unchanged(_one(file, name), sha256, encoding) for name in same]
+            outcomes = [_unchanged(_one(file, name), sha256, encoding) for name in same]
         elif task.only_look:
             return ()
         else:
             names = () if _is_notated(task) else formats.names_in(file, task.reading)
             encoding = replace(encoding, people=len(names))
-            found = [
+            outcomes = [
                 _unchanged(_one(file, name), sha256, encoding)
                 if same.get(name) == len(names)
                 else _prepared(task, _one(file, name), sha256, encoding)
                 for name in names or ("",)
             ]
-    except LanindexError as error:
-        return (Outcome(task.path, "failed", error=str(error)),)
+    except LanindexError as problem:
+        return (Outcome(task.path, "failed", error=str(problem)),)
     except MemoryError:
-        return (Outcome(task.path, "failed", error=_too_large(task.path)),)
+        remedy = "Ingest it by itself (--jobs 1), or cut it into shorter files."
+        error = OutOfMemoryError("not enough memory to read it", place=task.path, remedy=remedy)
+        return (Outcome(task.path, "failed", error=str(error)),)
     paths = tuple(one.name for one in beside)
-    return tuple(replace(outcome, beside=paths) for outcome in found)
+    return tuple(replace(outcome, beside=paths) for outcome in outcomes)
 
 
 def _one(file: formats.File, name: str) -> formats.File:
@@ -102,23 +124,6 @@ def _one(file: formats.File, name: str) -> formats.File:
 def _all_held(same: Mapping[str, int]) -> bool:
     """Return whether nobody is missing of those that a library holds of a file, as it is."""
     return "" in same or (len(same) > 1 and set(same.values()) == {len(same)})
-
-
-def prepare_one(task: Task) -> Outcome:
-    """Read a file and write down whom its path means, else the first of the people in it."""
-    try:
-        file = formats.opened(task.path)
-        return _prepared(task, file, file.sha256(), encoding_of(task, companions(task, file)))
-    except LanindexError as error:
-        return Outcome(task.path, "failed", error=str(error))
-    except MemoryError:
-        return Outcome(task.path, "failed", error=_too_large(task.path))
-
-
-def _too_large(path: str) -> str:
-    """Return the error of a file for which there is not enough memory."""
-    remedy = "Ingest it by itself (--jobs 1), or cut it into shorter files."
-    return str(OutOfMemoryError("not enough memory to read it", place=path, remedy=remedy))
 
 
 def _is_notated(task: Task) -> bool:
@@ -185,3 +190,127 @@ def _written_down(task: Task, file: formats.File) -> tuple[Score, str, tuple[str
     motion = formats.read_file(file, task.reading, formats.Wanted(body_only=True))
     score = encode(motion, task.profile, tempo=task.reading.tempo)
     return score, motion.source.format, (*motion.warnings, *score.warnings)
+
+
+def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
+    """Prepare tasks, in their order, in one process or several."""
+    if jobs < 1:
+        raise UsageError(f"{jobs} processes", place="--jobs", wanted="one at least")
+    waiting = list(tasks)
+    sizes = [size_of(task.path) for task in waiting]
+    jobs = affordable(sizes, jobs)
+    # what the library holds is most likely unchanged
+    new = sum(size for task, size in zip(waiting, sizes, strict=True) if not task.held)
+    shared = (replace(task, total=new // jobs) for task in waiting)
+    if jobs == 1:
+        yield from chain.from_iterable(map(prepare, shared))
+    else:
+        yield from _in_processes(shared, jobs)
+
+
+def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
+    """Prepare tasks in several processes, in their order, with a few ahead.
+
+    What is unchanged is told here: processes start with the first file that is not.
+    """
+    from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures.process import BrokenProcessPool
+    from multiprocessing import get_context
+
+    context = get_context("spawn")
+    reader, needed = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(
+        jobs, context, initializer=_settle, initargs=(reader, context.Lock())
+    )
+
+    def begun(task: Task) -> Future[Outcomes]:
+        with _interrupts_later():  # a process that starts now inherits that
+            return pool.submit(prepare, task)
+
+    waiting: deque[tuple[Task, Future[Outcomes] | Outcomes]] = deque()
+    try:
+        for task in tasks:
+            waiting.append((task, _looked_at(task) or begun(task)))
+            if len(waiting) >= 4 * jobs:
+                yield from _done(waiting[0][1])
+                waiting.popleft()
+        while waiting:
+            yield from _done(waiting[0][1])
+            waiting.popleft()
+    except BrokenProcessPool as error:
+        raise CaptureError(
+            "a process that read this or a later file could not start, or died (out of memory?)",
+            place=next((task.path for task, _ in waiting), ""),
+            remedy="Try again with one process; in a script, begin it under "
+            'if __name__ == "__main__".',
+        ) from error
+    except BaseException:
+        needed.close()  # whoever breaks off does not wait for what is half done
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+        for end in (needed, reader):
+            end.close()
+
+
+def _looked_at(task: Task) -> Outcomes:
+    """Return what became of a file that is unchanged; nothing: it must be read."""
+    return prepare(replace(task, only_look=True)) if task.held else ()
+
+
+def _done(result: Future[Outcomes] | Outcomes) -> Outcomes:
+    return result if isinstance(result, tuple) else result.result()
+
+
+@contextmanager
+def _interrupts_later() -> Iterator[None]:
+    """Hold Ctrl-C back until the end of the block."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _settle(needed: Connection, turn: Lock) -> None:
+    """Leave Ctrl-C to the parent, and end when it does, or when it needs nothing any more."""
+    compiled.take_turns(turn)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_follow_parent, args=(needed,), daemon=True).start()
+
+
+def _follow_parent(needed: Connection) -> None:
+    from multiprocessing import parent_process
+    from multiprocessing.connection import wait
+
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel, needed])
+        os._exit(1)
+
+
+def needed(size: int) -> int:
+    """Return the bytes that a process takes at most which reads a file of some bytes."""
+    return BASE + round(SHARE * size)
+
+
+def affordable(sizes: Iterable[int], jobs: int) -> int:
+    """Return how many processes have room for the largest files at once: one at least."""
+    free = available()
+    if jobs == 1 or free is None:
+        return jobs
+    largest = nlargest(jobs, sizes)
+    largest += [0] * (jobs - len(largest))
+    taken = accumulate(map(needed, largest))
+    return max(sum(together <= free for together in taken), 1)
+
+
+def size_of(path: str) -> int:
+    """Return the bytes of a file, 0 where nothing is there."""
+    try:
+        return os.stat(on_disk(path)).st_size
+    except (OSError, ValueError):
+        return 0

@@ -14,22 +14,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import FACING, TRACKS, mirrored_part
-from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError, UsageError
+from lanindex.errors import (
+    LanindexError,
+    LibraryError,
+    OutOfMemoryError,
+    PatternError,
+    UsageError,
+)
 from lanindex.library.store import Store
 from lanindex.model import Capture, Score, Symbol, Track
-from lanindex.model.columns import Columns, columns_of, roster_of
+from lanindex.model.columns import STARTING, columns_of, roster_of
+from lanindex.pipeline.words import query_of
 from lanindex.search.fields import CLIP_FIELDS, extras_in, measures_in
 from lanindex.search.hits import Hits
 from lanindex.search.language import parse
 from lanindex.search.language.clauses import CLIP, references_in
-from lanindex.search.language.query import Query
-from lanindex.search.match.finder import NARROWER, Finder, Recording, Watch
+from lanindex.search.match.finder import NARROWER, Finder, Recording, Watch, find_in
 
 if TYPE_CHECKING:
     from lanindex.model.columns import Columns, Roster
+    from lanindex.search.explain.advice import Advice, HitCounts
     from lanindex.search.fuzzy import Allowance
+    from lanindex.search.language.query import Query
     from lanindex.search.match.finder import Recordings
-
 
 NEAR = 250
 """How far out the border of a cell lies with ``--near``, in thousandths of a margin."""
@@ -40,12 +47,14 @@ MOST_NAMED = 5
 
 @dataclass(frozen=True, slots=True)
 class SearchOptions:
-    """How a search is made."""
+    """How a search is made; `memory` is in bytes."""
 
     tolerance: Fraction = Fraction(1, 10)
     overlaps: str = "none"
     near: int = 0
     allowance: Allowance | None = None
+    best: int | None = None
+    memory: int | None = None
 
     @classmethod
     def read(
@@ -54,8 +63,10 @@ class SearchOptions:
         overlaps: str = "none",
         near: bool = False,
         fuzzy: str | float | None = None,
+        best: int | None = None,
+        memory: float | None = None,
     ) -> Self:
-        """Return what a user says of it."""
+        """Return the options of `Library.search`."""
         if not 0 <= tolerance < inf:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
         if overlaps not in ("none", "all"):
@@ -67,7 +78,8 @@ class SearchOptions:
             from lanindex.search.fuzzy import Allowance
 
             allowance = Allowance.read(str(fuzzy))
-        return cls(Fraction(str(tolerance)), overlaps, NEAR if near else 0, allowance)
+        limit = None if memory is None else int(memory * 1e6)
+        return cls(Fraction(str(tolerance)), overlaps, NEAR if near else 0, allowance, best, limit)
 
     def find(
         self,
@@ -76,15 +88,13 @@ class SearchOptions:
         columns: Mapping[str, Columns],
         recordings: Recordings,
         watch: Watch | None = None,
-        best: int | None = None,
-        memory: int | None = None,
         refused: list[LanindexError] | None = None,
     ) -> Hits:
-        """Find a query in columns."""
+        """Find a query in columns; errors of captures that are too rich for it go to `refused`."""
         query = replace(query, near=self.near)
         if self.allowance is None:
-            finder = Finder(query, roster, columns, recordings, self.tolerance, memory)
-            return finder.find(self.overlaps, watch, best, refused)
+            finder = Finder(query, roster, columns, recordings, self.tolerance, self.memory)
+            return finder.find(self.overlaps, watch, self.best, refused)
         from lanindex.search import fuzzy
 
         return fuzzy.find(
@@ -95,9 +105,9 @@ class SearchOptions:
             self.allowance,
             tolerance=self.tolerance,
             overlaps=self.overlaps,
-            best=best,
+            best=self.best,
             watch=watch,
-            memory=memory,
+            memory=self.memory,
             refused=refused,
         )
 
@@ -107,11 +117,10 @@ def search(
     query: Query,
     numbers: Sequence[int] | None,
     options: SearchOptions,
-    watch: Watch | None = None,
-    best: int | None = None,
-    memory: int | None = None,
-) -> tuple[Hits, list[LanindexError]]:
-    """Find a pattern in a library."""
+    watch: Watch,
+    refused: list[LanindexError],
+) -> Hits:
+    """Find a pattern in a library; errors of captures that are too rich for it go to `refused`."""
     measures = measures_in(query)
     roster, columns = store.columns(query.parts, numbers, more=extras_in(query))
     if len(roster) and (absent := _absent(columns)):
@@ -123,22 +132,30 @@ def search(
             f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "
             "as scores, or from an earlier version, and want to be ingested anew"
         )
-    recordings = _recordings(store, roster, columns)
+    rich: list[LanindexError] = []
     try:
-        refused: list[LanindexError] = []
-        found = options.find(query, roster, columns, recordings, watch, best, memory, refused)
-        for line in named(refused):
-            store.session.note(line)
-        return found, refused
+        recordings = _recordings(store, roster, columns)
+        hits = options.find(query, roster, columns, recordings, watch, rich)
     except MemoryError:
         place = store.place
+    else:
+        _refuse(store, rich, refused)
+        return hits
+    # outside of the handler: the exception is gone by now, and so is what it held
     raise OutOfMemoryError("the search ran out of memory", place=place, remedy=NARROWER)
 
 
-def named(refused: Sequence[LanindexError]) -> Iterator[str]:
+def _refuse(store: Store, errors: Sequence[LanindexError], refused: list[LanindexError]) -> None:
+    """Note errors of captures that are too rich for a pattern, and keep them."""
+    for line in too_rich(errors):
+        store.session.note(line)
+    refused += errors
+
+
+def too_rich(errors: Sequence[LanindexError]) -> Iterator[str]:
     """Yield a line for each capture that is too rich for a pattern; of many, for the first ones."""
-    yield from map(str, refused[:MOST_NAMED])
-    if more := refused[MOST_NAMED:]:
+    yield from map(str, errors[:MOST_NAMED])
+    if more := errors[MOST_NAMED:]:
         yield f"{len(more)} more captures are too rich for this pattern"
 
 
@@ -157,8 +174,6 @@ def _why(absent: Sequence[str]) -> str:
 
 def _unmeasured(columns: Mapping[str, Columns], measures: Collection[str]) -> int:
     """Return of how many captures no movement of some parts was measured, though there are some."""
-    from lanindex.model.columns import STARTING
-
     moving: NDArray[np.int64] = np.zeros(1, np.int64)
     known = moving
     for one in columns.values():
@@ -220,12 +235,10 @@ def _same(
     found: Sequence[Recording],
 ) -> bool:
     """Return whether captures are as the columns have them, and so are some of their tracks."""
-    from lanindex.model.columns import columns_of, roster_of
-
-    own, captures = np.array(places, np.int64), [capture for capture, _ in found]
-    return roster_of(captures).same_as(roster.taken(own)) and all(
+    rows, captures = np.array(places, np.int64), [capture for capture, _ in found]
+    return roster_of(captures).same_as(roster.taken(rows)) and all(
         columns_of(part, captures, [tracks.get(part) for _, tracks in found]).same_as(
-            columns[part].taken(own)
+            columns[part].taken(rows)
         )
         for part in parts
         if part in columns
@@ -245,23 +258,76 @@ def check_columns(store: Store, query: Query) -> None:
         )
 
 
+def suggest(
+    store: Store,
+    query: Query,
+    numbers: Sequence[int] | None,
+    options: SearchOptions,
+    refused: list[LanindexError],
+) -> Advice:
+    """Return what to do about a query that finds nothing."""
+    from lanindex.search.explain.advice import SECONDS, Advice, Budget, LeftOut, advise
+
+    query, budget = replace(query, stages=()), Budget(SECONDS)  # a pipe finds nothing by itself
+    parts = store.parts(checked=False)
+    rich: dict[str, LanindexError] = {}
+
+    def watch(*_: int) -> None:
+        if budget.late():
+            raise TimeoutError
+
+    def count(query: Query, among: Sequence[int] | None = numbers) -> HitCounts | None:
+        errors: list[LanindexError] = []
+        try:
+            watch()
+            roster, columns = store.columns(query.parts, among, more=extras_in(query))
+
+            def recordings(places: Sequence[int], parts: Collection[str]) -> Iterator[Recording]:
+                for recording in store.tracks(roster.number[list(places)].tolist(), parts):
+                    watch()
+                    yield recording
+
+            hits = options.find(query, roster, columns, recordings, watch, errors)
+            counts = len(hits), hits.captures
+        except (TimeoutError, LanindexError):  # or no edits are allowed in it
+            return None
+        rich.update({error.place: error for error in errors})
+        return counts
+
+    def read(text: str) -> Query | None:
+        try:
+            return parse(text, parts)
+        except PatternError:
+            return None
+
+    elsewhere = None if numbers is None else count(query, None)
+    roster, _ = store.columns(query.parts, numbers)
+    if len(roster):
+        advice = advise(query, count, read, budget=budget)
+    else:
+        fitting = "" if numbers is None else " that fits --in and --where"
+        advice = Advice(str(query), remark=f"There is no capture{fitting}.")
+    if elsewhere and elsewhere[0]:
+        advice = replace(advice, left_out=(LeftOut("", *elsewhere), *advice.left_out))
+    _refuse(store, list(rich.values()), refused)
+    return advice
+
+
 def searcher(
     captures: Sequence[Capture], tracks: Sequence[Mapping[str, Track]], options: SearchOptions
-) -> Callable[[Query, Watch | None, list[LanindexError] | None], Hits]:
-    """Return what searches some captures for a query; its options are those of `find`."""
+) -> Callable[[Query, Watch, list[LanindexError]], Hits]:
+    """Return what searches some captures for a query; its columns are made once."""
     roster = roster_of(captures)
     columns: dict[str, Columns] = {}
 
-    def recordings(
-        places: Sequence[int], parts: Collection[str]
-    ) -> list[tuple[Capture, Mapping[str, Track]]]:
+    def recordings(places: Sequence[int], parts: Collection[str]) -> list[Recording]:
         return [(captures[place], tracks[place]) for place in places]
 
-    def search(query: Query, watch: Watch | None, refused: list[LanindexError] | None) -> Hits:
+    def search(query: Query, watch: Watch, refused: list[LanindexError]) -> Hits:
         for part in set(query.parts) - columns.keys():
-            columns[part] = columns_of(part, captures, [own.get(part) for own in tracks])
-        own = {part: columns[part] for part in query.parts}
-        found = options.find(query, roster, own, recordings, watch, refused=refused)
+            columns[part] = columns_of(part, captures, [one.get(part) for one in tracks])
+        used = {part: columns[part] for part in query.parts}
+        found = options.find(query, roster, used, recordings, watch, refused)
         return found.of(str(query))
 
     return search
@@ -271,12 +337,8 @@ def matched(
     score: Score, pattern: str, words: str | PathLike[str] | None = None
 ) -> list[list[Symbol]]:
     """Return the symbols of each hit of a pattern in a score."""
-    from lanindex.pipeline.words import named, said
-
-    text = said(pattern, words)
-    query = parse(text, list(score.tracks), names=named(text, words))
+    query = query_of(pattern, list(score.tracks), words)
     if query.stages:
         raise UsageError(f'"| {query.stages[0]}"', wanted="a pattern without a pipe")
     capture = Capture(1, "score", "lnd", "", "", Fraction(score.rate), score.frames, score.meter)
-    hits = searcher([capture], [score.tracks], SearchOptions.read())(query, None, None)
-    return [list(hit.symbols) for hit in hits]
+    return [list(hit.symbols) for hit in find_in([(capture, score.tracks)], query)]

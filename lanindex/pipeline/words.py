@@ -1,18 +1,37 @@
-"""A whole query that is a word of the dictionary: what it stands for, and who is labelled so."""
+"""A whole query that is a word of the dictionary: what it stands for, and which words it uses."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
+from contextlib import suppress
 from os import PathLike
-from typing import TYPE_CHECKING
 
-from lanindex.search.dictionary import absent, entry_named, inside, load, spelled, words_of
+from lanindex.errors import PatternError
+from lanindex.search.dictionary import (
+    Entry,
+    absent,
+    entry_named,
+    inside,
+    load,
+    spelled,
+    words_of,
+)
+from lanindex.search.language import Query, parse
+from lanindex.search.language.natural import reading
+from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 
-__all__ = ["absent", "glob_of", "hints", "meant", "named", "said", "said_by", "unknown"]
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from lanindex.search.dictionary import Entry
+def query_of(
+    text: str,
+    parts: Collection[str],
+    words: str | PathLike[str] | None = None,
+    *,
+    strict: bool = False,
+) -> Query:
+    """Read a query, or the pattern that it names, for captures with some parts."""
+    entry = meant(text, words)
+    pattern = entry.pattern if entry else text
+    return parse(pattern, parts, names=named(pattern, words), strict=strict)
 
 
 def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
@@ -22,19 +41,20 @@ def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
     one's own.
     """
     name, known = spelled(text), load(words)
-    if _is_part(text) and known.get(name) == load().get(name):
+    if Vocabulary().mover(text.strip().lower()) is not None and known.get(name) == load().get(name):
         return None
     if name in known:
         return known[name]
-    from lanindex.search.language.natural import reading
-
     return entry_named(text, known) if words_of(text) and reading(text) is None else None
 
 
 def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
     """Yield what there is to say of single words of a query that has several and is no pattern."""
     several = words_of(text)
-    if len(several) < 2 or _is_pattern(text):
+    if len(several) < 2:
+        return
+    with suppress(PatternError):
+        parse(text)
         return
     known = load(words)
     for word in several:
@@ -43,29 +63,6 @@ def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
             yield f'"{word}" is in the dictionary of movement: @{entry.name}'
         elif why := absent(word):
             yield f'no word "{word}" in the dictionary of movement: {why}'
-
-
-def _is_part(text: str) -> bool:
-    from lanindex.search.language.words import Vocabulary
-
-    return Vocabulary().mover(text.strip().lower()) is not None
-
-
-def _is_pattern(text: str) -> bool:
-    from lanindex.errors import PatternError
-    from lanindex.search.language import parse
-
-    try:
-        parse(text)
-    except PatternError:
-        return False
-    return True
-
-
-def said(text: str, words: str | PathLike[str] | None = None) -> str:
-    """Return a query, or the pattern that it names."""
-    entry = meant(text, words)
-    return entry.pattern if entry else text
 
 
 def named(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]:
@@ -77,20 +74,7 @@ def named(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]
 
 def unknown(text: str) -> str:
     """Return the one word of a query that means nothing, neither alone nor in a pattern."""
-    from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
-
     name = spelled(text)
     one = name.isidentifier() and len(text.split()) == 1
     means = name in LANGUAGE or name in VALUES or Vocabulary().mover(name) is not None
     return name if one and not means else ""
-
-
-def glob_of(name: str) -> str:
-    """Return the glob of labels that say the same as a word: ``jumping?jack*``."""
-    return name.replace("_", "?") + "*"
-
-
-def said_by(labels: Iterable[str], glob: str) -> str:
-    """Return the glob of labels, or the one label where that is all that fits it."""
-    different = set(labels)
-    return different.pop() if len(different) == 1 else glob

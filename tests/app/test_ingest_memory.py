@@ -7,14 +7,14 @@ from bvh_bodies import person
 from typer.testing import CliRunner
 
 from lanindex.app.cli import app
-from lanindex.pipeline import pool
+from lanindex.pipeline import prepare
 
 
 @pytest.mark.parametrize(("free", "said"), [(0, True), (1 << 50, False)])
 def test_fewer_processes_are_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, free: int, said: bool
 ) -> None:
-    monkeypatch.setattr(pool, "available", lambda: free)
+    monkeypatch.setattr(prepare, "available", lambda: free)
     (tmp_path / "walk.bvh").write_bytes(person())
     words = ["ingest", str(tmp_path), "--jobs", "2", "-v", "--db", str(tmp_path / "l.db")]
     done = CliRunner().invoke(app, words)

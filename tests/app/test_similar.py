@@ -68,7 +68,8 @@ def test_a_sample_says_so(run, monkeypatch: pytest.MonkeyPatch) -> None:
         "motifs": ["motifs", "--min-count", "2", "--length", "2", "--part", "r_arm"],
     }
     for verb, words in asked.items():
-        monkeypatch.setattr(f"lanindex.pipeline.{verb}.SAMPLE", 2)
+        module = {"similar": "example"}.get(verb, verb)
+        monkeypatch.setattr(f"lanindex.pipeline.{module}.SAMPLE", 2)
         done = run(*words, "--json")
         assert done.stderr.startswith("2 of 3 captures, taken at random, were "), done.stderr
         assert "--all " in done.stderr

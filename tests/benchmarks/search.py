@@ -9,6 +9,7 @@ import sys
 import time
 import tomllib
 import tracemalloc
+from functools import partial
 from pathlib import Path
 from random import Random
 from statistics import median
@@ -18,7 +19,7 @@ import synthetic
 from generated_patterns import random_pattern
 
 from lanindex.errors import LanindexError
-from lanindex.pipeline.deadline import Deadline
+from lanindex.pipeline.deadline import deadline
 from lanindex.search.language import parse
 from lanindex.search.match import Finder
 
@@ -110,7 +111,7 @@ def randomly(count: int, roster, columns) -> None:
         search = finder(text, roster, columns)
         begun = time.process_time()
         try:
-            search.find(watch=Deadline(lambda *told: None, MOST_SECONDS).of("captures"))
+            search.find(watch=partial(deadline(lambda *told: None, MOST_SECONDS), "captures"))
         except LanindexError:
             broken += 1
         times.append(time.process_time() - begun)

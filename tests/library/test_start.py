@@ -26,7 +26,7 @@ def test_a_look_imports_little(tmp_path):
 
 INGEST = """
 import sys
-from lanindex.pipeline import pool, prepare
+from lanindex.pipeline import prepare
 print([name for name in sys.modules if name.startswith(("lanindex.search", "sqlalchemy", "numba"))])
 """
 

@@ -22,9 +22,16 @@ from lanindex.formats.npy import features
 from lanindex.formats.npy.features import CHAINS, grounded, placed, used
 from lanindex.model import Capture
 from lanindex.pipeline import Library, dataset, open_library
-from lanindex.pipeline.dataset.layouts import joints22
-from lanindex.pipeline.dataset.splits import SPLITS, performers, read_shares, split, units
-from lanindex.pipeline.dataset.texts import of_pattern, of_symbols, several, tagged
+from lanindex.pipeline.dataset import (
+    distinct,
+    performers,
+    read_shares,
+    sentence_of,
+    sentence_of_symbols,
+    split,
+    units,
+)
+from lanindex.pipeline.layouts import SPLITS, joints22, tagged
 
 PEOPLE = ("Ada", "Bo", "Cy", "Di", "Eve")
 
@@ -315,12 +322,13 @@ def test_texts_say_what_was_seen() -> None:
     move = {**rest, "direction": "left", "level": "high", "end_frame": 9, "amount": 3}
     turn = {"part": "body_turn", "direction": "left", "level": None, "start_frame": 2,
             "end_frame": 5, "amount": 90}  # fmt: skip
-    assert of_symbols([rest, move, turn]) == (
+    assert sentence_of_symbols([rest, move, turn]) == (
         "The left arm is straight down, then moves to the left, high, bent by degree 3, while the "
         "body turns to the left, by 68 to 112 degrees."
     )
-    assert of_symbols([]) == of_symbols([{**move, "start_frame": it} for it in range(40)]) == ""
-    assert of_pattern("no pattern at all") == ""
-    assert several(["a", "", " a ", "b\nc"]) == ["a", "b c"]
+    many = [{**move, "start_frame": it} for it in range(40)]
+    assert sentence_of_symbols([]) == sentence_of_symbols(many) == ""
+    assert sentence_of("no pattern at all") == ""
+    assert distinct(["a", "", " a ", "b\nc"]) == ["a", "b c"]
     assert tagged("kick #3") == "kick/VERB"
     assert dataset.PERFORMERS[0] == "performer"

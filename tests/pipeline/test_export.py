@@ -21,16 +21,8 @@ from lanindex.library.store import Store
 from lanindex.model import Span
 from lanindex.notation import lnd
 from lanindex.pipeline import Library, open_library
-from lanindex.pipeline.export import (
-    Request,
-    clips,
-    export,
-    from_hits,
-    from_lines,
-    from_range,
-    matched,
-    pad_frames,
-)
+from lanindex.pipeline.export import ClipOptions, clips, export, pad_frames
+from lanindex.pipeline.named import Request, from_hits, from_lines, from_range, matched
 
 
 @pytest.fixture
@@ -102,7 +94,9 @@ def test_scores_are_exported_as_scores(tmp_path: Path, library: Library) -> None
 
 def test_padding_is_clamped(tmp_path: Path, library: Library) -> None:
     capture = library.capture("bow.bvh")
-    (row,) = export(library.store, [Request(capture, Span(5, 20))], tmp_path / "out", pad="60s")
+    (row,) = export(
+        library.store, [Request(capture, Span(5, 20))], tmp_path / "out", ClipOptions(pad="60s")
+    )
     assert (row["clip_start_frame"], row["clip_end_frame"]) == (0, capture.frames)
 
 
@@ -173,14 +167,15 @@ def test_ranges_outside_are_refused(tmp_path: Path, library: Library, span: Span
 
 
 def test_other_formats_are_refused(tmp_path: Path, library: Library) -> None:
+    fbx = ClipOptions(format="fbx")
     with pytest.raises(UsageError, match="native, bvh, glb, c3d, trc, csv, npz, lnd"):
-        export(library.store, [from_range(library.store, "bow.bvh", 0, 5)], tmp_path, format="fbx")
+        export(library.store, [from_range(library.store, "bow.bvh", 0, 5)], tmp_path, fbx)
     with pytest.raises(ExportError, match="came as lnd, wanted a bvh source"):
         export(
             library.store,
             [from_range(library.store, "score.lnd", 0, 5)],
             tmp_path / "o",
-            format="bvh",
+            ClipOptions(format="bvh"),
         )
 
 
@@ -376,14 +371,14 @@ def test_an_export_does_not_go_through_all_captures(
 def test_clips_come_as_bytes_with_a_name(tmp_path: Path, library: Library) -> None:
     wanted = [from_range(library.store, name, 3, 9) for name in ("bow.bvh", "score.lnd")]
     manifest: list[dict[str, object]] = []
-    files = list(clips(library.store, wanted, rows=manifest))
+    files = list(clips(library.store, wanted, ClipOptions(), manifest))
     names = ["bow_3-9.bvh", "bow_3-9.lnd", "score_3-9.lnd", "manifest.csv", "manifest.jsonl"]
     assert [file.name for file in files] == names
     assert [row["clip"] for row in manifest] == ["bow_3-9.bvh", "score_3-9.lnd"]
     assert export(library.store, wanted, tmp_path / "out") == manifest
     for file in files:
         assert (tmp_path / "out" / file.name).read_bytes() == file.content
-    assert list(clips(library.store, [])) == []
+    assert list(clips(library.store, [], ClipOptions(), [])) == []
 
 
 def test_names_at_the_limit_of_the_file_system(tmp_path: Path, library: Library) -> None:
@@ -401,7 +396,8 @@ def test_no_cell_of_the_table_is_a_formula(library: Library, first: str) -> None
     said = {"part": first + "1", "direction": None, "level": "mid", "start_frame": 1}
     wanted = Request(capture, Span(3, 9), first + "> r_arm", 0.5, ({**said, "end_frame": 2},))
     manifest: list[dict[str, object]] = []
-    content = {file.name: file.content for file in clips(library.store, [wanted], rows=manifest)}
+    files = clips(library.store, [wanted], ClipOptions(), manifest)
+    content = {file.name: file.content for file in files}
     table = csv.DictReader(io.StringIO(content["manifest.csv"].decode(), newline=""))
     (row,) = table
     shown = first.replace("\r", "\n")

@@ -16,8 +16,7 @@ from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.discover import SUFFIXES, discover, left_out
 from lanindex.pipeline.ingest import ingest
 from lanindex.pipeline.labels import read_labels
-from lanindex.pipeline.pool import prepared
-from lanindex.pipeline.prepare import Outcome, Task
+from lanindex.pipeline.prepare import Outcome, Task, prepared
 
 PROFILE = load("default")
 

@@ -7,35 +7,35 @@ from bvh_bodies import person
 
 from lanindex import compiled
 from lanindex.encoding.profile import load
-from lanindex.pipeline import pool
+from lanindex.pipeline import prepare
 from lanindex.pipeline.prepare import Task
 
 GIGABYTE = 1 << 30
 
 
 def free(monkeypatch: pytest.MonkeyPatch, amount: int | None) -> None:
-    monkeypatch.setattr(pool, "available", lambda: amount)
+    monkeypatch.setattr(prepare, "available", lambda: amount)
 
 
 def test_the_largest_files_count(monkeypatch: pytest.MonkeyPatch) -> None:
     sizes = [1000, GIGABYTE, 2000, GIGABYTE]
-    one, small = pool.needed(GIGABYTE), pool.needed(2000)
+    one, small = prepare.needed(GIGABYTE), prepare.needed(2000)
     for amount, jobs in ((2 * one, 2), (2 * one - 1, 1), (2 * one + small, 3), (0, 1)):
         free(monkeypatch, amount)
-        assert pool.affordable(sizes, 4) == jobs
+        assert prepare.affordable(sizes, 4) == jobs
     free(monkeypatch, None)  # a system that does not tell
-    assert pool.affordable(sizes, 4) == 4
+    assert prepare.affordable(sizes, 4) == 4
 
 
 def test_processes_without_a_file_of_their_own_take_room_too(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    free(monkeypatch, pool.needed(GIGABYTE) + pool.needed(0))
-    assert pool.affordable([GIGABYTE], 8) == 2
+    free(monkeypatch, prepare.needed(GIGABYTE) + prepare.needed(0))
+    assert prepare.affordable([GIGABYTE], 8) == 2
 
 
 def test_the_system_tells_what_is_free() -> None:
-    found = pool.available()
+    found = prepare.available()
     assert found is None or found > 1 << 20
 
 
@@ -46,9 +46,9 @@ def test_a_task_says_what_its_process_will_read(
     for path in paths:
         path.write_bytes(person(3))
     seen: list[int] = []
-    monkeypatch.setattr(pool, "prepare", lambda task: seen.append(task.total) or ())
+    monkeypatch.setattr(prepare, "prepare", lambda task: seen.append(task.total) or ())
     tasks = [Task(str(path), load("default")) for path in paths]
-    list(pool.prepared([*tasks, Task(str(tmp_path / "gone.bvh"), load("default"))], 1))
+    list(prepare.prepared([*tasks, Task(str(tmp_path / "gone.bvh"), load("default"))], 1))
     assert seen == [3 * len(person(3))] * 4
 
 
@@ -59,5 +59,5 @@ def test_many_small_files_are_worth_the_fast_reader(
     path = tmp_path / "small.bvh"
     path.write_bytes(person(3))
     monkeypatch.setattr(compiled, "_expected", 0)
-    pool.prepare(Task(str(path), load("default"), total=total))
+    prepare.prepare(Task(str(path), load("default"), total=total))
     assert compiled._expected == total

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lanindex.library.selection import Selection
     from lanindex.pipeline import Library
     from lanindex.pipeline.dataset import ClipGroup, Made
-    from lanindex.pipeline.export import Request
+    from lanindex.pipeline.named import Request
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Source:
 
     def requests(self, library: Library) -> list[Request] | None:
         """Return a stretch of a capture or the hits on standard input; None: of a pattern."""
-        from lanindex.pipeline.export import from_lines, from_range
+        from lanindex.pipeline.named import from_lines, from_range
 
         if self.capture is not None:
             capture = options.capture_id(self.capture)
@@ -159,7 +159,8 @@ def _clips(
     force: bool,
 ) -> int:
     """Write clips, and return how many."""
-    from lanindex.pipeline.export import export, from_hits
+    from lanindex.pipeline.export import ClipOptions, export
+    from lanindex.pipeline.named import from_hits
     from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
 
@@ -170,16 +171,8 @@ def _clips(
         end_progress()
         requests = from_hits(hits, hits.pattern)
     folder = clips.output or Path("clips")
-    manifest = export(
-        library.store,
-        requests,
-        folder,
-        pad=pad,
-        format=clips.format,
-        origin=clips.origin,
-        preview=clips.preview,
-        force=force,
-    )
+    form = ClipOptions(pad, clips.format, clips.origin, clips.preview)
+    manifest = export(library.store, requests, folder, form, force=force)
     for row in manifest:
         if out.json:
             out.record(row)
@@ -193,8 +186,7 @@ def _groups(
     out: Output, library: Library, source: Source, patterns: Path | None, how: dict[str, Any]
 ) -> list[ClipGroup]:
     """Return the clips of a data set, those of each pattern together."""
-    from lanindex.pipeline.dataset import of_captures, of_hits, of_requests
-    from lanindex.pipeline.dataset.texts import of_pattern
+    from lanindex.pipeline.dataset import of_captures, of_hits, of_requests, sentence_of
     from lanindex.pipeline.words import meant, named
     from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
@@ -205,7 +197,7 @@ def _groups(
         labels, groups = library.store.texts("label"), []
         for label in read_patterns(patterns):
             text = pattern_in(label.text, patterns.parent)
-            group = of_hits(hits_in(library.search(text, **how)), label.name, of_pattern(text))
+            group = of_hits(hits_in(library.search(text, **how)), label.name, sentence_of(text))
             wanted = frozenset(number for number, it in labels.items() if label.wants(it))
             groups.append(replace(group, expected=wanted))
         return groups
@@ -213,7 +205,7 @@ def _groups(
     if requests is not None:
         return [
             of_requests(
-                (it for it in requests if it.pattern == pattern), sentence=of_pattern(pattern)
+                (it for it in requests if it.pattern == pattern), sentence=sentence_of(pattern)
             )
             for pattern in dict.fromkeys(request.pattern for request in requests)
         ]
@@ -223,7 +215,7 @@ def _groups(
     entry = meant(text, library.words)
     pattern = pattern_of(out, library, text, library.words)
     hits = hits_in(library.search(pattern, **how))
-    sentence = of_pattern(pattern, named(pattern, library.words))
+    sentence = sentence_of(pattern, named(pattern, library.words))
     return [of_hits(hits, sentence=entry.sentence if entry else sentence)]
 
 

@@ -102,7 +102,7 @@ def ingest(
 
 def _processes(out: Output, files: list[str], requested: int | None) -> int:
     """Return how many processes are worth their start and have room in memory."""
-    from lanindex.pipeline.pool import affordable, size_of
+    from lanindex.pipeline.prepare import affordable, size_of
 
     wanted = requested or (os.cpu_count() or 1 if len(files) >= MANY else 1)
     possible = affordable(map(size_of, files), wanted)

@@ -18,9 +18,9 @@ from lanindex.errors import UsageError
 if TYPE_CHECKING:
     from lanindex.evaluate import Result
     from lanindex.library.stats import Stats
+    from lanindex.pipeline.example import Groups, Similar
     from lanindex.pipeline.motifs import Motifs, Recurring
     from lanindex.pipeline.movement import Movement
-    from lanindex.pipeline.similar import Groups, Similar
 
 MOTIFS_ON_TERMINAL = 20
 """Motifs that a terminal shows without --limit."""
@@ -233,7 +233,7 @@ def similar(
     exclusive("--groups", groups is not None, {"--alike": alike is not None})
     from lanindex import records
     from lanindex.pipeline import open_library
-    from lanindex.pipeline.similar import ALIKE, SAMPLE
+    from lanindex.pipeline.example import ALIKE, SAMPLE
 
     with open_library(db, readonly=True, note=out.note, progress=out.watch) as library:
         found = library.similar(
@@ -315,7 +315,7 @@ def evaluate(
     from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
     from lanindex.pipeline.discover import discover
     from lanindex.pipeline.labels import read_labels, unfitting
-    from lanindex.pipeline.search import named as too_rich
+    from lanindex.pipeline.search import too_rich
 
     expectations, table = read_patterns(patterns), read_labels(labels)
     if not any(label for label, _ in table.values()):

@@ -179,7 +179,8 @@ def run(
 
 def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[str] | None) -> str:
     """Return the pattern that a query stands for, and say which word of the dictionary it is."""
-    from lanindex.pipeline.words import absent, hints, meant, unknown
+    from lanindex.pipeline.words import hints, meant, unknown
+    from lanindex.search.dictionary import absent
 
     entry = meant(query, words)
     if entry is not None:
@@ -199,11 +200,12 @@ def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[
 def _note_labelled(out: Output, library: Library, name: str) -> None:
     """Say which captures are labelled with a word."""
     from lanindex.library.selection import Selection
-    from lanindex.pipeline.words import glob_of, said_by
 
-    labelled = library.store.numbers(Selection(where={"label": glob_of(name)}))
+    glob = name.replace("_", "?") + "*"
+    labelled = library.store.numbers(Selection(where={"label": glob}))
     if labelled:
-        label = said_by(library.store.texts("label", labelled).values(), glob_of(name))
+        labels = set(library.store.texts("label", labelled).values())
+        label = labels.pop() if len(labels) == 1 else glob
         verb = "is" if len(labelled) == 1 else "are"
         out.note(
             f'{counted(len(labelled), "capture")} {verb} labelled "{label}": '

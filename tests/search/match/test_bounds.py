@@ -1,6 +1,7 @@
 """Budgets, deadlines, and hits of a library that has changed."""
 
 from fractions import Fraction
+from functools import partial
 from random import Random
 
 import numpy as np
@@ -18,7 +19,7 @@ from lanindex.errors import LanindexError
 from lanindex.model import Capture, Span, Track
 from lanindex.model.symbol import blank
 from lanindex.pipeline import open_library
-from lanindex.pipeline.deadline import Deadline
+from lanindex.pipeline.deadline import deadline
 from lanindex.search.language import parse
 from lanindex.search.language.times import Time
 from lanindex.search.match import arrays, leading, walk
@@ -27,7 +28,7 @@ from lanindex.search.match.finder import NARROWER, Finder, columns_in
 
 def patience(seconds: float):
     """Return what breaks a search off in time."""
-    return Deadline(lambda *told: None, seconds, remedy=NARROWER).of("captures")
+    return partial(deadline(lambda *told: None, seconds, remedy=NARROWER), "captures")
 
 
 def test_what_is_too_much_at_once_is_tried_in_parts_or_refused(monkeypatch):

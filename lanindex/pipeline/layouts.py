@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import io
-from collections import Counter
+import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,17 +18,15 @@ from lanindex.formats.npy import features
 from lanindex.formats.npy.orders import SMPL
 from lanindex.model import Score, Span, Symbol
 from lanindex.notation.excerpt import excerpt
-from lanindex.pipeline.dataset.splits import SPLITS
-from lanindex.pipeline.dataset.texts import tagged
 
 Floats = NDArray[np.float64]
 
-FILES = tuple[tuple[str, bytes], ...]
+SPLITS = ("train", "val", "test")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clip:
-    """One clip, as the layouts get it."""
+    """One clip, as the layouts get it; `places` are (T, 20, 3) in metres."""
 
     name: str
     split: str
@@ -37,60 +35,41 @@ class Clip:
     score: Score
     span: Span
     texts: Sequence[str]
-    kind: str
+    label: str
 
 
-class Layout(Protocol):
-    """How clips are written."""
-
-    rate: Fraction | None
-    """Frames a second that clips must have; None: any."""
-
-    said: tuple[str, ...]
-    """What its card tells of it, a line each."""
-
-    def names(self, name: str, split: str) -> tuple[str, ...]:
-        """Return the files of a clip."""
-
-    def lacking(self, clip: Clip) -> str:
-        """Say why a clip cannot be written; empty: it can."""
-
-    def files(self, clip: Clip) -> FILES:
-        """Return the files of a clip, with what is in them."""
-
-    def last(self) -> Iterator[tuple[str, bytes]]:
-        """Yield what belongs to all clips, when all of them are written."""
-
-
-@dataclass
 class Arrays:
     """A file of numpy arrays a clip, in a folder a split; LanIndex reads them, too."""
 
     rate: Fraction | None = None
-    said: tuple[str, ...] = (
-        "`SPLIT/NAME.npz`, for `numpy.load`, none of it pickled:",
-        "",
-        "| array | |",
-        "|---|---|",
-        "| `joints` | (T, 20, 3) float32: places in metres, y up, right-handed; NaN: unknown |",
-        "| `joint_names` | (20) of the joints |",
-        "| `fps`, `unit`, `up` | frames a second, `m`, `y` |",
-        "| `symbol_part`, `symbol_direction`, `symbol_level`, `symbol_amount` | (S) words; empty: none |",  # noqa: E501
-        "| `symbol_frames` | (S, 2) int32: from, up to and not including; frames of the clip |",
-        "| `texts` | what the clip is in words: its label, what was asked for, what was seen |",
-        "| `label` | what it was found as; else the capture's label |",
-    )
+    """Frames a second that clips must have; None: any."""
+
+    shared: tuple[str, ...] = ()
+    """Names of files that belong to all clips."""
+
+    on_card = """\
+`SPLIT/NAME.npz`, for `numpy.load`, none of it pickled:
+
+| array | |
+|---|---|
+| `joints` | (T, 20, 3) float32: places in metres, y up, right-handed; NaN: unknown |
+| `joint_names` | (20) of the joints |
+| `fps`, `unit`, `up` | frames a second, `m`, `y` |
+| `symbol_part`, `symbol_direction`, `symbol_level`, `symbol_amount` | (S) words; empty: none |
+| `symbol_frames` | (S, 2) int32: from, up to and not including; frames of the clip |
+| `texts` | what the clip is in words: its label, what was asked for, what was seen |
+| `label` | what it was found as; else the capture's label |"""
 
     def names(self, name: str, split: str) -> tuple[str, ...]:
         """Return the file of a clip."""
         return (f"{split}/{name}.npz",)
 
     def lacking(self, clip: Clip) -> str:
-        """Refuse what has no place at all."""
+        """Return why a clip cannot be written: it has no place at all."""
         return "" if np.isfinite(clip.places).any() else "no joint of the body is known"
 
-    def files(self, clip: Clip) -> FILES:
-        """Return the arrays of a clip."""
+    def contents(self, clip: Clip) -> Iterator[bytes]:
+        """Yield the arrays of a clip."""
         rows = [symbol for symbol in excerpt(clip.score, clip.span).symbols() if not symbol.passing]
         spans = np.array([(row.start, row.stop) for row in rows], np.float64).reshape(-1, 2)
         spans = np.rint(spans * float(clip.rate / clip.score.rate))
@@ -106,14 +85,14 @@ class Arrays:
             "symbol_amount": _words(map(_amount, rows)),
             "symbol_frames": np.minimum(spans, len(clip.places)).astype(np.int32),
             "texts": _words(clip.texts),
-            "label": np.array(clip.kind),
+            "label": np.array(clip.label),
         }
         content = io.BytesIO()
         np.savez_compressed(content, allow_pickle=False, **arrays)
-        return ((self.names(clip.name, clip.split)[0], content.getvalue()),)
+        yield content.getvalue()
 
-    def last(self) -> Iterator[tuple[str, bytes]]:
-        """Yield nothing more."""
+    def shared_contents(self) -> Iterator[bytes]:
+        """Yield nothing: no file belongs to all clips."""
         yield from ()
 
 
@@ -147,71 +126,69 @@ _SAME = {
 _NEEDED = [place for place, joint in enumerate(JOINTS) if joint in {*_SAME.values(), "Chest"}]
 
 
-@dataclass
 class HumanML3D:
     """The folders of HumanML3D: places, features, texts and lists of names."""
 
     rate: Fraction | None = Fraction(20)
-    said: tuple[str, ...] = (
-        "The folders of HumanML3D (Guo et al. 2022), 20 frames a second, metres, y up:",
-        "",
-        "| file | |",
-        "|---|---|",
-        "| `new_joints/NAME.npy` | (T, 22, 3) float32 places, above the origin and facing z at first |",  # noqa: E501
-        "| `new_joint_vecs/NAME.npy` | (T, 263) float32 features of the same frames |",
-        "| `texts/NAME.txt` | `caption#word/TAG word/TAG#0.0#0.0`, a line each; tags are those of words that LanIndex uses itself, others `X` |",  # noqa: E501
-        "| `all.txt`, `train.txt`, `val.txt`, `test.txt` | names |",
-        "| `Mean.npy`, `Std.npy` | (263) of the training clips; deviations are means over a group of features |",  # noqa: E501
-        "",
-        "Unlike there, bodies keep their own proportions (the published clips are brought to one",
-        "skeleton), and the heading is told by hips and shoulders together. Spine and collars are",
-        "laid between pelvis, chest, neck and shoulders: the captures have no such joints.",
-    )
-    names_by_split: dict[str, list[str]] = field(
-        default_factory=lambda: {split: [] for split in SPLITS}
-    )
-    _sums: Floats = field(default_factory=lambda: np.zeros((2, 263)))
-    _frames: Counter[str] = field(default_factory=Counter)
+    shared = (*(f"{split}.txt" for split in SPLITS), "all.txt", "Mean.npy", "Std.npy")
+    on_card = """\
+The folders of HumanML3D (Guo et al. 2022), 20 frames a second, metres, y up:
+
+| file | |
+|---|---|
+| `new_joints/NAME.npy` | (T, 22, 3) float32 places, above the origin and facing z at first |
+| `new_joint_vecs/NAME.npy` | (T, 263) float32 features of the same frames |
+| `texts/NAME.txt` | `caption#word/TAG word/TAG#0.0#0.0`, a line each; tags are those of words that LanIndex uses itself, others `X` |
+| `all.txt`, `train.txt`, `val.txt`, `test.txt` | names |
+| `Mean.npy`, `Std.npy` | (263) of the training clips; deviations are means over a group of features |
+
+Unlike there, bodies keep their own proportions (the published clips are brought to one
+skeleton), and the heading is told by hips and shoulders together. Spine and collars are
+laid between pelvis, chest, neck and shoulders: the captures have no such joints."""  # noqa: E501
+
+    def __init__(self) -> None:
+        self._names: dict[str, list[str]] = {split: [] for split in SPLITS}
+        self._sums: Floats = np.zeros((2, 263))  # of the features of training, and of their squares
+        self._frames = 0
 
     def names(self, name: str, split: str) -> tuple[str, ...]:
         """Return the files of a clip."""
         return f"new_joints/{name}.npy", f"new_joint_vecs/{name}.npy", f"texts/{name}.txt"
 
     def lacking(self, clip: Clip) -> str:
-        """Refuse what has fewer than three frames, or joints that are not known all the time."""
+        """Return why a clip cannot be written: too short, or joints that are not always known."""
         if len(clip.places) < 3:
             return "fewer than 3 frames"
         gone = ~np.isfinite(clip.places[:, _NEEDED]).all(axis=(0, 2))
         named = ", ".join(JOINTS[_NEEDED[place]] for place in np.flatnonzero(gone))
         return f"not known all the time: {named}" if named else ""
 
-    def files(self, clip: Clip) -> FILES:
-        """Return places, features and texts of a clip."""
+    def contents(self, clip: Clip) -> Iterator[bytes]:
+        """Yield places, features and texts of a clip."""
         places = features.grounded(joints22(clip.places))
         values = features.features(places)
         if clip.split == "train":
             exact = values.astype(np.float64)
             self._sums += exact.sum(axis=0), (exact * exact).sum(axis=0)
-            self._frames["train"] += len(exact)
-        self.names_by_split[clip.split].append(clip.name)
-        captions = [text.replace("#", " ") for text in clip.texts or (clip.kind or "a movement",)]
-        lines = "".join(f"{text}#{tagged(text)}#0.0#0.0\n" for text in captions)
-        contents = _npy(places[:-1].astype(np.float32)), _npy(values), lines.encode()
-        return tuple(zip(self.names(clip.name, clip.split), contents, strict=True))
+            self._frames += len(exact)
+        self._names[clip.split].append(clip.name)
+        yield _npy(places[:-1].astype(np.float32))
+        yield _npy(values)
+        captions = [text.replace("#", " ") for text in clip.texts or (clip.label or "a movement",)]
+        yield "".join(f"{text}#{tagged(text)}#0.0#0.0\n" for text in captions).encode()
 
-    def last(self) -> Iterator[tuple[str, bytes]]:
-        """Yield the lists of names, mean and deviation."""
-        for split, names in self.names_by_split.items():
-            yield f"{split}.txt", "".join(f"{name}\n" for name in names).encode()
-        every = sorted(name for names in self.names_by_split.values() for name in names)
-        yield "all.txt", "".join(f"{name}\n" for name in every).encode()
-        if count := self._frames["train"]:
-            mean = self._sums[0] / count
-            spread = np.sqrt(np.maximum(self._sums[1] / count - mean * mean, 0))
+    def shared_contents(self) -> Iterator[bytes]:
+        """Yield the lists of names, and mean and deviation if there is a training clip."""
+        every = sorted(name for names in self._names.values() for name in names)
+        for names in (*self._names.values(), every):
+            yield "".join(f"{name}\n" for name in names).encode()
+        if self._frames:
+            mean = self._sums[0] / self._frames
+            spread = np.sqrt(np.maximum(self._sums[1] / self._frames - mean * mean, 0))
             for first, last in ((0, 1), (1, 3), (3, 4), (4, 67), (67, 193), (193, 259), (259, 263)):
                 spread[first:last] = spread[first:last].mean()
-            yield "Mean.npy", _npy(mean.astype(np.float32))
-            yield "Std.npy", _npy(spread.astype(np.float32))
+            yield _npy(mean.astype(np.float32))
+            yield _npy(spread.astype(np.float32))
 
 
 def joints22(places: Floats) -> Floats:
@@ -238,13 +215,41 @@ def _npy(values: NDArray[Any]) -> bytes:
     return content.getvalue()
 
 
-LAYOUTS = {"npz": Arrays, "humanml3d": HumanML3D}
+_TAGS = {
+    "ADP": "to on of at in by for from with after before than across",
+    "DET": "the a an each either both no any other another",
+    "ADV": "then high low forward back down straight later together where there anywhere slowly "
+    "fast not up away apart overhead sideways twice again",
+    "NOUN": "arm arms leg legs forearm forearms hand hands foot feet thigh thighs shank shanks "
+    "head torso body palm palms front side height place joint trunk knee knees seat elbow elbows "
+    "upper weight degree degrees way ground",
+    "ADJ": "right left middle own drawn bent stretched little long",
+    "VERB": "moves move goes go is are stays stay steps jumps travels turns turn twists inclines "
+    "bends bend stretches stretch touches touch holds hold rests faces face leaves passing walk "
+    "run walks runs jump wave waves raise raises kick kicks clap claps bow bows",
+    "CCONJ": "and or",
+    "SCONJ": "while",
+    "PRON": "it its they their something nothing",
+    "NUM": "one two three four five six",
+}
+_TAG = {word: tag for tag, words in _TAGS.items() for word in words.split()}
+
+
+def tagged(text: str) -> str:
+    """Return a text's words with their parts of speech, as HumanML3D has them.
+
+    Those are known of words that LanIndex itself uses; others are ``X``.
+    """
+    words = re.findall(r"[^\W\d_]+", text.lower())
+    return " ".join(f"{word}/{_TAG.get(word, 'X')}" for word in words)
+
+
+LAYOUTS: dict[str, type[Arrays] | type[HumanML3D]] = {"npz": Arrays, "humanml3d": HumanML3D}
 """Every layout, by what it is called."""
 
 
-def layout_of(name: str) -> Layout:
+def layout_of(name: str) -> Arrays | HumanML3D:
     """Return a layout, with nothing written yet."""
     if name not in LAYOUTS:
         raise UsageError(f'"{name}"', place="--layout", wanted=" or ".join(LAYOUTS))
-    made: Layout = LAYOUTS[name]()
-    return made
+    return LAYOUTS[name]()

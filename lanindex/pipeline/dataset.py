@@ -1,0 +1,562 @@
+"""Hits as a data set to train on: clips of joints, symbols and words, in splits, with a card.
+
+A capture is read once, its clips are written, and it is let go.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import partial
+from hashlib import sha256
+from heapq import merge
+from importlib.metadata import version
+from itertools import groupby, pairwise, repeat
+from pathlib import Path, PurePath
+from typing import Any
+
+import numpy as np
+
+from lanindex.alphabet import KINDS, kind_of
+from lanindex.encoding.joints import body
+from lanindex.encoding.resample import resample
+from lanindex.errors import ExportError, LanindexError, UsageError, shown
+from lanindex.formats.file import SUBJECT
+from lanindex.library.selection import is_gone
+from lanindex.library.store import Store
+from lanindex.model import Capture, Span
+from lanindex.notation import NOTATIONS
+from lanindex.pipeline.export import (
+    clip_name,
+    clip_span,
+    held_as,
+    pad_frames,
+    stored_motion,
+    suspects,
+)
+from lanindex.pipeline.files import write_all
+from lanindex.pipeline.layouts import SPLITS, Clip, layout_of
+from lanindex.pipeline.named import Request, from_hits
+from lanindex.search.explain import sentence
+from lanindex.search.hits import Hits
+from lanindex.search.language import parse
+
+INDEX, CARD, PAGE = "clips.jsonl", "card.json", "README.md"
+
+COLUMNS = (
+    *("clip", "split", "label", "texts", "capture", "capture_id", "capture_label", "performer"),
+    *("licence", "fps", "frames", "seconds", "start_frame", "end_frame", "fit", "known"),
+)
+"""The keys of a clip's line in the index, in order."""
+
+PERFORMERS = ("performer", "subject", "actor", "dancer", "participant", "signer", "person")
+"""Columns of the user's that tell who moves, the first that any capture has."""
+
+LICENCES = ("licence", "license")
+"""Columns of the user's that tell on what terms a capture may be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClipGroup:
+    """Clips of a data set that share a label and a pattern."""
+
+    label: str
+    pattern: str
+    sentence: str
+    tally: Sequence[tuple[int, int]]
+    requests: Iterable[Request]
+    expected: frozenset[int] | None = None
+
+
+def of_hits(hits: Hits, label: str = "", sentence: str = "") -> ClipGroup:
+    """Return the hits of a pattern as a group."""
+    numbers = [capture.id for capture, _ in hits.spans()]
+    if any(one > other for one, other in pairwise(numbers)):
+        hits = hits.arranged(sorted(range(len(numbers)), key=numbers.__getitem__))
+    tally = list(Counter(numbers).items())
+    return ClipGroup(label, hits.pattern, sentence, tally, from_hits(hits, hits.pattern))
+
+
+def of_requests(requests: Iterable[Request], label: str = "", sentence: str = "") -> ClipGroup:
+    """Return listed clips as a group."""
+    ordered = sorted(requests, key=lambda one: one.capture.id)
+    patterns = {one.pattern for one in ordered}
+    tally = list(Counter(one.capture.id for one in ordered).items())
+    return ClipGroup(label, " or ".join(sorted(patterns - {""})), sentence, tally, ordered)
+
+
+def of_captures(captures: Iterable[Capture]) -> ClipGroup:
+    """Return whole captures as a group."""
+    return of_requests(Request(one, Span(0, one.frames)) for one in captures)
+
+
+@dataclass(frozen=True, slots=True)
+class DatasetOptions:
+    """How a data set is made."""
+
+    layout: str = "npz"
+    rate: Fraction | None = None
+    pad: str = "0"
+    shares: str = "80/10/10"
+    split_by: str | None = None
+    seed: int = 0
+    force: bool = False
+    how: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """A data set that was written."""
+
+    clips: bytes
+    card: Mapping[str, Any]
+
+
+def write(store: Store, groups: Sequence[ClipGroup], folder: Path, options: DatasetOptions) -> Made:
+    """Write a data set, all or nothing; where there is no clip, nothing."""
+    job = _Job(store, groups, options)
+    before = _before(folder, options.force)
+    write_all(
+        ((folder / name, content) for name, content in job.files()),
+        force=options.force,
+        suspects=partial(suspects, store),
+    )
+    if job.written:
+        for name in before - job.written:
+            (folder / name).unlink(missing_ok=True)
+    return Made(bytes(job.index), job.card)
+
+
+class _Job:
+    """One data set while it is made."""
+
+    def __init__(self, store: Store, groups: Sequence[ClipGroup], options: DatasetOptions) -> None:
+        self.store, self.groups, self.options = store, groups, options
+        self.layout = layout_of(options.layout)
+        rate, own = options.rate, self.layout.rate
+        if rate and own and rate != own:
+            wanted = f"{own}, as {options.layout} has it"
+            raise UsageError(f"{float(rate):g} frames a second", place="--fps", wanted=wanted)
+        self.rate = own or rate
+        pad_frames(options.pad, Fraction(1))
+        shares = read_shares(options.shares)
+        numbers: Counter[int] = Counter()
+        for one in groups:
+            numbers.update(dict(one.tally))
+        chosen = [capture for capture in store.captures() if capture.id in numbers]
+        self.column = performers(chosen, options.split_by)
+        moving = [capture for capture in chosen if capture.format not in NOTATIONS]
+        _check_sources(moving)
+        self.unit = units(moving, self.column)
+        weights: Counter[str] = Counter()
+        for capture in moving:
+            weights[self.unit[capture.id]] += numbers[capture.id]
+        self.split = split(weights, shares, options.seed)
+        self.total = len(chosen)
+        self.untold = sum(not capture.metadata.get(self.column) for capture in moving)
+        self.counts, self.index = Counts(), bytearray()
+        self.clips, self.expected = Counter[int](), Counter[int]()
+        self.written: set[str] = set()
+        self.card: dict[str, Any] = {}
+
+    def files(self) -> Iterator[tuple[str, bytes]]:
+        """Yield each file's name and content; what tells of all of them comes last."""
+        for name, content in self._files():
+            self.written.add(name)
+            yield name, content
+
+    def _files(self) -> Iterator[tuple[str, bytes]]:
+        taken: set[str] = set()
+        streams = [zip(repeat(number), one.requests) for number, one in enumerate(self.groups)]
+        ordered = merge(*streams, key=lambda one: one[1].capture.id)
+        by_capture = groupby(ordered, key=lambda one: one[1].capture.id)
+        for done, (_, requests) in enumerate(by_capture):
+            self.store.session.progress("captures", done, self.total)
+            yield from self._of_capture(list(requests), taken)
+        self.store.session.progress("captures", self.total, self.total)
+        self.card = self._card()
+        if self.index:
+            yield from zip(self.layout.shared, self.layout.shared_contents(), strict=False)
+            yield INDEX, bytes(self.index)
+            yield CARD, (json.dumps(self.card, ensure_ascii=False, indent=1) + "\n").encode()
+            yield PAGE, page(self.card, self.layout.on_card).encode()
+
+    def _of_capture(
+        self, requests: Sequence[tuple[int, Request]], taken: set[str]
+    ) -> Iterator[tuple[str, bytes]]:
+        """Yield the files of a capture's clips; requests are each with the place of its group."""
+        held = held_as(self.store, requests[0][1].capture)
+        if held.format in NOTATIONS:
+            self.counts.left_out[f"a score ({held.format}) has no motion"] += len(requests)
+            return
+        places = body(stored_motion(self.store, held, held.rate)).places / 1000
+        score = self.store.score(held.id)
+        profile = self.store.encoding(held.id).profile
+        for source, request in requests:
+            group = self.groups[source]
+            span = clip_span(held, request.hit, self.options.pad)
+            joints, rate = places[span.start : span.stop], held.rate
+            if self.rate:
+                joints, rate = resample(joints, 0, rate, self.rate)[1], self.rate
+            label = group.label or held.label
+            seen = sentence_of_symbols(request.symbols)
+            texts = distinct((label, as_seen(group.sentence), seen))
+            name, part = clip_name(held, span, taken), self.split[self.unit[held.id]]
+            clip = Clip(name, part, joints, rate, score, span, texts, label)
+            if why := self.layout.lacking(clip):
+                self.counts.left_out[why] += 1
+                continue
+            names = self.layout.names(name, part)
+            yield from zip(names, self.layout.contents(clip), strict=True)
+            row = self._row(clip, names[0], held, request)
+            self.index += json.dumps(row, ensure_ascii=False).encode() + b"\n"
+            self.counts.add(row, self.unit[held.id], held.format)
+            self.counts.profiles[profile] += 1
+            self.clips[source] += 1
+            self.expected[source] += held.id in (group.expected or ())
+
+    def _row(self, clip: Clip, name: str, held: Capture, request: Request) -> dict[str, Any]:
+        """Return a clip's line in the index: `COLUMNS`."""
+        return {
+            "clip": name,
+            "split": clip.split,
+            "label": clip.label,
+            "texts": list(clip.texts),
+            "capture": held.path,
+            "capture_id": held.id,
+            "capture_label": held.label,
+            "performer": held.metadata.get(self.column, "") if self.column else "",
+            "licence": next(filter(None, map(held.metadata.get, LICENCES)), "not told"),
+            "fps": round(float(clip.rate), 6),
+            "frames": len(clip.places),
+            "seconds": round(float(len(clip.places) / clip.rate), 6),
+            "start_frame": clip.span.start,
+            "end_frame": clip.span.stop,
+            "fit": request.fit,
+            "known": round(float(np.isfinite(clip.places).all(axis=2).mean()), 4),
+        }
+
+    def _card(self) -> dict[str, Any]:
+        found = [
+            {
+                "label": one.label,
+                "pattern": one.pattern,
+                "sentence": one.sentence,
+                "clips": self.clips[number],
+                "expected": None if one.expected is None else self.expected[number],
+            }
+            for number, one in enumerate(self.groups)
+        ]
+        return {
+            "made_by": f"LanIndex {version('lanindex')}",
+            "layout": self.options.layout,
+            "fps": float(self.rate) if self.rate else None,
+            **self.counts.record(),
+            "found": found,
+            "how": {"time around each hit": self.options.pad, **self.options.how},
+            "shares": self.options.shares,
+            "seed": self.options.seed,
+            "split_by": self.column or "capture",
+            "split_note": self._note(),
+            "columns": list(COLUMNS),
+        }
+
+    def _note(self) -> str:
+        notes = []
+        if not self.column:
+            notes.append("Nobody told who performs: one performer may be in several splits.")
+        elif self.untold:
+            notes.append(f"{self.untold} captures tell no {self.column}: each is by itself.")
+        if empty := [name for name in SPLITS if not self.counts.by["split"][name].clips]:
+            notes.append(f"No clip is in {' and '.join(empty)}.")
+        return " ".join(notes)
+
+
+def _check_sources(captures: Sequence[Capture]) -> None:
+    """Refuse to begin where files are surely gone: it would be said after hours."""
+    lost = [one for one in captures if is_gone(one.location)]
+    if lost:
+        more = f", nor are those of {len(lost) - 1} others" if lost[1:] else ""
+        raise ExportError(
+            f"is no longer there{more}",
+            place=lost[0].location,
+            wanted="the file that was ingested",
+            remedy="Ingest it again, or let go of it: lanindex remove --missing",
+        )
+
+
+def _before(folder: Path, force: bool) -> set[str]:
+    """Return the files of a data set that is in a folder; refuse a folder that holds things."""
+    try:
+        holds = any(folder.iterdir())
+    except FileNotFoundError:
+        return set()
+    except OSError as error:
+        raise ExportError(f"is no folder ({error.strerror})", place=str(folder)) from error
+    if holds and not force:
+        raise ExportError(
+            "holds things already",
+            place=str(folder),
+            wanted="a new or an empty folder",
+            remedy="Choose another one, or --force: an earlier data set in it is replaced.",
+        )
+    try:
+        layout = layout_of(json.loads((folder / CARD).read_bytes())["layout"])
+        rows = [json.loads(line) for line in (folder / INDEX).read_bytes().splitlines()]
+        clips = [(PurePath(row["clip"]).stem, str(row["split"])) for row in rows]
+    except (OSError, ValueError, KeyError, TypeError, UsageError):
+        return set()  # no data set of ours: what it holds is left alone
+    named = {name for stem, part in clips for name in layout.names(stem, part)}
+    return {name for name in named if ".." not in PurePath(name).parts} | {*layout.shared}
+
+
+# Splits: no performer is in two; where none is told, no capture is. The same content under two
+# paths is one, and so are people of one recording who are not told apart.
+
+
+def performers(captures: Sequence[Capture], column: str | None = None) -> str:
+    """Return the column that tells who moves; empty where none does."""
+    columns = {name for one in captures for name, value in one.metadata.items() if value}
+    if column is None:
+        return next((name for name in PERFORMERS if name in columns), "")
+    if column not in columns:
+        listed = f"one of {', '.join(sorted(columns))}"
+        wanted = listed if columns else "captures with columns (--labels)"
+        raise UsageError(f'no column "{shown(column)}"', place="--split-by", wanted=wanted)
+    return column
+
+
+def units(captures: Iterable[Capture], column: str) -> dict[int, str]:
+    """Return by number of capture what must stay in one split with it, as a name."""
+    above: dict[str, str] = {}
+
+    def top(key: str) -> str:
+        while (over := above.setdefault(key, key)) != key:
+            above[key] = above[over]
+            key = over
+        return key
+
+    own: dict[int, str] = {}
+    for one in captures:
+        who = one.metadata.get(column, "") if column else ""
+        person = one.path.partition(SUBJECT)[2] if who else ""
+        content = f"content {one.sha256} {person}"
+        own[one.id] = content
+        if who:
+            first, last = sorted((top(content), top(f"performer {who}")))
+            above[first] = last  # a performer's name stays on top: it sorts behind contents
+    return {number: top(key) for number, key in own.items()}
+
+
+def read_shares(text: str) -> tuple[Fraction, ...]:
+    """Return the shares of training, validation and testing: ``80/10/10``."""
+    try:
+        shares = tuple(Fraction(one) / 100 for one in text.split("/"))
+    except (ValueError, ZeroDivisionError):
+        shares = ()
+    if len(shares) != len(SPLITS) or sum(shares) != 1 or min(shares) < 0:
+        wanted = "training/validation/testing in per cent, such as 80/10/10"
+        raise UsageError(f'"{shown(text)}"', place="--split", wanted=wanted)
+    return shares
+
+
+def split(weights: Mapping[str, int], shares: Sequence[Fraction], seed: int = 0) -> dict[str, str]:
+    """Return the split of each unit."""
+    total = sum(weights.values())
+    lacking = {name: share * total for name, share in zip(SPLITS, shares, strict=True) if share}
+    order = sorted(weights, key=lambda unit: sha256(f"{seed} {unit}".encode()).digest())
+    splits: dict[str, str] = {}
+    used: set[str] = set()
+    for left, unit in zip(range(len(order), 0, -1), order, strict=True):
+        empty = [name for name in lacking if name not in used]
+        choice = empty if left <= len(empty) else list(lacking)
+        name = splits[unit] = max(choice, key=lambda one: lacking[one])
+        lacking[name] -= weights[unit]
+        used.add(name)
+    return splits
+
+
+# What a clip is in words: its label, what was searched for, and what was seen. The English is that
+# of ``lanindex search --explain``.
+
+_LONGEST = 16
+"""Symbols that a sentence may tell: nobody reads longer ones."""
+
+_AS_SEEN = {
+    r" \(or begins? there\)": "",
+    r"; and in the meantime, sharing a frame at least,": ", while",
+}
+"""What is said of a pattern that may match in several ways, and of what was seen instead."""
+
+
+def sentence_of(pattern: str, names: Mapping[str, str] | None = None) -> str:
+    """Return what a pattern asks for as a sentence; empty where it is not understood here."""
+    try:
+        return sentence(parse(pattern, names=names))
+    except LanindexError:
+        return ""
+
+
+def sentence_of_symbols(symbols: Sequence[Mapping[str, Any]]) -> str:
+    """Return what some symbols say as a sentence; empty where they are none, or too many."""
+    if not 0 < len(symbols) <= _LONGEST:
+        return ""
+    order = list(dict.fromkeys(one["part"] for one in symbols))
+    rows = sorted(
+        {(order.index(one["part"]), one["start_frame"], one["end_frame"], _step(one))
+         for one in symbols}
+    )  # fmt: skip
+    lines = [
+        f"{order[part]} {' -> '.join(row[-1] for row in steps)}"
+        for part, steps in groupby(rows, key=lambda row: row[0])
+    ]
+    return as_seen(sentence_of(" with ".join(lines)))
+
+
+def as_seen(text: str) -> str:
+    """Return what is said of a pattern as it is said of what was seen."""
+    for pattern, instead in _AS_SEEN.items():
+        text = re.sub(pattern, instead, text)
+    return text
+
+
+def _step(symbol: Mapping[str, Any]) -> str:
+    kind = KINDS[kind_of(symbol["part"])]
+    words = [symbol.get(name) for name in ("direction", "level")]
+    if (amount := symbol.get("amount")) is not None:
+        words.append(kind.amount(amount))
+    at = "at " if kind.lasts and symbol["start_frame"] == symbol["end_frame"] else ""
+    return at + " ".join(word for word in words if word)
+
+
+def distinct(texts: Iterable[str]) -> list[str]:
+    """Return texts that say anything, each once, in order."""
+    tidy = (" ".join(text.split()) for text in texts)
+    return list(dict.fromkeys(text for text in tidy if text))
+
+
+# The card: its counts, and the page for people.
+
+
+@dataclass
+class Tally:
+    """Clips, captures and seconds of some of a data set."""
+
+    clips: int = 0
+    seconds: float = 0.0
+    frames: int = 0
+    captures: set[int] = field(default_factory=set)
+    units: set[str] = field(default_factory=set)
+
+    def record(self) -> dict[str, Any]:
+        """Return the counts."""
+        return {
+            "clips": self.clips,
+            "captures": len(self.captures),
+            "frames": self.frames,
+            "hours": round(self.seconds / 3600, 6),
+        }
+
+
+class Counts:
+    """A data set as it grows, counted."""
+
+    def __init__(self) -> None:
+        keys = ("split", "label", "licence", "format")
+        self.by: dict[str, dict[str, Tally]] = {key: defaultdict(Tally) for key in keys}
+        self.whole = Tally()
+        self.label_splits: dict[str, Counter[str]] = defaultdict(Counter)
+        self.profiles, self.left_out = Counter[str](), Counter[str]()
+
+    def add(self, row: Mapping[str, Any], unit: str, form: str) -> None:
+        """Count one clip, by its line in the index."""
+        values = {**row, "format": form}
+        for tally in (self.whole, *(tallies[values[key]] for key, tallies in self.by.items())):
+            tally.clips += 1
+            tally.frames += row["frames"]
+            tally.seconds += row["seconds"]
+            tally.captures.add(row["capture_id"])
+            tally.units.add(unit)
+        self.label_splits[row["label"]][row["split"]] += 1
+
+    def record(self) -> dict[str, Any]:
+        """Return the counts as a card has them."""
+        groups = {
+            f"by_{key}": {name: tally.record() for name, tally in sorted(tallies.items())}
+            for key, tallies in self.by.items()
+        }
+        splits = {name: self.by["split"][name] for name in SPLITS}
+        groups["by_split"] = {
+            name: {**tally.record(), "groups": len(tally.units)} for name, tally in splits.items()
+        }
+        for label, counts in self.label_splits.items():
+            groups["by_label"][label]["splits"] = {name: counts[name] for name in SPLITS}
+        return {
+            **self.whole.record(),
+            **groups,
+            "profiles": dict(sorted(self.profiles.items())),
+            "left_out": dict(sorted(self.left_out.items())),
+        }
+
+
+def page(card: Mapping[str, Any], layout: str) -> str:
+    """Return a card as a page for people."""
+    lines = ["# A data set of movement", "", *_summary(card), "", "## Clips", ""]
+    lines += _table(
+        ("split", "clips", "captures", "groups", "hours"),
+        ((name, one["clips"], one["captures"], one["groups"], f"{one['hours']:.3f}")
+         for name, one in card["by_split"].items()),
+    )  # fmt: skip
+    lines += ["", *_table(
+        ("label", *SPLITS, "clips", "captures", "hours"),
+        ((name or "(none)", *one["splits"].values(), one["clips"], one["captures"],
+          f"{one['hours']:.3f}") for name, one in card["by_label"].items()),
+    )]  # fmt: skip
+    lines += ["", "## Terms", "", *_table(
+        ("licence, as told", "clips", "captures"),
+        ((name, one["clips"], one["captures"]) for name, one in card["by_licence"].items()),
+    )]  # fmt: skip
+    lines += ["", "## How it was found", ""]
+    for one in card["found"]:
+        line = f"- {one['label'] or 'each by its own label'}: "
+        line += f"`{one['pattern']}`. {one['sentence']}" if one["pattern"] else "whole captures."
+        if one["expected"] is not None:
+            line = f"{line.rstrip()} {one['expected']} of {one['clips']} clips are of captures "
+            line += "with an expected label."
+        lines.append(line.rstrip())
+    lines += [f"- {name}: {value}" for name, value in card["how"].items()]
+    if card["left_out"]:
+        lines += ["", "## Left out", ""]
+        lines += [
+            f"- {number} clip{'s' if number > 1 else ''}: {why}"
+            for why, number in card["left_out"].items()
+        ]
+    lines += ["", "## Files", "", layout, ""]
+    lines += ["`clips.jsonl` has a line for each clip, with the keys", ""]
+    lines += [" ".join(f"`{name}`" for name in card["columns"]) + ".", ""]
+    return "\n".join(lines)
+
+
+def _summary(card: Mapping[str, Any]) -> list[str]:
+    profiles = ", ".join(name or "scores as they came" for name in card["profiles"]) or "none"
+    who = card["split_by"] if card["split_by"] == "capture" else f"the column {card['split_by']}"
+    rate = f"{card['fps']} frames a second" if card["fps"] else "the rates of their captures"
+    return [
+        f"{card['clips']:,} clips of {card['captures']:,} captures, {card['hours']:.2f} hours, "
+        f"at {rate}.",
+        f"Made by {card['made_by']}; written down with the profile {profiles}.",
+        f"Splits ({card['shares']}, seed {card['seed']}) are by {who}: no group is in two. "
+        f"{card['split_note']}".rstrip(),
+        "Joints unknown for a fifth of a second at most are filled in straight lines.",
+    ]
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> list[str]:
+    cells = [[str(cell).replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows]
+    titles = list(head)
+    lines = [titles, ["---"] * len(titles), *cells]
+    return [f"| {' | '.join(line)} |" for line in lines]
