@@ -156,8 +156,6 @@ class Context:
     which more than `MOST_TRIED` partial matches were tried.
     """
 
-    joiner: LineJoiner
-
     def __init__(
         self,
         batch: Batch,

@@ -178,7 +178,7 @@ class Joiner:
         """
         end = enough_beside(program, companion)
         if (program, end) not in self._found:
-            walk = self._walk(self._context, program, tracked=program.open_ended, enough=end)
+            walk = self._walk(self._context, self, program, tracked=program.open_ended, enough=end)
             ends = walk.run()
             memory, outside = ends.memory, self._context.rewrites.outside
             notes = memory.columns[len(memory.columns) - self._context.clauses.width :]

@@ -17,7 +17,7 @@ from lanindex.search.language.times import Length, Time
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, OverBudget, best_of_each
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Facts
-from lanindex.search.match.context import Context
+from lanindex.search.match.context import Context, LineJoiner
 from lanindex.search.match.hits import HitTable, table
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.mirror_runs import MirrorRuns, repeats
@@ -41,13 +41,14 @@ def hits_of(context: Context) -> list[HitTable]:
     if lines:
         return [MirrorRuns(context.batch, lines).hits(context.tick)]
     program = context.program
-    context.joiner = Joiner(context)
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
-    walk = Walk(context, program, timed=timed, tracked=tracked, enough=enough(program))
+    walk = Walk(
+        context, Joiner(context), program, timed=timed, tracked=tracked, enough=enough(program)
+    )
     begun, hits = walk.roots(), list[HitTable]()
     if not (walk.looks_up_ends or program.whole.companions or context.clauses):
         short = _short(context)
-        hits += _from_all(context, _in_captures(context, begun, short))
+        hits += _from_all(context, walk.joiner, _in_captures(context, begun, short))
         begun = _in_captures(context, begun, ~short)
     ends = _best_ends(context, walk, begun)
     return hits + [hits for found in ends for hits in _as_hits(context, found)]
@@ -68,14 +69,14 @@ def _in_captures(context: Context, begun: list[BoolArray], captures: BoolArray) 
     return [fits & captures[capture] for fits, capture in zip(begun, own, strict=True)]
 
 
-def _from_all(context: Context, begun: list[BoolArray]) -> Iterator[HitTable]:
+def _from_all(context: Context, joiner: LineJoiner, begun: list[BoolArray]) -> Iterator[HitTable]:
     """Yield the best match from each of some beginnings, walked from all of them at once.
 
     What follows a partial match does not depend on where it began: the best end of each beginning
     is found backwards, over the links between partial matches.
     """
     program = context.program
-    walk = Walk(context, program, rooted=False)
+    walk = Walk(context, joiner, program, rooted=False)
     found = walk.run(begun)
     found = found.at(complete(context, walk, found))
     lows, highs = walk.nodes.best_hulls(found.node, found.spans.low, found.spans.high)
@@ -165,7 +166,7 @@ def complete(context: Context, walk: Walk, found: Ends) -> IntArray:
     clauses, memory = context.clauses, found.memory
     fits = ~found.spans.alone
     if memory.unmet.size:
-        still_unmet = context.joiner.still_unmet(memory.unmet, memory.claims)
+        still_unmet = walk.joiner.still_unmet(memory.unmet, memory.claims)
         fits &= (still_unmet >= FAR).all(axis=0)
     width = len(memory.columns) - clauses.width
     if clauses.rhythm:

@@ -20,7 +20,7 @@ from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
 from lanindex.search.match.backward import cost_of, end_of, may_leave
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses
-from lanindex.search.match.context import Context, Joins
+from lanindex.search.match.context import Context, Joins, LineJoiner
 from lanindex.search.match.follow import Transitions
 from lanindex.search.match.hits import BestTrace, HitTable, Step, Trace, table
 from lanindex.search.match.join import Joiner
@@ -99,7 +99,7 @@ class _Context(Context):
         np.minimum.at(self.low, hits.capture, hits.low)
         np.maximum.at(self.high, hits.capture, hits.high)
         np.maximum.at(self._longest, hits.capture, hits.high - hits.low)
-        self.joins, self.joiner = _Joins(), Joiner(self, _Walk)
+        self.joins = _Joins()
 
     def count_tried(self, capture: IntArray) -> BoolArray | None:
         """Refuse nothing: what was found can be traced."""
@@ -108,7 +108,9 @@ class _Context(Context):
     def traced(self, hits: HitTable) -> Iterator[tuple[int, BestTrace]]:
         """Yield the places of hits that this program can lead, each with its best match."""
         end = enough(self.program)
-        line = _Walk(self, self.program, timed=bool(self.clauses.rhythm), enough=end)
+        line = _Walk(
+            self, Joiner(self, _Walk), self.program, timed=bool(self.clauses.rhythm), enough=end
+        )
         places = dict(zip(_beginnings(hits), range(len(hits)), strict=True))
         owners, begun = [], line.roots()
         for entry, fits in zip(self.program.entries, begun, strict=True):
@@ -137,6 +139,7 @@ class _Walk(Walk):
     def __init__(
         self,
         context: _Context,
+        joiner: LineJoiner,
         program: Program,
         *,
         timed: bool = False,
@@ -145,7 +148,7 @@ class _Walk(Walk):
     ) -> None:
         # where each beginning has one match, its value has all but the symbols
         only = ONLY if enough == ONLY else None
-        super().__init__(context, program, timed=timed, tracked=True, enough=only)
+        super().__init__(context, joiner, program, timed=timed, tracked=True, enough=only)
         self._ahead: dict[int, tuple[IntArray, Transitions]] = {}
         if not self.looks_up_ends:
             self._best_ends = None

@@ -36,7 +36,7 @@ from lanindex.search.match.arrays import (
 )
 from lanindex.search.match.backward import Backwards, cost_of, end_of, may_leave, value_of
 from lanindex.search.match.conditions import MET
-from lanindex.search.match.context import Context, Decidable, Hulls
+from lanindex.search.match.context import Context, Decidable, Hulls, LineJoiner
 from lanindex.search.match.follow import NONE, Transitions, begins, roots
 from lanindex.search.match.matches import (
     BEYOND,
@@ -167,8 +167,8 @@ class _Leading(Backwards):
 class Expiry:
     """Drops the claims of a line that no other line can want any more."""
 
-    def __init__(self, context: Context, program: Program) -> None:
-        self._context, self._program = context, program
+    def __init__(self, context: Context, joiner: LineJoiner, program: Program) -> None:
+        self._context, self._joiner, self._program = context, joiner, program
         self._open = open_groups(program)
         self._earliest: dict[Companion, tuple[IntArray, IntArray]] = {}
         self._ahead: dict[int, IntArray] = {}
@@ -229,9 +229,7 @@ class Expiry:
     def _from(self, companion: Companion, capture: IntArray, begun: IntArray) -> IntArray:
         """Return the first frame of all lines that can stand beside what began in some frames."""
         if companion not in self._earliest:
-            found = [
-                self._context.joiner.others(it, companion)[0].lines for it in companion.programs
-            ]
+            found = [self._joiner.others(it, companion)[0].lines for it in companion.programs]
             owner, until, start = (
                 np.concatenate([getattr(it, name) for it in found])
                 for name in ("capture", "until", "start")
@@ -278,6 +276,7 @@ class Walk:
     def __init__(
         self,
         context: Context,
+        joiner: LineJoiner,
         program: Program,
         *,
         timed: bool = False,
@@ -286,6 +285,7 @@ class Walk:
         rooted: bool = True,
     ) -> None:
         self._context, self._program, self._batch = context, program, context.batch
+        self.joiner = joiner
         self._timed, self._rooted, self._tracked = timed, rooted, tracked or not rooted
         self.nodes = Nodes()
         self._open = open_groups(program)
@@ -297,7 +297,7 @@ class Walk:
         self._enough, self._best_ends = enough, None
         if enough and not context.clauses:
             self._best_ends = BestEnds(context, program, enough)
-        self._expiry = Expiry(context, program)
+        self._expiry = Expiry(context, joiner, program)
         self._reaches: dict[int, tuple[Transitions, IntArray | None]] = {}
 
     @property
@@ -453,7 +453,7 @@ class Walk:
         found = []
         for companion in self._program.whole.companions:
             if companion.relation == "without" and self._context.rewrites.programs(companion):
-                others = self._context.joiner.forbidden(companion)[0]
+                others = self.joiner.forbidden(companion)[0]
                 free = others.lines.at(np.flatnonzero(others.claims.none & ~others.lines.alone))
                 found.append((SpanIndex(free), margins_of(self._batch, companion)))
         return found
@@ -648,7 +648,7 @@ class Walk:
         memory = rows.claims, rows.unmet, notes, rows.link
         hulls = Hulls(np.arange(len(rows)), lines.low, lines.high, *memory)
         whole = group is self._program.whole
-        hulls = self._context.joiner.close(group, lines, hulls, whole=whole, since=since)
+        hulls = self.joiner.close(group, lines, hulls, whole=whole, since=since)
         rows = rows.at(hulls.line)
         rows.columns[self._notes :] = hulls.notes
         rows.columns[own + LOW], rows.columns[own + BEYOND] = hulls.low, hulls.high

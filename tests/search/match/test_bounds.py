@@ -1,5 +1,6 @@
 """Budgets, deadlines, and hits of a library that has changed."""
 
+import gc
 from fractions import Fraction
 from functools import partial
 from random import Random
@@ -23,6 +24,8 @@ from lanindex.pipeline.deadline import deadline
 from lanindex.search.language import parse
 from lanindex.search.language.times import Time
 from lanindex.search.match import arrays, leading, walk
+from lanindex.search.match.batch import Batch
+from lanindex.search.match.context import Context
 from lanindex.search.match.finder import NARROWER, Finder, columns_in
 
 
@@ -202,3 +205,17 @@ def test_two_parts_at_once_need_no_more_memory_the_longer_a_capture_is():
     finder = Finder(query, *columns, lambda places, parts: [], memory=1)
     hits = finder.find()
     assert len(hits) == blocks // 2
+
+
+@pytest.mark.parametrize(
+    "pattern", ["r_arm low", "r_arm any -> any with l_arm any", "r_arm any x2+ without head any"]
+)
+def test_what_a_search_holds_is_free_when_it_ends(pattern):
+    recordings, query = random_library(Random(3)), parse(pattern)
+    gc.collect()
+    gc.disable()
+    try:
+        find_fast(query, recordings)
+        assert not [it for it in gc.get_objects() if isinstance(it, Context | Batch)]
+    finally:
+        gc.enable()
