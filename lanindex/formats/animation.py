@@ -9,7 +9,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -116,22 +116,42 @@ def _without(motion: Motion, left: NDArray[np.bool_]) -> Motion:
 Floats = NDArray[np.float64]
 
 
+def axes_at_rest(
+    names: tuple[str, ...],
+    parents: Sequence[int],
+    offsets: Any,
+    body: NDArray[np.int16],
+    poses: Floats,
+    turned: Callable[[int], Floats],
+) -> dict[str, tuple[int, Floats]]:
+    """Return the axes of hands and head at rest, (2, 3), and the joints that they turn with.
+
+    Takes `offsets` (J, 3), `poses` (S, J, 3); `turned` gives a joint's rotations in these,
+    (S, 3, 3).
+    """
+    found = rest_palms(names, parents, offsets, body)
+    played = {name: int(body[JOINT_CODES[name]]) for name in TURNING}
+    if min(played.values()) >= 0:
+        rest = rest_axes(parents, offsets, body)
+        if rest is None:
+            rest = seen_axes(parents, body, poses, turned)
+        found |= {name: (joint, rest) for name, joint in played.items() if rest is not None}
+    return found
+
+
 def rest_of_axes(
     motion: Motion, offsets: NDArray[Any], turned: Floats
 ) -> dict[str, tuple[int, Floats]]:
-    """Return where axes point at rest that a motion knows, and the joints that they turn with.
+    """Return the axes at rest that a motion tells in frames, and the joints that they turn with.
 
     Takes `offsets` (J, 3), `turned` (S, J, 3, 3).
     """
-    skeleton, some = motion.skeleton, sampled(len(motion))
-    parents, body = skeleton.parents.tolist(), skeleton.body
-    found = rest_palms(skeleton.names, parents, offsets, body)
-    rest = rest_axes(parents, offsets, body)
-    if rest is None:
-        poses = motion.positions[some].astype(np.float64)
-        rest = seen_axes(parents, body, poses, lambda joint: turned[:, joint])
-    if rest is not None:
-        found |= {name: (int(body[JOINT_CODES[name]]), rest) for name in TURNING}
+    skeleton = motion.skeleton
+    poses = motion.positions[sampled(len(motion))].astype(np.float64)
+    parents = skeleton.parents.tolist()
+    found = axes_at_rest(
+        skeleton.names, parents, offsets, skeleton.body, poses, lambda joint: turned[:, joint]
+    )
     return {name: it for name, it in found.items() if name in motion.axes}
 
 

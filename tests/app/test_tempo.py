@@ -8,7 +8,7 @@ from random_tempos import RATE, walked
 from typer.testing import CliRunner
 
 from lanindex.app.cli import app
-from lanindex.formats.bvh.write import write
+from lanindex.formats.bvh import write
 from lanindex.perform import perform
 
 

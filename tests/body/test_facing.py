@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from lanindex import animate, read, read_lnd
 from lanindex.alphabet import JOINT_CODES
 from lanindex.body.facing import axes_of, rest_axes, seen_axes
-from lanindex.formats.bvh.write import write
+from lanindex.formats.bvh import write
 from lanindex.model import Skeleton
 
 LINES = "#unit0\ntwist head_turn right 40 0 0\n#unit1\ntwist head_turn left 60 1 2\n"

@@ -11,9 +11,8 @@ from bvh_bodies import hierarchy, motion, person
 
 from lanindex import formats
 from lanindex.errors import CaptureError
+from lanindex.formats import bvh
 from lanindex.formats import file as files
-from lanindex.formats.bvh import layout, read
-from lanindex.formats.bvh.hierarchy import line_of
 from lanindex.model import Span
 
 
@@ -22,10 +21,10 @@ def pieces(monkeypatch: pytest.MonkeyPatch) -> None:
     """Treat every file as a large one, and make the pieces small."""
     monkeypatch.setattr(files, "WHOLE", 0)
     monkeypatch.setattr(files, "PIECE", 1000)
-    monkeypatch.setattr(layout, "_HEAD", 500)
-    monkeypatch.setattr(layout, "_BEYOND", 40)
-    monkeypatch.setattr(layout, "_BLOCK", 997)
-    monkeypatch.setattr(sys.modules[read.__module__], "BLOCK", 7)
+    monkeypatch.setattr(bvh, "HEADER", 500)
+    monkeypatch.setattr(bvh, "BEYOND", 40)
+    monkeypatch.setattr(bvh, "SEARCHED", 997)
+    monkeypatch.setattr(bvh, "BLOCK", 7)
 
 
 @pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
@@ -49,8 +48,8 @@ def test_a_header_is_read_whole_wherever_its_first_piece_ends(tmp_path, pieces, 
     path = tmp_path / "walk.bvh"
     path.write_bytes(data)
     for shift in range(len(cut) + 2):
-        monkeypatch.setattr(layout, "_HEAD", data.index(cut) + shift)
-        assert layout.scan(formats.opened(path).content).time == "0.0333333"
+        monkeypatch.setattr(bvh, "HEADER", data.index(cut) + shift)
+        assert bvh.scan(formats.opened(path).content).time == "0.0333333"
 
 
 def test_damage_in_a_large_file_is_told_as_in_a_small_one(tmp_path, pieces):
@@ -71,7 +70,7 @@ def test_lines_are_counted_across_pieces(monkeypatch):
     for offset in range(len(data) + 1):
         before = data[:offset]
         ends = before.count(b"\n") + before.count(b"\r") - before.count(b"\r\n")
-        assert line_of(data, offset) == ends + 1
+        assert files.line_of(data, offset) == ends + 1
 
 
 def test_a_file_that_changes_while_it_is_read_is_refused(tmp_path, pieces):

@@ -15,7 +15,7 @@ from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import kinematics
 from lanindex.body.mapping import find_body
 from lanindex.body.rig import Rig
-from lanindex.formats.bvh.layout import BvhLayout, scan
+from lanindex.formats.bvh import BvhLayout, scan
 from lanindex.formats.tables import number_rows
 from lanindex.model import Motion
 

@@ -15,7 +15,7 @@ from film_frames import seen
 from lanindex.errors import ExportError, UsageError
 from lanindex.film.figure import LIT
 from lanindex.formats import read
-from lanindex.formats.bvh.layout import scan
+from lanindex.formats.bvh import scan
 from lanindex.library.selection import Selection
 from lanindex.library.store import Store
 from lanindex.model import Span

@@ -4,7 +4,7 @@ import pytest
 from bvh_bodies import hierarchy, person
 
 from lanindex.errors import CaptureError
-from lanindex.formats.bvh.hierarchy import parse
+from lanindex.formats.bvh import parse
 
 MINIMAL = """HIERARCHY
 ROOT Hips

@@ -6,7 +6,7 @@ from bvh_bodies import hierarchy, motion, person
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lanindex.formats.bvh.layout import scan
+from lanindex.formats.bvh import scan
 
 ENDS = ("\n", "\r\n", "\r")
 
@@ -25,7 +25,6 @@ def test_the_layout_of_a_small_file():
     assert data[slice(*layout.time_line)] == b"Frame Time: 0.0333333"
     assert data[: layout.first].endswith(b"Frame Time: 0.0333333\n")
     assert layout.frames.dtype == layout.ends.dtype == np.int64
-    assert layout.newline == b"\n"
     assert layout.ends.tolist()[-1] == len(data)
     assert (
         b"".join(data[a:b] for a, b in zip(layout.frames[:, 0], layout.ends, strict=True))
@@ -41,7 +40,6 @@ def test_any_line_end(end, last):
         data = data[: -len(end)]
     layout = scan(data)
     assert len(layout.frames) == 4
-    assert layout.newline == end.encode()
     for (start, stop), behind in zip(layout.frames.tolist(), layout.ends.tolist(), strict=True):
         assert data[start:stop].split()[0] == b"0"
         assert data[stop:behind].decode() in ENDS or (behind == len(data) and not last)
