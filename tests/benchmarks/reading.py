@@ -21,8 +21,7 @@ from places import CAPTURES
 
 from lanindex import formats
 from lanindex.formats import amc, tables, trc
-from lanindex.formats.c3d.layout import scan
-from lanindex.formats.c3d.read import names_of, places
+from lanindex.formats.c3d import names_of, places, scan
 from lanindex.formats.file import holding
 from lanindex.formats.gltf.read import chosen
 from lanindex.formats.mvnx import walk

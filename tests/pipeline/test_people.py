@@ -1,6 +1,5 @@
 """Several people in a file are read once and kept apart."""
 
-import importlib
 import importlib.util
 import shutil
 import zipfile
@@ -62,8 +61,7 @@ def trial(tmp_path: Path) -> Path:
 def done(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
     """Count how often a file is opened, its people are told apart, its numbers are found."""
     counts: Counter[str] = Counter()
-    read = importlib.import_module("lanindex.formats.c3d.read")
-    for name, *modules in (("opened", formats), ("subjects", c3d_format), ("scan", read)):
+    for name, *modules in (("opened", formats), ("subjects", c3d_format), ("scan", c3d_format)):
         known = getattr(modules[0], name)
 
         def counted(what: Any, known: Any = known, name: str = name) -> Any:

@@ -5,8 +5,7 @@ import pytest
 from made_c3d import c3d, standing
 
 from lanindex import formats
-from lanindex.formats.c3d.layout import scan
-from lanindex.formats.c3d.read import places
+from lanindex.formats.c3d import places, scan
 from lanindex.model import Span
 
 TRIAL = {"TRIAL:ACTUAL_START_FIELD": [7, 0], "TRIAL:ACTUAL_END_FIELD": [26, 0]}

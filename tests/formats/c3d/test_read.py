@@ -1,6 +1,5 @@
 """C3D files of all processors, integers and floats; unknown points; trusted parameters."""
 
-import sys
 from fractions import Fraction
 
 import numpy as np
@@ -9,9 +8,17 @@ from made_c3d import STANDING, c3d, standing, vax
 
 from lanindex import formats
 from lanindex.errors import BodyError, CaptureError
-from lanindex.formats.c3d.layout import scan
-from lanindex.formats.c3d.parameters import PROCESSORS, Parameters, from_dec, to_dec
-from lanindex.formats.c3d.read import names_of, places, subjects
+from lanindex.formats import c3d as c3d_format
+from lanindex.formats.c3d import (
+    PROCESSORS,
+    Parameters,
+    from_dec,
+    names_of,
+    places,
+    scan,
+    subjects,
+    to_dec,
+)
 from lanindex.model import Reading, Span
 
 NAMES = list(STANDING)
@@ -60,7 +67,7 @@ def test_rows_that_are_chosen_are_those_of_all():
 def test_places_are_read_a_piece_at_a_time(monkeypatch, piece):
     data = c3d(standing(9))
     whole = there(data)
-    monkeypatch.setattr(sys.modules["lanindex.formats.c3d.read"], "PIECE", piece)
+    monkeypatch.setattr(c3d_format, "PIECE", piece)
     assert np.array_equal(there(data), whole)
 
 

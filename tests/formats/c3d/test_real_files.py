@@ -10,8 +10,7 @@ import pytest
 from lanindex import formats
 from lanindex.alphabet import JOINTS
 from lanindex.errors import BodyError
-from lanindex.formats.c3d.layout import scan
-from lanindex.formats.c3d.read import places
+from lanindex.formats.c3d import places, scan
 from lanindex.model import Motion, Span
 
 TIPS = {"RHand", "LHand"}

@@ -7,9 +7,7 @@ import pytest
 from made_c3d import c3d, standing
 
 from lanindex import formats
-from lanindex.formats.c3d import write
-from lanindex.formats.c3d.layout import scan
-from lanindex.formats.c3d.read import names_of, places
+from lanindex.formats.c3d import names_of, places, scan, write
 from lanindex.model import Motion, Skeleton, Source
 
 

@@ -1,0 +1,787 @@
+"""C3D (Coordinate 3D): read, cut in its own numbers, write.
+
+A file is a header, parameters (groups, names, values), and frames of points and analog numbers,
+written as one of three processors does. Header and parameters say the same things twice or more,
+and not always the same: what fills the file is believed.
+
+Sources: *The C3D File Format, User Guide*, Motion Lab Systems (c3d.org), "The header section", "The
+parameter section", "The 3D/analog data section", "Processor types", "EVENT:TIMES"; *C3D rotations*,
+c3d.org, "ROTATION group"; *VAX Architecture Reference Manual* (1987), F_floating.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.body.mapping import Declared
+from lanindex.body.markers import marker_set_of
+from lanindex.errors import CaptureError, shown
+from lanindex.formats.file import PIECE, Content, File, Wanted, holding
+from lanindex.formats.people import named, subject_points
+from lanindex.formats.points import Points, motion_of
+from lanindex.formats.rates import rate_by
+from lanindex.model import Motion, Reading, Span
+
+BLOCK = 512  # bytes in which a file counts
+FULL = 0xFFFF  # the most that one integer of a file counts
+TEXT = -1  # the kind of a parameter; 1 bytes, 2 integers, 4 floats
+TURN = 17  # floats of one rotation: a 4 x 4 matrix, column by column, and how well it is known
+LARGEST = 1e7  # units of the file: nobody is farther away, and damaged numbers are mostly larger
+INTEL = 84
+
+_PADDING = 2 * BLOCK  # less than this may stand behind the last frame
+_ALIKE = 1e-3  # of a rate: what header and parameters may differ by
+_TRANSLATION = 12  # where it begins in a matrix
+_END = "TRIAL:ACTUAL_END_FIELD"
+_EVENTS = (300, 304, 376)  # in the header: how many events, and where their times begin and end
+
+
+@dataclass(frozen=True, slots=True)
+class Processor:
+    """How one kind of processor writes numbers."""
+
+    name: str  # as people call it
+    order: str  # ``<``, the low byte first, or ``>``
+    # whether its floats are those of the VAX: halves exchanged, exponents greater by two
+    dec: bool = False
+
+    def ints(self, data: Any, count: int = -1, offset: int = 0) -> NDArray[np.int16]:
+        """Return integers of 16 bits, a view."""
+        return np.frombuffer(data, self.order + "i2", count, offset)
+
+    def floats(self, data: Any, count: int = -1, offset: int = 0) -> NDArray[np.float32]:
+        """Return floats of 32 bits, a view unless they are DEC's."""
+        if not self.dec:
+            return np.frombuffer(data, self.order + "f4", count, offset)
+        return from_dec(np.frombuffer(data, "<u4", count, offset))
+
+    def written(self, values: Any, kind: int) -> bytes:
+        """Return numbers as bytes, of a parameter's kind: 1 and 2, integers; 4, floats."""
+        if kind == 4 and self.dec:
+            return to_dec(np.asarray(values, np.float32)).tobytes()
+        code = {1: "u1", 2: "i2", 4: "f4"}[kind]
+        array = np.asarray(values)
+        if kind == 2:
+            array = array.astype(np.int64).astype(np.uint16).view(np.int16)
+        return array.astype(self.order + code).tobytes()
+
+
+PROCESSORS: Mapping[int, Processor] = {
+    INTEL: Processor("Intel", "<"),
+    85: Processor("DEC", "<", dec=True),
+    86: Processor("MIPS", ">"),
+}
+"""By the fourth byte of the parameters."""
+
+
+def from_dec(words: NDArray[np.uint32]) -> NDArray[np.float32]:
+    """Return VAX F floats, the halves of each exchanged, as numbers."""
+    values = ((words >> np.uint32(16)) | (words << np.uint32(16))).view(np.float32)
+    with np.errstate(invalid="ignore"):  # of damaged files
+        values *= np.float32(0.25)
+    return values
+
+
+def to_dec(values: NDArray[np.float32]) -> NDArray[np.uint32]:
+    """Return numbers as VAX F floats."""
+    words = (np.ascontiguousarray(values, np.float32) * np.float32(4)).view(np.uint32)
+    exchanged: NDArray[np.uint32] = (words >> np.uint32(16)) | (words << np.uint32(16))
+    return exchanged.astype("<u4")
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """Where a parameter's values lie."""
+
+    kind: int  # the bytes of one value, or `TEXT`
+    # of its dimensions, the first running fastest; of text the first is its width
+    sizes: tuple[int, ...]
+    at: int  # the first byte, in the section
+
+    @property
+    def count(self) -> int:
+        """How many values or, of text, characters."""
+        return math.prod(self.sizes)
+
+
+class Parameters:
+    """All parameters of a file, each known by ``GROUP:NAME``."""
+
+    def __init__(self, data: bytes, processor: Processor) -> None:
+        self.data, self.processor = data, processor
+        self.doubts: list[str] = []
+        self._groups: dict[str, int] = {}
+        self._links: dict[tuple[int, bytes], int] = {}
+        self._follow()
+
+    def _follow(self) -> None:
+        """Go through the chain; a broken one is followed as far as it goes."""
+        data, stop = self.data, len(self.data) - 4
+        low, high = (0, 1) if self.processor.order == "<" else (1, 0)
+        at = 4
+        while at < stop and (length := data[at]):
+            length = min(length, 256 - length)  # below 0: locked
+            number, link = data[at + 1], at + 2 + length
+            name = data[at + 2 : link]
+            if link > stop:
+                self.doubts.append(f"its parameters break off at {shown(text(name))!r}")
+                break
+            if number > 127:
+                self._groups.setdefault(text(name).upper(), number)
+            else:
+                self._links.setdefault((256 - number, name.upper()), link)
+            onwards = data[link + low] + 256 * data[link + high]
+            at = link + onwards if onwards else stop
+
+    def find(self, key: str) -> Parameter | None:
+        """Return where a parameter's values lie; None where there is none, or it is damaged."""
+        group, _, name = key.partition(":")
+        link = self._links.get((self._groups.get(group, 0), name.encode()))
+        if link is None:
+            return None
+        first = link + 4 + self.data[link + 3]
+        kind = (self.data[link + 2] ^ 128) - 128
+        one = Parameter(kind, tuple(self.data[link + 4 : first]), first)
+        if kind in (TEXT, 1, 2, 4) and first + one.count * abs(kind) <= len(self.data):
+            return one
+        if (doubt := f"its parameter {key} is damaged") not in self.doubts:
+            self.doubts.append(doubt)
+        return None
+
+    def numbers(self, key: str) -> tuple[float, ...]:
+        """Return the numbers of a parameter; none where there is none, or it is text."""
+        one = self.find(key)
+        if one is None or one.kind == TEXT or not one.count:
+            return ()
+        if one.kind == 4:
+            return tuple(self.processor.floats(self.data, one.count, one.at).tolist())
+        if one.kind == 2:
+            return tuple(self.processor.ints(self.data, one.count, one.at).tolist())
+        return tuple(self.data[one.at : one.at + one.count])
+
+    def count(self, key: str) -> int | None:
+        """Return a number of things, of 32 bits where two integers of 16 tell it; else None."""
+        values = self.numbers(key)
+        if not values or not abs(values[0]) < 2**31:
+            return None
+        if isinstance(values[0], float):
+            return int(values[0]) if values[0] >= 0 else None
+        low, high = (int(value) & 0xFFFF for value in (*values, 0)[:2])
+        return low + (high << 16)
+
+    def texts(self, key: str) -> tuple[str, ...]:
+        """Return the texts of a parameter and of those that carry it on: LABELS, LABELS2 ..."""
+        found: list[str] = []
+        for number in range(1, 257):
+            one = self.find(f"{key}{number}" if number > 1 else key)
+            if one is None or one.kind != TEXT:
+                break
+            width = one.sizes[0] if one.sizes else 1
+            found += texts(self.data[one.at : one.at + one.count], width)
+        return tuple(found)
+
+    def put(self, data: bytearray, key: str, values: Sequence[float]) -> None:
+        """Write numbers over the first ones of a parameter, if there is one, in a copy."""
+        one = self.find(key)
+        if one is not None and one.kind != TEXT:
+            written = self.processor.written(values[: one.count], one.kind)
+            data[one.at : one.at + len(written)] = written
+
+    def put_count(self, data: bytearray, key: str, count: int) -> None:
+        """Write a number of things as `count` reads it; 65,535 where a larger one has no room."""
+        one = self.find(key)
+        if one is not None:
+            halves = (count & 0xFFFF, count >> 16) if one.count > 1 else (min(count, FULL),)
+            self.put(data, key, (float(count),) if one.kind == 4 else halves)
+
+
+def texts(data: bytes, width: int) -> list[str]:
+    """Return texts of one width."""
+    if data.isascii() and b"\0" not in data:
+        whole = data.decode()
+        return [whole[at : at + width].strip() for at in range(0, len(whole), width or 1)]
+    return [text(data[at : at + width]) for at in range(0, len(data), width or 1)]
+
+
+def text(data: bytes) -> str:
+    """Return a text without the blanks that fill it up."""
+    stripped = data.partition(b"\0")[0].strip()
+    try:
+        return stripped.decode()
+    except UnicodeDecodeError:
+        return stripped.decode("latin-1")
+
+
+@dataclass(frozen=True, slots=True)
+class C3dLayout:
+    """Where the numbers of a file lie."""
+
+    parameters: Parameters  # what it says of itself
+    section: int  # the first byte of the parameters
+    start: int  # the first byte of the data
+    points: int  # in a frame
+    analog: int  # numbers in a frame behind its points
+    scale: float  # units of the file in one step of an integer; below 0: floats
+    frames: int  # how many there are
+    first: int  # the number of the first one
+    rate: float | None  # frames a second
+    turns: Turns | None  # rotations of segments, which lie behind the frames
+    doubts: list[str]  # what was contradicted or corrected
+
+    @property
+    def number(self) -> int:
+        """Bytes of a number."""
+        return 4 if self.scale < 0 else 2
+
+    @property
+    def segments(self) -> Turns | None:
+        """The rotations of a file that has no points."""
+        return None if self.points else self.turns
+
+    @property
+    def frame(self) -> int:
+        """Bytes of a frame."""
+        return (4 * self.points + self.analog) * self.number
+
+
+@dataclass(frozen=True, slots=True)
+class Turns:
+    """Where the rotations lie."""
+
+    start: int  # their first byte
+    count: int  # of segments
+    ratio: int  # how many of each there are in a frame
+
+    @property
+    def frame(self) -> int:
+        """Bytes in a frame."""
+        return self.ratio * self.count * TURN * 4
+
+
+def scan(file: File) -> C3dLayout:
+    """Find out where the numbers of a file lie."""
+    size = len(file.content)
+    section, processor = _section(file)
+    head = file.content[:BLOCK]
+    words = [word & FULL for word in processor.ints(head, 12).tolist()]
+    scale, rate = (processor.floats(head, 1, at).tolist()[0] for at in (12, 20))
+    blocks = max(file.content[section + 2 : section + 3][0], words[8] - section // BLOCK - 1)
+    parameters = Parameters(file.content[section : section + BLOCK * blocks], processor)
+    channels = parameters.count("ANALOG:USED")
+    begins = (_byte(words[8]), _byte(parameters.count("POINT:DATA_START")))
+    scales = (*parameters.numbers("POINT:SCALE")[:1], scale)
+    options = {
+        "that its data begin at byte": _choices(at for at in begins if section < at <= size),
+        "points in a frame": _choices((words[1], parameters.count("POINT:USED"))),
+        "analog numbers in a frame": _choices((words[2], channels and channels * words[9])),
+        "a scale": _choices(max(it, -1.0) for it in scales if it and math.isfinite(it)),
+    }
+    for what, choices in options.items():
+        if not choices:
+            raise _error(file, f"does not say {what}")
+    turns = _turns(parameters, size)
+    first, said, vague = _said(words, parameters)
+    counts = list(said.values())
+    believed, frames = _believed(list(options.values()), counts, vague, turns, size)
+    doubts = _contradictions(options, believed, said, frames)
+    seconds = _rate(parameters, rate, doubts)
+    start, points, analog, step = believed
+    layout = C3dLayout(
+        *(parameters, section, int(start), int(points), int(analog), step, frames, first),
+        *(seconds, turns, doubts),
+    )
+    if not (points or turns):
+        raise _error(file, "has no points")
+    if not frames:
+        raise _error(file, "ends before its first frame does")
+    rest = size - layout.start - frames * layout.frame
+    if not turns and rest >= max(layout.frame, _PADDING):
+        doubts.append(f"{rest} bytes behind its last frame are not read")
+    return layout
+
+
+def _section(file: File) -> tuple[int, Processor]:
+    """Return where the parameters begin, and how the file's numbers are written."""
+    head = file.content[:BLOCK]
+    if len(head) == BLOCK:
+        for block in (head[0], 2):  # where they nearly always are
+            at = _byte(block)
+            kind = file.content[at + 3 : at + 4] if at > 0 else b""
+            if kind and kind[0] in PROCESSORS:
+                return at, PROCESSORS[kind[0]]
+    raise _error(file, "has no parameters where it says that they begin")
+
+
+def _byte(block: int | None) -> int:
+    """Return where a block begins, counted from 1."""
+    return ((block or 0) - 1) * BLOCK
+
+
+def _choices(values: Iterable[float | None]) -> list[float]:
+    """Return what is said, each once."""
+    return list(dict.fromkeys(value for value in values if value is not None))
+
+
+def _said(words: list[int], parameters: Parameters) -> tuple[int, dict[str, int], list[int]]:
+    """Return the number of the first frame, and how many there are by whoever says it.
+
+    Last come the counts that may mean as many or more, for there is no room for more.
+    """
+    first, last = words[3:5]
+    counts = {who: parameters.count(f"POINT:{who}") or 0 for who in ("LONG_FRAMES", "FRAMES")}
+    start, stop = (parameters.count(f"TRIAL:ACTUAL_{end}_FIELD") for end in ("START", "END"))
+    said, vague = {"POINT:LONG_FRAMES": counts["LONG_FRAMES"]}, []
+    if start is not None and stop is not None and stop >= start:
+        first, said = start, {"TRIAL": stop - start + 1, **said}
+    for who, count, most in (
+        ("POINT:FRAMES", counts["FRAMES"], counts["FRAMES"]),
+        ("header", last - words[3] + 1, last),
+    ):
+        if most == FULL:
+            vague.append(count)
+        else:
+            said[who] = count
+    return first, {who: count for who, count in said.items() if count > 0}, vague
+
+
+def _believed(
+    options: list[list[float]],
+    said: Sequence[int],
+    vague: Sequence[int],
+    turns: Turns | None,
+    size: int,
+) -> tuple[tuple[float, ...], int]:
+    """Return of all that is said what fills the file best; and how many frames."""
+
+    def room(one: tuple[float, ...]) -> tuple[float, float]:
+        """Return how many bytes are there, and how many a frame takes."""
+        start, points, analog, step = one
+        stop = turns.start if turns and turns.start > start else size
+        return stop - start, (4 * points + analog) * (4 if step < 0 else 2)
+
+    turned = (size - turns.start) // turns.frame if turns else 0
+    fitting = []
+    for one, count in product(product(*options), (*said, *vague)):
+        there, frame = room(one)
+        rest = there - count * frame
+        if 0 <= rest < (math.inf if count in said else _PADDING):
+            fitting.append((rest, one, min(count, turned) if turns and not one[1] else count))
+    if fitting:
+        return min(fitting, key=itemgetter(0))[1:]
+    one = tuple(choices[0] for choices in options)
+    there, frame = room(one)
+    return one, int(there // frame) if frame else turned
+
+
+def _contradictions(
+    options: Mapping[str, list[float]],
+    believed: tuple[float, ...],
+    said: Mapping[str, int],
+    frames: int,
+) -> list[str]:
+    """Return what the file says in two ways, and which of them was believed."""
+    doubts = [
+        f"says {what} {' or '.join(f'{it:g}' for it in choices)}: {chosen:g} believed"
+        for (what, choices), chosen in zip(options.items(), believed, strict=True)
+        if len(choices) > 1
+    ]
+    if {*said.values(), frames} != {frames}:
+        sayers = ", ".join(f"{who}: {count}" for who, count in said.items())
+        doubts.append(f"says different numbers of frames ({sayers}): {frames} believed")
+    return doubts
+
+
+def _turns(parameters: Parameters, size: int) -> Turns | None:
+    """Return where rotations lie, if there are any."""
+    start, count = _byte(parameters.count("ROTATION:DATA_START")), parameters.count("ROTATION:USED")
+    turns = Turns(start, count or 0, max(parameters.count("ROTATION:RATIO") or 1, 1))
+    return turns if start > 0 and turns.frame and start + turns.frame <= size else None
+
+
+def _rate(parameters: Parameters, header: float, doubts: list[str]) -> float | None:
+    """Return the frames a second, which the parameters tell better than the header."""
+    rates = [
+        rate
+        for rate in (*parameters.numbers("POINT:RATE")[:1], header)
+        if math.isfinite(rate) and rate > 0
+    ]
+    if len(rates) > 1 and abs(rates[0] - rates[1]) > _ALIKE * rates[0]:
+        said = f"POINT:RATE says {rates[0]:g} frames a second, the header {rates[1]:g}"
+        doubts.append(f"{said}: the first believed")
+    return rates[0] if rates else None
+
+
+def _error(file: File, found: str) -> CaptureError:
+    return CaptureError(found, place=file.name, wanted="a whole C3D file")
+
+
+def read(file: File, options: Reading, wanted: Wanted) -> Motion:
+    """Read a C3D file: see `lanindex.formats.read_file`.
+
+    Points that are no places, as a model's angles and forces are, are left out. Of several
+    subjects the one is read that the file's name tells behind ``#``, else the first that makes a
+    body.
+
+    Joints made of markers or, where the points are joints, these; of a file that has only
+    the rotations of segments, these where each begins.
+    """
+    layout = file.once(scan)
+    rate, _ = rate_by(options, file.name, "" if layout.rate is None else str(layout.rate))
+    every = names_of(layout)
+    names, doubts = subject_points(file, people(layout, every), every)
+    used = _needed(names) if wanted.body_only and not options.body else names
+    if len(used) < layout.points or layout.segments:
+        there = places(file.content, layout, np.array(list(used), np.int64))
+    else:
+        there = places(file.content, layout)
+    doubts = (*layout.doubts, *layout.parameters.doubts, *doubts)
+    points = Points(tuple(used.values()), there, rate, _declared(layout), doubts=doubts)
+    motion = motion_of(points, file, "c3d", options, wanted)
+    if used is names:
+        return motion
+    return replace(motion, source=replace(motion.source, joints=tuple(names.values())))
+
+
+def _needed(names: dict[int, str]) -> dict[int, str]:
+    """Return the points that the joints of the body are made of; all where it is not made."""
+    numbers = list(names)
+    made = marker_set_of(tuple(names.values()))
+    if made is None:
+        return names
+    used = {numbers[it]: names[numbers[it]] for it in sorted(made.used)}
+    again = marker_set_of(tuple(used.values()))
+    same = again is not None and again.sources(tuple(used.values())) == made.sources(
+        tuple(names.values())
+    )
+    return used if same else names
+
+
+def _declared(layout: C3dLayout) -> Declared:
+    """Return unit and vertical axis, as far as the file tells them."""
+    parameters = layout.parameters
+    unit = next(iter(parameters.texts("POINT:UNITS")), "") or None
+    screen = next(iter(parameters.texts("POINT:Y_SCREEN")), "").lower()
+    up = screen.removeprefix("+") if screen.strip("+-") in ("x", "y", "z") else None
+    return Declared(unit, up)
+
+
+NO_PLACES = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
+"""Lists of POINT that name points which are no places, but what a model tells of the body."""
+
+_PLACES = {"MODELED_MARKER", "MARKER", "VIRTUAL_MARKER"}
+TURNED = "_4X4"
+"""Ends the name of a segment."""
+
+
+def names_of(layout: C3dLayout) -> dict[int, str]:
+    """Return the names of the points that are places, by their number in a frame.
+
+    A point that has no name is called by its number, a segment without what ends its name.
+    """
+    parameters = layout.parameters
+    if layout.segments:
+        called = parameters.texts("ROTATION:LABELS")
+        return {number: name.removesuffix(TURNED)
+                for number, name in enumerate(_all(called, layout.segments.count))}  # fmt: skip
+    groups = parameters.texts("POINT:TYPE_GROUPS")
+    listed = [group.upper() for group, kind in zip(groups[::2], groups[1::2], strict=False)
+              if kind.upper() not in _PLACES]  # fmt: skip
+    lists = dict.fromkeys((*NO_PLACES, *listed))
+    outputs = {name for one in lists for name in parameters.texts(f"POINT:{one}")}
+    points = _all(parameters.texts("POINT:LABELS"), layout.points)
+    return {number: name for number, name in enumerate(points) if name not in outputs}
+
+
+def _all(called: tuple[str, ...], count: int) -> list[str]:
+    """Return as many names as there are points: what is named beyond them is not stored."""
+    named = [name or f"*{number}" for number, name in enumerate(called[:count], 1)]
+    return named + [f"*{number}" for number in range(len(named) + 1, count + 1)]
+
+
+def people(layout: C3dLayout, names: Mapping[int, str]) -> dict[str, dict[int, str]]:
+    """Return the points of each subject that makes a body."""
+    parameters = layout.parameters
+    called = parameters.texts("SUBJECTS:NAMES")
+    before = parameters.texts("SUBJECTS:LABEL_PREFIXES")
+    subject = {prefix: name for prefix, name in zip(before, called, strict=False) if prefix}
+    groups: dict[str, dict[int, str]] = {}
+    for number, name in names.items():
+        prefix = next((it for it in subject if name.startswith(it)), None)
+        if prefix is None:
+            prefix = name[: name.rfind(":") + 1]
+        groups.setdefault(prefix, {})[number] = name
+    found: dict[str, dict[int, str]] = {}
+    for prefix, points in groups.items():
+        bare = {number: name.removeprefix(prefix) for number, name in points.items()}
+        if marker_set_of(tuple(bare.values())):
+            alone = called[0] if not prefix and len(called) == 1 else ""
+            name = subject.get(prefix, prefix.rstrip(":")) or alone
+            name = f"{name} {len(found) + 1}".strip() if name in found else name
+            found[name] = points if prefix.endswith(":") else bare
+    return named(found)
+
+
+def subjects(file: File) -> tuple[str, ...]:
+    """Return the names of the people that a file holds; none where nobody is named."""
+    layout = file.once(scan)
+    return tuple(name for name in people(layout, names_of(layout)) if name)
+
+
+def places(
+    content: Content, layout: C3dLayout, chosen: NDArray[np.int64] | None = None
+) -> NDArray[np.float32]:
+    """Return where points are.
+
+    Takes `chosen` (K,); returns (T, K, 3).
+    """
+    turns = layout.segments
+    width = turns.count if turns else layout.points
+    there = np.empty((layout.frames, width if chosen is None else len(chosen), 3), np.float32)
+    start, size = (turns.start, turns.frame) if turns else (layout.start, layout.frame)
+    step = max(1, PIECE // size)
+    for first in range(0, layout.frames, step):
+        stop = min(first + step, layout.frames)
+        data, offset = holding(content, start + first * size, start + stop * size)
+        at = start + first * size - offset
+        _read(data, at, layout, chosen, there[first:stop])
+    return there
+
+
+def _read(
+    data: bytes,
+    at: int,
+    layout: C3dLayout,
+    chosen: NDArray[np.int64] | None,
+    out: NDArray[np.float32],
+) -> None:
+    """Read the places in some frames, (T, K, 3), of which the first begins at a byte."""
+    processor, turns, count = layout.parameters.processor, layout.segments, len(out)
+    rows: NDArray[Any]
+    if turns:  # of several in a frame, the first
+        numbers = processor.floats(data, count * turns.frame // 4, at)
+        rows = numbers.reshape(count, turns.ratio, turns.count, TURN)[:, 0]
+        column, scaled = _TRANSLATION, False
+    else:
+        column, scaled = 0, layout.scale >= 0
+        read = processor.ints if scaled else processor.floats
+        table = read(data, count * layout.frame // layout.number, at).reshape(count, -1)
+        rows = table[:, : 4 * layout.points].reshape(count, layout.points, 4)
+    rows = rows if chosen is None else rows.take(chosen, axis=1)
+    behind = rows[..., -1]
+    with np.errstate(invalid="ignore", over="ignore"):  # of damaged files
+        for axis in range(3):  # one after the other: five times as fast as three at a time
+            if scaled:
+                np.multiply(rows[..., axis], np.float32(layout.scale), out=out[..., axis])
+            else:
+                out[..., axis] = rows[..., column + axis]
+        if not (out.max(initial=0) <= LARGEST and out.min(initial=0) >= -LARGEST):
+            _take_out(out, np.asarray(~(np.abs(out) <= LARGEST).all(axis=2)))
+        _take_out(out, behind < 0)
+    if turns:
+        return
+    nothing = (behind == 0) & (out[..., 0] == 0)
+    if nothing.any():
+        _take_out(out, nothing & (out[..., 1] == 0) & (out[..., 2] == 0))
+
+
+def _take_out(out: NDArray[np.float32], unknown: NDArray[np.bool_]) -> None:
+    if unknown.any():
+        out[unknown] = np.nan
+
+
+def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
+    """Return what cuts clips out of a C3D file, whose header is looked through once.
+
+    Frames keep the numbers that they have in the source: the header tells the first one, and so
+    does TRIAL:ACTUAL_START_FIELD. Times of events count from the trial's frame 1, so that all
+    events stay as they are, those outside the clip too. Only where the numbers of frames have no
+    room, beyond 65,535 in a file without ACTUAL_END_FIELD, do they begin with 1, and the events'
+    times with them.
+    """
+    content, layout = file.content, scan(file)
+
+    def cut(span: Span) -> bytes:
+        frames, begin = _frames(content, layout.start, layout.frame, span), 0
+        turns = layout.turns
+        if turns:
+            end = layout.start + math.ceil(layout.frames * layout.frame / BLOCK) * BLOCK
+            frames += content[end : turns.start]
+            begin = math.ceil((layout.start + len(frames)) / BLOCK) + 1
+            frames += bytes(-(layout.start + len(frames)) % BLOCK)
+            frames += _frames(content, turns.start, turns.frame, span)
+        return _head(content, layout, span, begin) + frames
+
+    return cut
+
+
+def _head(content: Content, layout: C3dLayout, span: Span, begin: int) -> bytes:
+    """Return header and parameters of a clip, whose rotations begin in a block."""
+    parameters, write = layout.parameters, layout.parameters.processor.written
+    start, frames = layout.start // BLOCK + 1, len(span)
+    first = layout.first + span.start
+    later = 0
+    room = parameters.find(_END)
+    if first + frames - 1 > FULL and (room is None or (room.count < 2 and room.kind != 4)):
+        first, later = 1, first - 1
+    last = first + frames - 1
+    head = bytearray(content[: layout.start])
+    counts = (layout.points, layout.analog, min(first, FULL), min(last, FULL))
+    head[2:10] = write(counts, 2)
+    head[16:18] = write([start], 2)
+    data = bytearray(parameters.data[: layout.start - layout.section])
+    for key, count in {
+        "POINT:USED": layout.points,
+        "POINT:DATA_START": start,
+        "POINT:FRAMES": frames,
+        "POINT:LONG_FRAMES": frames,
+        "TRIAL:ACTUAL_START_FIELD": first,
+        _END: last,
+        "ROTATION:DATA_START": begin,
+    }.items():
+        parameters.put_count(data, key, count)
+    if max(parameters.processor.floats(head, 1, 12)[0], -1.0) != layout.scale:
+        head[12:16] = write([layout.scale], 4)
+    if any(max(it, -1.0) != layout.scale for it in parameters.numbers("POINT:SCALE")):
+        parameters.put(data, "POINT:SCALE", [layout.scale])
+    if later and layout.rate:
+        _move_events(layout, later / layout.rate, head, data)
+    head[layout.section : layout.section + len(data)] = data
+    return bytes(head[: layout.start])
+
+
+def _move_events(layout: C3dLayout, seconds: float, head: bytearray, data: bytearray) -> None:
+    """Count the times of events from a later frame on."""
+    parameters = layout.parameters
+    times = parameters.numbers("EVENT:TIMES")
+    moved = [
+        it
+        for minutes, rest in zip(times[::2], times[1::2], strict=False)
+        for it in (0.0, 60 * minutes + rest - seconds)
+    ]
+    parameters.put(data, "EVENT:TIMES", moved)
+    count, start, stop = _EVENTS
+    number = min(int(parameters.processor.ints(head, 1, count)[0]), (stop - start) // 4)
+    if number > 0:
+        earlier = parameters.processor.floats(head, number, start) - seconds
+        head[start : start + 4 * number] = parameters.processor.written(earlier, 4)
+
+
+def _frames(content: Content, start: int, size: int, span: Span) -> bytes:
+    """Return some frames, the last block filled up but where readers count many frames by it."""
+    data = content[start + span.start * size : start + span.stop * size]
+    return data + bytes(-len(data) % BLOCK if len(span) <= FULL else 0)
+
+
+_LIST = 255  # texts in one parameter
+_WIDEST = 127  # bytes of a text
+_FLOATS = -1.0  # a scale below 0: numbers are floats
+_UNKNOWN = -1.0
+_NEXT_TO_ZERO = 1e-6  # millimetres: where a point at zero is put, which would be taken as unknown
+
+
+def write(motion: Motion) -> bytes:
+    """Write a motion as C3D: its markers where it has them, else its joints.
+
+    Floats of an Intel processor, millimetres, y up.
+    """
+    points = motion.markers
+    names = points.names if points else motion.skeleton.names
+    places = points.positions if points else motion.positions
+    section = _parameters(motion, names, len(places), 0)
+    start = 2 + len(section) // BLOCK
+    table = np.zeros((len(places), len(names), 4), "<f4")
+    table[..., :3] = places
+    table[(places == 0).all(axis=2), 1] = _NEXT_TO_ZERO
+    unknown = ~np.isfinite(places).all(axis=2)
+    table[unknown] = (0, 0, 0, _UNKNOWN)
+    head = bytearray(BLOCK)
+    head[:24] = struct.pack(
+        "<BB5HfHHf",
+        *(2, 0x50, len(names), 0, 1, min(len(places), FULL), 0, _FLOATS, start, 1),
+        float(motion.rate),
+    )
+    data = table.tobytes()
+    rest = -len(data) % BLOCK if len(places) <= FULL else 0  # else some count by the file's end
+    return b"".join((head, _parameters(motion, names, len(places), start), data, bytes(rest)))
+
+
+def _parameters(motion: Motion, names: Sequence[str], frames: int, start: int) -> bytes:
+    """Return the parameters, in whole blocks; the data begin in a block."""
+    rate = float(motion.rate)
+    groups: dict[str, dict[str, float | Sequence[str] | NDArray[Any]]] = {
+        "POINT": {
+            "USED": len(names),
+            "SCALE": _FLOATS,
+            "RATE": rate,
+            "DATA_START": start,
+            "FRAMES": min(frames, FULL),
+            "LONG_FRAMES": float(frames),
+            **_lists("LABELS", names),
+            **_lists("DESCRIPTIONS", [""] * len(names)),
+            "UNITS": ["mm"],
+            "X_SCREEN": ["+X"],
+            "Y_SCREEN": ["+Y"],
+        },
+        "ANALOG": {
+            "USED": 0,
+            "LABELS": [],
+            "DESCRIPTIONS": [],
+            "GEN_SCALE": 1.0,
+            "SCALE": np.array([], float),
+            "OFFSET": np.array([], int),
+            "UNITS": [],
+            "RATE": rate,
+        },
+        "FORCE_PLATFORM": {"USED": 0},
+        "TRIAL": {
+            "ACTUAL_START_FIELD": np.array([1, 0]),
+            "ACTUAL_END_FIELD": np.array([frames & FULL, frames >> 16]),
+        },
+    }
+    chain = [
+        piece
+        for number, (group, values) in enumerate(groups.items(), 1)
+        for piece in (
+            _entry(group, -number, b"\0"),
+            *(_entry(name, number, _value(value)) for name, value in values.items()),
+        )
+    ]
+    size = 4 + sum(map(len, chain)) + 2
+    blocks = math.ceil(size / BLOCK)
+    section = bytes((0, 0, min(blocks, 255), INTEL)) + b"".join(chain)
+    return section.ljust(blocks * BLOCK, b"\0")
+
+
+def _lists(name: str, texts: Sequence[str]) -> dict[str, Sequence[str]]:
+    """Return a list of texts by its parameters: LABELS, LABELS2 ..."""
+    pieces = [list(texts[at : at + _LIST]) for at in range(0, len(texts), _LIST)] or [[]]
+    return {name + ("" if it == 1 else str(it)): piece for it, piece in enumerate(pieces, 1)}
+
+
+def _entry(name: str, number: int, body: bytes) -> bytes:
+    """Return a link of the chain."""
+    link = struct.pack("<bb", len(name), number) + name.encode()
+    return link + struct.pack("<H", len(body) + 2) + body
+
+
+def _value(value: float | Sequence[str] | NDArray[Any]) -> bytes:
+    """Return numbers, or texts, as the value of a parameter: kind, sizes, bytes."""
+    if isinstance(value, list):
+        texts = [it.encode()[:_WIDEST].decode(errors="ignore").encode() for it in value]
+        width = max(map(len, texts), default=0)
+        kind, sizes = TEXT, (width, len(texts))
+        data = b"".join(text.ljust(width) for text in texts)
+    else:
+        array = np.asarray(value)
+        kind, sizes = (4 if array.dtype.kind == "f" else 2), array.shape
+        data = PROCESSORS[INTEL].written(array, kind)
+    return struct.pack("<bB", kind, len(sizes)) + bytes(sizes) + data + b"\0"
