@@ -45,26 +45,31 @@ from lanindex.formats.file import (
 from lanindex.formats.points import END, Points, motion_of
 from lanindex.formats.rates import given_rate, nearest_rate
 from lanindex.formats.tables import fault, number_rows
-from lanindex.formats.turning import product, rotated
+from lanindex.formats.turning import UNSCALED, UNTURNED, place, product
 from lanindex.model import Motion, Reading, Span
 
 Floats = NDArray[np.float64]
 Places = NDArray[np.int64]
-
-MOST_BONES = 1000
-"""More than any body has."""
-
-LARGEST_FILE = 16 << 20
-"""Bytes; a skeleton has a few thousand."""
+Vector = tuple[float, ...]
 
 ROOT = b"root"
+MOST_BONES = 1000  # more than any body has
+LARGEST_FILE = 16 << 20  # bytes; a skeleton has a few thousand
+BLOCK = 1024  # frames whose numbers are held at a time
+USUAL_RATE = Fraction(120)  # of the public collections in this format, which mostly do not tell it
+MANY_PLACES = 100_000  # of joints that do not move: so many cost nothing
 
+_ENDING = ".asf"
+_MOST_STEMS = 8
+_NUMBER = 64  # bytes that the number of a frame, and what surrounds it, is shorter than
+_DIGITS = 15
+_INCH = 25.4
+_SAME = 0.01  # of a unit: two of its names
+_RATE = re.compile(rb"\s*:SAMPLES-PER-SECOND\s+([\d.]{1,12})\s*", re.IGNORECASE)
 _TURNS = {"RX": 0, "RY": 1, "RZ": 2}
 _CHANNELS = {**_TURNS, "TX": 3, "TY": 4, "TZ": 5}
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 _TURNED = "the root of its skeleton is turned at rest: taken for the axes that it turns about"
-
-Vector = tuple[float, ...]
 
 
 @dataclass(slots=True)
@@ -263,10 +268,6 @@ def _in_order(bones: dict[bytes, Bone], lines: list[_Line], path: str) -> tuple[
     return tuple(ordered)
 
 
-_ENDING = ".asf"
-_MOST_STEMS = 8
-
-
 def skeleton_of(file: File, options: Reading) -> tuple[File, tuple[str, ...]]:
     """Return the skeleton of a motion, and what is doubtful about it."""
     if options.skeleton is not None:
@@ -315,13 +316,6 @@ def _skeletons(path: str, changed: int) -> Mapping[str, str]:
     paths = siblings(path, _ENDING)
     names = [(PurePath(path).stem, path) for path in paths]
     return {**{name.lower(): path for name, path in reversed(names)}, **dict(names)}
-
-
-_NUMBER = 64
-"""Bytes that the number of a frame, and what surrounds it, is shorter than."""
-
-_DIGITS = 15
-_RATE = re.compile(rb"\s*:SAMPLES-PER-SECOND\s+([\d.]{1,12})\s*", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -511,19 +505,6 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
     return lambda span: clip(file.content, pieces(span))
 
 
-BLOCK = 1024
-"""Frames whose numbers are held at a time."""
-
-USUAL_RATE = Fraction(120)
-"""Hz, of the public collections in this format, which for the most part does not tell it."""
-
-MANY_PLACES = 100_000
-"""Of joints that do not move: so many cost nothing."""
-
-_INCH = 25.4
-_SAME = 0.01  # of a unit: two of its names
-
-
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read an AMC file with the skeleton beside it: see `lanindex.formats.read_file`.
 
@@ -535,21 +516,23 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     skeleton = parse(asf)
     rate, rate_doubts = _rate(layout, options)
     names, parents, offsets = joints_of(skeleton.bones)
-    numbers = Numbers(skeleton.bones)
+    numbers, count = Numbers(skeleton.bones), len(layout.starts)
     radians = not skeleton.degrees if layout.radians is None else layout.radians
     turn, tilt = (1.0 if it else math.pi / 180 for it in (radians, not skeleton.degrees))
-    axes, count = [_axes(bone, tilt) for bone in skeleton.bones], len(layout.starts)
+    axes = [_axes(bone, tilt) for bone in skeleton.bones]
     if count * len(names) > len(file.content) + MANY_PLACES:
         found = f"{len(names)} joints in {count} frames, of which few can move"
         raise CaptureError(found, place=asf.name, wanted="at most as many places as bytes")
+    joints = range(len(names))
     places = np.empty((count, len(names), 3), np.float32)
     turns = np.empty((count, len(names), 4), np.float32)
     for start in range(0, count, BLOCK):
         block = slice(start, start + BLOCK)
         stops, ends = layout.stops[block], layout.ends[block]
         data, first = holding(file.content, int(stops[0]), int(ends[-1]))
-        values = numbers.read(data, stops - first, ends - first, partial(_place, file, first))
-        places[block], turns[block] = world(skeleton.bones, axes, values, turn)
+        values = numbers.read(data, stops - first, ends - first, partial(_line, file, first))
+        standing = partial(_standing, skeleton.bones, axes, offsets, values, turn)
+        place(joints, joints, parents, standing, places[block], turns[block])
     doubts += (*skeleton.doubts, *_order_doubt(skeleton), *_count_doubt(layout), *rate_doubts)
     declared = Declared(_unit(skeleton.inches), "y")
     points = Points(names, places, rate, declared, parents, offsets, turns, doubts)
@@ -562,7 +545,7 @@ def beside(file: File, options: Reading | None = None) -> tuple[tuple[str, bytes
     return ((".asf", skeleton.content[:]),)
 
 
-def _place(file: File, first: int, at: int) -> str:
+def _line(file: File, first: int, at: int) -> str:
     """Return the line of a byte, which is counted from the first that is held."""
     return f"{file.name}:{line_of(file.content, first + at)}"
 
@@ -610,53 +593,40 @@ def joints_of(bones: Sequence[Bone]) -> tuple[tuple[str, ...], tuple[int, ...], 
     Returns (J, 3).
     """
     names = [bone.name.decode("utf-8", "replace") for bone in bones]
-    last = _last(bones)
+    above = {bone.parent for bone in bones}
+    last = [index for index in range(1, len(bones)) if index not in above]
     parents = [*(bone.parent for bone in bones), *last]
-    shifts = [(0.0,) * 3 if bone.parent < 0 else bone.shift for bone in bones]
-    offsets = [(0.0,) * 3 if parent < 0 else shifts[parent] for parent in parents]
+    offsets = [bones[parent].shift if parent > 0 else (0.0,) * 3 for parent in parents]
     return (*names, *(names[bone] + END for bone in last)), tuple(parents), np.array(offsets)
 
 
-def world(
-    bones: Sequence[Bone], axes: Sequence[Floats], values: Floats, turn: float
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return where joints are, and their rotations from rest.
+def _standing(
+    bones: Sequence[Bone],
+    axes: Sequence[Floats],
+    offsets: Floats,
+    values: Floats,
+    turn: float,
+    joint: int,
+) -> tuple[Floats, Floats, Floats]:
+    """Return where a joint stands within its parent: shift (T, 3), rotation (T, 4), scale.
 
-    Takes `values` (T, W); returns (T, J, 3), (T, J, 4).
+    Takes `offsets` (J, 3), `values` (T, W), `turn` radians in a unit of the angles.
     """
-    last = _last(bones)
-    places = np.empty((len(bones) + len(last), len(values), 3))
-    turns = np.empty((len(bones) + len(last), len(values), 4))
-    column = 0
-    for index, bone in enumerate(bones):
-        numbers = values[:, column : column + len(bone.dof)].T
-        column += len(bone.dof)
-        if bone.parent < 0:
-            places[index] = bone.shift
-            turned: Floats = np.broadcast_to((1.0, 0.0, 0.0, 0.0), turns[index].shape)
+    shift, turned = offsets[[joint]], UNTURNED
+    if joint >= len(bones):
+        return shift, turned, UNSCALED
+    if joint == 0:
+        shift = shift + bones[0].shift
+    first = sum(len(bone.dof) for bone in bones[:joint])
+    for column, code in reversed([*enumerate(bones[joint].dof, first)]):
+        number = values[:, column]
+        if code < 3:
+            half = number * (turn / 2.0)
+            own = np.column_stack((np.cos(half), np.outer(np.sin(half), axes[joint][:, code])))
+            turned = own if turned is UNTURNED else product(turned, own)
         else:
-            places[index] = places[bone.parent]
-            turned = turns[bone.parent]
-            if bone.parent:
-                places[index] += rotated(turned, np.array(bones[bone.parent].shift))
-        for code, number in reversed(list(zip(bone.dof, numbers, strict=True))):
-            if code < 3:
-                half = number * (turn / 2.0)
-                own = np.column_stack((np.cos(half), np.outer(np.sin(half), axes[index][:, code])))
-                turned = product(turned, own)
-            else:
-                places[index, :, code - 3] += number
-        turns[index] = turned
-    for index, above in enumerate(last, len(bones)):
-        turns[index] = turns[above]
-        places[index] = places[above] + rotated(turns[above], np.array(bones[above].shift))
-    return places.transpose(1, 0, 2).astype(np.float32), turns.transpose(1, 0, 2).astype(np.float32)
-
-
-def _last(bones: Sequence[Bone]) -> list[int]:
-    """Return the bones from which no other goes on."""
-    above = {bone.parent for bone in bones}
-    return [index for index in range(1, len(bones)) if index not in above]
+            shift = shift + np.outer(number, np.eye(3)[code - 3])
+    return shift, turned, UNSCALED
 
 
 def _axes(bone: Bone, tilt: float) -> Floats:

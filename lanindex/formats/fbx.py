@@ -27,17 +27,24 @@ from lanindex.formats.file import File, Wanted
 from lanindex.formats.people import distinct, is_human, named, others, person, take_doubt
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import given_rate, nearest_rate
-from lanindex.formats.turning import ancestry, from_parents, inverse, product, unit, worlds
+from lanindex.formats.turning import (
+    JointTree,
+    ancestry,
+    from_parents,
+    inverse,
+    joint_tree,
+    place,
+    product,
+    unit,
+)
 from lanindex.model import Motion, Reading
 
-MOST = 20_000_000
-"""Nodes times frames that are looked at."""
-
-TIMEOUT = 600
-"""Seconds that a file may take."""
-
-WIDTH = 10
-"""Numbers of a node: shift, turn (w, x, y, z), scale."""
+MOST = 20_000_000  # nodes times frames that are looked at
+TIMEOUT = 600  # seconds that a file may take
+WIDTH = 10  # numbers of a node: shift, turn (w, x, y, z), scale
+METRES = {0.001: "mm", 0.01: "cm", 1.0: "m", 0.0254: "inch"}  # units by their metres
+AXES = ("x", "-x", "y", "-y", "z", "-z")
+BLOCK = 2048  # frames that are turned at a time
 
 Floats = NDArray[np.float64]
 
@@ -126,22 +133,6 @@ def _scene(answer: Mapping[str, Any], numbers: Floats, file: File) -> Scene:
     return Scene(answer, still, moving)
 
 
-UNITS = {0.001: "mm", 0.01: "cm", 1.0: "m", 0.0254: "inch"}
-"""By metres."""
-
-AXES = ("x", "-x", "y", "-y", "z", "-z")
-BLOCK = 2048
-
-
-@dataclass(frozen=True, slots=True)
-class Skeleton:
-    """The bones of somebody."""
-
-    joints: tuple[int, ...]  # (J) nodes, parents before children
-    names: tuple[str, ...]  # (J) each its own
-    parents: tuple[int, ...]  # (J) joints by their places in this list, -1 for a root
-
-
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read an FBX file: see `lanindex.formats.read_file`.
 
@@ -216,10 +207,10 @@ def _axis(code: int) -> Floats:
 
 
 def _unit(metres: float) -> str | None:
-    return next((unit for size, unit in UNITS.items() if abs(metres / size - 1) < 1e-6), None)
+    return next((unit for size, unit in METRES.items() if abs(metres / size - 1) < 1e-6), None)
 
 
-def _people(scene: Scene) -> dict[str, Skeleton]:
+def _people(scene: Scene) -> dict[str, JointTree]:
     """Return the skeletons by their names; what is not human only where nobody is.
 
     Bones under one node are one skeleton, under the root each top one its own. Where nothing is
@@ -238,51 +229,37 @@ def _people(scene: Scene) -> dict[str, Skeleton]:
         if node in owner and kind != "helper":
             members.setdefault(owner[node], []).append(node)
     moved = set(scene.moving)
-    found = list[tuple[str, Skeleton]]()
+    names = [name for name, *_ in nodes]
+    helpers = {node for node, kind in enumerate(kinds) if kind == "helper"}
+    found = list[tuple[str, JointTree]]()
     for top, joints in members.items():
         if moved & ancestry(joints, parents):
-            space, colon, _ = nodes[joints[0]][0].rpartition(":")
-            name = space if colon else nodes[top][0]
-            found.append((name, _skeleton(nodes, parents, joints)))
+            space, colon, _ = names[joints[0]].rpartition(":")
+            tree = joint_tree(joints, names, parents, helpers)
+            found.append((space if colon else names[top], tree))
 
-    def human(whose: Skeleton) -> bool:
+    def human(whose: JointTree) -> bool:
         poses, _ = _placed(scene, whose, sampled(scene.answer["count"]))
         return is_human(whose.names, whose.parents, poses)
 
     if len(found) > 1:
         found = [one for one in found if human(one[1])] or found[:1]
-    names = distinct([name for name, _ in found], range(1, len(found) + 1))
-    return named(dict(zip(names, (one for _, one in found), strict=True)))
-
-
-def _skeleton(nodes: list[list[str]], parents: list[int], joints: list[int]) -> Skeleton:
-    place, above = dict[int, int](), list[int]()
-    for number, joint in enumerate(joints):
-        node = parents[joint]
-        while node >= 0 and node not in place and nodes[node][2] == "helper":
-            node = parents[node]
-        above.append(place.get(node, -1))
-        place[joint] = number
-    names = distinct([nodes[joint][0] for joint in joints], joints)
-    return Skeleton(tuple(joints), names, tuple(above))
+    called = distinct([name for name, _ in found], range(1, len(found) + 1))
+    return named(dict(zip(called, (one for _, one in found), strict=True)))
 
 
 def _placed(
-    scene: Scene, whose: Skeleton, frames: NDArray[np.int64] | None
+    scene: Scene, whose: JointTree, frames: NDArray[np.int64] | None
 ) -> tuple[Floats, Floats]:
     """Return where joints are in some frames and how they are turned; at rest without any."""
-    parents = scene.parents
     moving: Mapping[int, Floats] = {} if frames is None else scene.moving
-    count = 1 if frames is None else len(frames)
-    place = {node: number for number, node in enumerate(whose.joints)}
-    points, turned = np.empty((count, len(place), 3)), np.empty((count, len(place), 4))
 
     def standing(node: int) -> tuple[Floats, Floats, Floats]:
         rows = moving[node][frames] if node in moving else scene.still[node][None]
         return rows[:, :3], unit(rows[:, 3:7]), rows[:, 7:]
 
-    needed = [(node, parents[node]) for node in sorted(ancestry(whose.joints, parents))]
-    for node, point, turn in worlds(needed, standing):
-        if node in place:
-            points[:, place[node]], turned[:, place[node]] = point, turn
+    order = sorted(ancestry(whose.joints, scene.parents))
+    shape = 1 if frames is None else len(frames), len(whose.joints)
+    points, turned = np.empty((*shape, 3)), np.empty((*shape, 4))
+    place(whose.joints, order, scene.parents, standing, points, turned)
     return points, turned

@@ -1,27 +1,24 @@
-"""Turns as unit quaternions (w, x, y, z)."""
+"""Rotations as unit quaternions (w, x, y, z), and trees of joints that they turn."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.formats.people import distinct
+
 Floats = NDArray[np.float64]
+
+UNTURNED = np.array([[1.0, 0.0, 0.0, 0.0]])
+UNSCALED = np.ones((1, 3))
 
 
 def product(first: NDArray[Any], second: NDArray[Any]) -> Floats:
-    """Return the turns (..., 4) that `second` makes, then `first`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.formats.turning import product
-    >>> half = np.array([0.0, 0, 1, 0])  # about y
-    >>> product(half, half)
-    array([-1.,  0.,  0.,  0.])
-    """
+    """Return the turns (..., 4) that `second` makes, then `first`."""
     w, x, y, z = _parts(first)
     a, b, c, d = _parts(second)
     return _joined(
@@ -53,15 +50,7 @@ def inverse(turns: NDArray[Any]) -> Floats:
 
 
 def rotated(turns: NDArray[Any], points: NDArray[Any]) -> NDArray[Any]:
-    """Return points (..., 3) as turns (..., 4) take them.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.formats.turning import rotated
-    >>> rotated(np.array([0.0, 0, 0, 1]), np.array([1.0, 2, 3]))  # half a turn about z
-    array([-1., -2.,  3.])
-    """
+    """Return points (..., 3) as turns (..., 4) take them."""
     w, x, y, z = _parts(turns)
     a, b, c = _parts(points)
     d, e, f = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
@@ -73,16 +62,7 @@ def rotated(turns: NDArray[Any], points: NDArray[Any]) -> NDArray[Any]:
 
 
 def unit(turns: NDArray[Any]) -> Floats:
-    """Return turns of length 1; what has no length, or none that is known, does not turn.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.formats.turning import unit
-    >>> unit(np.array([[0.0, 0, 3, 4], [0, 0, 0, 0]]))
-    array([[0. , 0. , 0.6, 0.8],
-           [1. , 0. , 0. , 0. ]])
-    """
+    """Return turns of length 1; what has no length, or none that is known, does not turn."""
     turns = np.asarray(turns, np.float64)
     length = np.sqrt((turns * turns).sum(axis=-1, keepdims=True))
     sound = length > 1e-12
@@ -93,13 +73,6 @@ def between(start: Floats, stop: Floats, part: Floats) -> Floats:
     """Return turns on the shortest way from some to others, evenly.
 
     Takes `start, stop` (T, 4), `part` (T,); returns (T, 4).
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.formats.turning import between
-    >>> between(np.array([[1.0, 0, 0, 0]]), np.array([[0.0, 1, 0, 0]]), np.array([1 / 3]))
-    array([[0.8660254, 0.5      , 0.       , 0.       ]])
     """
     cosine = (start * stop).sum(axis=1)
     stop = np.where(cosine[:, None] < 0, -stop, stop)
@@ -124,15 +97,7 @@ def matrices(turns: NDArray[Any]) -> Floats:
 
 
 def quaternions(turns: NDArray[Any]) -> Floats:
-    """Return the unit quaternions of rotations (..., 3, 3).
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.formats.turning import quaternions
-    >>> quaternions(np.diag([-1.0, 1.0, -1.0]))
-    array([0., 0., 1., 0.])
-    """
+    """Return the unit quaternions of rotations (..., 3, 3)."""
     turns = np.asarray(turns, np.float64)
     a, b, c = turns[..., 0, 0], turns[..., 1, 1], turns[..., 2, 2]
     # four ways to the same turn, each up to a factor: the longest is the most exact
@@ -156,6 +121,36 @@ def quaternions(turns: NDArray[Any]) -> Floats:
     return unit(np.take_along_axis(ways, best, axis=-2)[..., 0, :])
 
 
+@dataclass(frozen=True, slots=True)
+class JointTree:
+    """The joints of one person among the nodes of a file."""
+
+    joints: tuple[int, ...]  # (J) nodes, parents before children
+    names: tuple[str, ...]  # (J) each its own
+    parents: tuple[int, ...]  # (J) joints by their places in this tree, -1 for a root
+
+
+def joint_tree(
+    joints: Sequence[int],
+    names: Sequence[str],
+    parents: Sequence[int],
+    passed: Container[int] = (),
+) -> JointTree:
+    """Return a tree of some nodes, whose names and parents are told by node.
+
+    A joint hangs on the node above it, or the first above that is none of those that are passed by.
+    """
+    place, above = dict[int, int](), list[int]()
+    for number, joint in enumerate(joints):
+        node = parents[joint]
+        while node >= 0 and node not in place and node in passed:
+            node = parents[node]
+        above.append(place.get(node, -1))
+        place[joint] = number
+    called = distinct([names[joint] for joint in joints], joints)
+    return JointTree(tuple(joints), called, tuple(above))
+
+
 def ancestry(joints: Iterable[int], parents: Sequence[int]) -> set[int]:
     """Return nodes and all nodes above them."""
     found = set[int]()
@@ -174,31 +169,32 @@ def from_parents(places: Floats, parents: Sequence[int]) -> Floats:
     return offsets
 
 
-def worlds(
-    nodes: Iterable[tuple[int, int]], standing: Callable[[int], tuple[Floats, Floats, Floats]]
-) -> Iterator[tuple[int, Floats, Floats]]:
-    """Yield where nodes are and how they are turned.
+def place(
+    joints: Sequence[int],
+    order: Sequence[int],
+    parents: Sequence[int],
+    standing: Callable[[int], tuple[Floats, Floats, Floats]],
+    points: NDArray[Any],
+    turned: NDArray[Any],
+    rest: Floats | None = None,
+) -> None:
+    """Fill in where joints are in some frames, and how they are turned, from rest if it is given.
 
-    Takes `standing` (T, 3), (T, 4); returns (T, 3), (T, 4).
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.formats.turning import worlds
-    >>> up, half = np.array([[0.0, 1, 0]]), np.array([[0.0, 0, 0, 1]])  # half a turn about z
-    >>> [point.tolist() for _, point, _ in worlds([(0, -1), (1, 0)], lambda _: (up, half, up + 1))]
-    [[[0.0, 1.0, 0.0]], [[0.0, -1.0, 0.0]]]
+    `order` holds the joints and the nodes above them, parents before children; `standing` gives
+    where a node stands within its parent: shift (T, 3), rotation (T, 4), scale (T, 3). Takes `rest`
+    (J, 4); fills `points` (T, J, 3), `turned` (T, J, 4).
     """
+    numbers = {node: number for number, node in enumerate(joints)}
+    back = None if rest is None else inverse(rest)
     known: dict[int, tuple[Floats, Floats, Floats | None]] = {}
-    nodes = list(nodes)
-    last = {parent: node for node, parent in nodes}
-    for node, parent in nodes:
+    last = {parents[node]: node for node in order}
+    for node in order:
+        parent = parents[node]
         point, turn, scale = standing(node)
-        own = turn
-        above = None
+        own, above = turn, None
         if parent >= 0:
             base, whole, above = known[parent]
-            moved = rotated(whole, point) if above is None else _through(above, point)
+            moved = rotated(whole, point) if above is None else (above @ point[:, :, None])[:, :, 0]
             point, turn = base + moved, product(whole, own)
         axes = None  # without scales, turns say all
         if above is not None or (scale != 1).any():
@@ -209,24 +205,14 @@ def worlds(
             known[node] = point, turn, axes
         if last[parent] == node:  # held only as long as something stands in it
             known.pop(parent, None)
-        yield node, point, turn
-
-
-def _through(axes: Floats, points: Floats) -> Floats:
-    moved: Floats = (axes @ points[:, :, None])[:, :, 0]
-    return moved
+        if node in numbers:
+            joint = numbers[node]
+            points[:, joint] = point
+            turned[:, joint] = turn if back is None else product(turn, back[joint])
 
 
 def without_flips(turns: Floats) -> Floats:
-    """Return turns (T, ..., 4), each of the sign that is nearer to the one before.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.formats.turning import without_flips
-    >>> without_flips(np.array([[1.0, 0, 0, 0], [-1, 0, 0, 0], [-1, 0, 0, 0]]))[:, 0]
-    array([1., 1., 1.])
-    """
+    """Return turns (T, ..., 4), each of the sign that is nearer to the one before."""
     flips = (turns[1:] * turns[:-1]).sum(axis=-1) < 0
     odd = np.cumsum(flips, axis=0) % 2 == 1
     result = turns.copy()

@@ -45,15 +45,17 @@ def test_scales_are_handed_down() -> None:
     numbers = np.random.default_rng(4)
     shifts, turns = numbers.normal(size=(4, 9, 3)), own(Rotation.random(36, random_state=5))
     turns = turns.reshape(4, 9, 4)
-    nodes = [(0, -1), (1, 0), (2, 1), (3, 1)]
     ones = np.ones((9, 3))
-    almost = ones * (1 + 1e-12)
-    ways = [
-        [it[1] for it in turning.worlds(nodes, lambda node, by=by: (shifts[node], turns[node], by))]
-        for by in (ones, almost)
-    ]
-    np.testing.assert_allclose(*ways, atol=1e-9)
+
+    def places(by: np.ndarray) -> np.ndarray:
+        points, turned = np.empty((9, 4, 3)), np.empty((9, 4, 4))
+        parents = (-1, 0, 1, 1)
+        within = lambda node: (shifts[node], turns[node], by)  # noqa: E731
+        turning.place(range(4), range(4), parents, within, points, turned)
+        return points
+
+    ways = places(ones)
+    np.testing.assert_allclose(ways, places(ones * (1 + 1e-12)), atol=1e-9)
     first = shifts[0] + Rotation.from_quat(turns[0][:, [1, 2, 3, 0]]).apply(shifts[1])
-    np.testing.assert_allclose(ways[0][1], first, atol=1e-12)
-    twice = list(turning.worlds(nodes, lambda node: (shifts[node], turns[node], 2 * ones)))
-    np.testing.assert_allclose(twice[1][1], 2 * first - shifts[0], atol=1e-12)
+    np.testing.assert_allclose(ways[:, 1], first, atol=1e-12)
+    np.testing.assert_allclose(places(2 * ones)[:, 1], 2 * first - shifts[0], atol=1e-12)
