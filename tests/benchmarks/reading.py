@@ -23,7 +23,7 @@ from lanindex import formats
 from lanindex.formats import amc, tables, trc
 from lanindex.formats.c3d import names_of, places, scan
 from lanindex.formats.file import holding
-from lanindex.formats.gltf.read import chosen
+from lanindex.formats.gltf import chosen
 from lanindex.formats.mvnx import walk
 from lanindex.formats.point_tables import layout_of
 from lanindex.model import Reading

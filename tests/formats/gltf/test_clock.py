@@ -8,8 +8,8 @@ from made_gltf import Made, body, waving
 
 from lanindex import formats
 from lanindex.errors import CaptureError
-from lanindex.formats.gltf import tracks
-from lanindex.formats.gltf.tracks import MOST_BETWEEN, Clock, Track, clock
+from lanindex.formats import gltf_scene
+from lanindex.formats.gltf_scene import MOST_BETWEEN, Clock, Track, clock
 
 
 def keys(*steps: float) -> np.ndarray:
@@ -30,7 +30,7 @@ def test_a_key_as_far_from_a_frame_as_may_be_is_on_it():
 
 
 def test_keys_as_uneven_as_may_be(monkeypatch):
-    monkeypatch.setattr(tracks, "ON_GRID", 0.125)
+    monkeypatch.setattr(gltf_scene, "ON_GRID", 0.125)
     found = clock([keys(1.125 / 16, 0.875 / 16)], "a.glb")
     assert (found.rate, found.count, found.doubts) == (16, 3, ())
     found = clock([keys(1.1875 / 16, 0.8125 / 16)], "a.glb")

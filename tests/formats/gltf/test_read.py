@@ -13,7 +13,7 @@ from lanindex import formats
 from lanindex.errors import BodyError, CaptureError
 from lanindex.formats import archives, gltf
 from lanindex.formats.file import File, Wanted
-from lanindex.formats.gltf.read import chosen
+from lanindex.formats.gltf import chosen
 from lanindex.model import Motion, Reading
 
 

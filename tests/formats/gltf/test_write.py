@@ -16,7 +16,7 @@ from random_scores import scores
 
 from lanindex import formats
 from lanindex.formats import gltf
-from lanindex.formats.gltf.write import octahedra
+from lanindex.formats.gltf import octahedra
 from lanindex.model import Motion, Score, Skeleton, Source
 from lanindex.perform import perform
 
