@@ -1,6 +1,6 @@
 """Capture files ↔ Motion: a table of formats, each known by a file's content.
 
-A format is a module (or a folder) with
+A format is a module with
 
 - ``read(file, options, wanted) -> Motion``,
 - ``cutter(file, options) -> Cutter``, if clips can be cut out of its bytes, and

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINTS, KINDS, kind_of
 from lanindex.errors import UsageError
-from lanindex.formats.npy import features
-from lanindex.formats.npy.orders import SMPL
+from lanindex.formats import smpl
 from lanindex.model import Score, Span, Symbol
 from lanindex.notation.excerpt import excerpt
 
@@ -165,8 +164,8 @@ laid between pelvis, chest, neck and shoulders: the captures have no such joints
 
     def contents(self, clip: Clip) -> Iterator[bytes]:
         """Yield places, features and texts of a clip."""
-        places = features.grounded(joints22(clip.places))
-        values = features.features(places)
+        places = smpl.grounded(joints22(clip.places))
+        values = smpl.features(places)
         if clip.split == "train":
             exact = values.astype(np.float64)
             self._sums += exact.sum(axis=0), (exact * exact).sum(axis=0)
@@ -206,7 +205,7 @@ def joints22(places: Floats) -> Floats:
         by_name[f"{side}_collar"] = np.asarray(
             sum(by_name[end] * part for end, part in zip(ends, _COLLAR.values(), strict=True))
         )
-    return np.stack([by_name[name] for name in SMPL[:22]], axis=1)
+    return np.stack([by_name[name] for name in smpl.SMPL[:22]], axis=1)
 
 
 def _npy(values: NDArray[Any]) -> bytes:

@@ -18,8 +18,8 @@ import lanindex
 from lanindex.alphabet import JOINTS
 from lanindex.encoding.joints import body
 from lanindex.errors import ExportError, UsageError
-from lanindex.formats.npy import features
-from lanindex.formats.npy.features import CHAINS, grounded, placed, used
+from lanindex.formats import smpl
+from lanindex.formats.smpl import CHAINS, grounded, placed, used
 from lanindex.model import Capture
 from lanindex.pipeline import Library, dataset, open_library
 from lanindex.pipeline.dataset import (
@@ -271,7 +271,7 @@ def test_features_turn_bones_to_where_they_are() -> None:
     random = np.random.default_rng(0)
     places = grounded(np.cumsum(random.normal(size=(40, 22, 3)) * 0.03, axis=0)
                       + random.normal(size=(22, 3)))  # fmt: skip
-    values = features.features(places).astype(np.float64)
+    values = smpl.features(places).astype(np.float64)
     turns = 2 * np.cumsum(np.append(0, values[:-1, 0]))
     root = Rotation.from_rotvec(np.outer(turns, [0, 1, 0])).as_matrix()
     for chain in CHAINS:
@@ -284,7 +284,7 @@ def test_features_turn_bones_to_where_they_are() -> None:
             matrix = matrix @ own
             bone = places[:-1, child] - places[:-1, parent]
             length = np.linalg.norm(bone, axis=1)[:, None]
-            assert np.allclose(matrix @ features._rest(child), bone / length, atol=1e-4)
+            assert np.allclose(matrix @ smpl._rest(child), bone / length, atol=1e-4)
     velocity = values[:, 193:259].reshape(-1, 22, 3)
     assert np.allclose(
         np.linalg.norm(velocity, axis=2),

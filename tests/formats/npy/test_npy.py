@@ -13,8 +13,10 @@ from scipy.spatial.transform import Rotation
 
 from lanindex import formats
 from lanindex.errors import CaptureError
-from lanindex.formats.npy import smpl, write
-from lanindex.formats.npy.orders import ORDERS, SMPL
+from lanindex.formats import smpl
+from lanindex.formats.npy import write
+from lanindex.formats.smpl import ORDERS, SMPL
+from lanindex.formats.turning import rotated
 from lanindex.model import Motion, Span
 
 
@@ -153,7 +155,7 @@ def test_amass_agrees_with_matrices():
     pick = np.random.default_rng(3)
     vectors = pick.normal(0, 1, (5, 22, 3))
     shift = pick.normal(0, 1, (5, 3))
-    places, turns = smpl.placed(vectors.reshape(5, 66), shift)
+    places, turns = smpl.posed(vectors.reshape(5, 66), shift)
     for frame in range(5):
         world: list[np.ndarray] = []
         where: list[np.ndarray] = []
@@ -165,7 +167,7 @@ def test_amass_agrees_with_matrices():
             where.append(where[parent] + world[parent] @ smpl.OFFSETS[joint])
             world.append(world[parent] @ local)
         np.testing.assert_allclose(places[frame], where, atol=1e-5)
-        made = [smpl.rotated(turns[frame, [k]].astype(float), np.eye(3)[0])[0] for k in range(24)]
+        made = [rotated(turns[frame, [k]].astype(float), np.eye(3)[0])[0] for k in range(24)]
         np.testing.assert_allclose(made, [turn[:, 0] for turn in world], atol=1e-5)
 
 

@@ -1,0 +1,347 @@
+"""Joints without names: orders of joints, poses of SMPL (AMASS), features of HumanML3D and KIT-ML.
+
+An order is known by the number of its joints, and by their bones.
+
+Poses are turns, and the shape of the body is weights of a model that may not be handed on. Here all
+bodies have the mean shape, in millimetres as published with many programs: directions, of which
+symbols are made, are exact for the mean body and within a few degrees for others, for the shape
+changes how bones lie at rest; lengths may be off by a tenth.
+
+A frame of features holds how far the root turns about y until the next (half the angle), how far it
+moves along x and z as it faces then, its height, and x, y, z of each other joint from below the
+root, as it faces. Turns, speeds and contacts of the feet, which follow, tell nothing more.
+
+Sources: Loper et al. (2015), *SMPL*, ACM Trans. Graph. 34(6), mean male joints, and its extensions
+SMPL-H and SMPL-X, whose first 22 joints HumanML3D takes; Mahmood et al. (2019), *AMASS*, ICCV; Guo
+et al. (2022), *Generating Diverse and Natural 3D Human Motions from Text*, CVPR, and the code
+published with it; KIT-ML as HumanML3D orders it; Human3.6M as Martinez et al. (2017) reduce it;
+COCO's keypoints; OpenPose's BODY_25; Kinect v2's JointType, as NTU RGB+D has it; MediaPipe's pose
+landmarks, which FreeMoCap puts before hands and face.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.body import sampled
+from lanindex.formats.turning import UNSCALED, UNTURNED, place
+
+Floats = NDArray[np.float64]
+
+
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(text.split())
+
+
+SMPL = _words(
+    "pelvis left_hip right_hip spine1 left_knee right_knee spine2 left_ankle right_ankle spine3 "
+    "left_foot right_foot neck left_collar right_collar head left_shoulder right_shoulder "
+    "left_elbow right_elbow left_wrist right_wrist left_hand right_hand"
+)
+"""The joints of SMPL; the first 22 are those of SMPL-H, SMPL-X and HumanML3D too."""
+
+_FINGERS = tuple(
+    f"{side}_{finger}{part}"
+    for side in ("left", "right")
+    for finger in ("index", "middle", "pinky", "ring", "thumb")
+    for part in (1, 2, 3)
+)
+_KIT = _words(
+    "pelvis spine chest neck head right_shoulder right_elbow right_wrist left_shoulder "
+    "left_elbow left_wrist right_hip right_knee right_ankle right_heel right_foot left_hip "
+    "left_knee left_ankle left_heel left_foot"
+)
+_H36M = _words(
+    "pelvis right_hip right_knee right_ankle left_hip left_knee left_ankle spine neck nose head "
+    "left_shoulder left_elbow left_wrist right_shoulder right_elbow right_wrist"
+)
+_COCO = _words(
+    "nose left_eye right_eye left_ear right_ear left_shoulder right_shoulder left_elbow "
+    "right_elbow left_wrist right_wrist left_hip right_hip left_knee right_knee left_ankle "
+    "right_ankle"
+)
+_BODY_25 = _words(
+    "nose neck right_shoulder right_elbow right_wrist left_shoulder left_elbow left_wrist mid_hip "
+    "right_hip right_knee right_ankle left_hip left_knee left_ankle right_eye left_eye right_ear "
+    "left_ear left_big_toe left_small_toe left_heel right_big_toe right_small_toe right_heel"
+)
+_KINECT = _words(
+    "spine_base spine_mid neck head left_shoulder left_elbow left_wrist left_hand right_shoulder "
+    "right_elbow right_wrist right_hand left_hip left_knee left_ankle left_foot right_hip "
+    "right_knee right_ankle right_foot spine_shoulder left_hand_tip left_thumb right_hand_tip "
+    "right_thumb"
+)
+_MEDIAPIPE = _words(
+    "nose left_eye_inner left_eye left_eye_outer right_eye_inner right_eye right_eye_outer "
+    "left_ear right_ear mouth_left mouth_right left_shoulder right_shoulder left_elbow "
+    "right_elbow left_wrist right_wrist left_pinky right_pinky left_index right_index left_thumb "
+    "right_thumb left_hip right_hip left_knee right_knee left_ankle right_ankle left_heel "
+    "right_heel left_foot_index right_foot_index"
+)
+
+
+def _with_face(face: int) -> tuple[str, ...]:
+    """Return MediaPipe's landmarks of body, hands and face."""
+    hands = (f"{side}_hand_{number}" for side in ("right", "left") for number in range(21))
+    return (*_MEDIAPIPE, *hands, *(f"face_{number}" for number in range(face)))
+
+
+_BONES = (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
+_STEADY = 0.2  # of its length: what a bone may change by, middle half of the poses
+_EVEN = 1.5  # how many times as long a bone may be on one side as on the other
+_NEXT = 2.3  # how many times as long it may be as the one next to it
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """One order of joints."""
+
+    title: str  # as people call it
+    names: tuple[str, ...]  # (J) the joints
+    rate: str = ""  # frames a second that its files have, where none is given; empty: unknown
+
+
+ORDERS = (  # all that are known
+    Order("HumanML3D", SMPL[:22], "20"),
+    Order("SMPL", SMPL),
+    Order("SMPL-H", SMPL[:22] + _FINGERS),
+    Order("SMPL-X", (*SMPL[:22], "jaw", "left_eye", "right_eye", *_FINGERS)),
+    Order("KIT-ML", _KIT, "12.5"),
+    Order("Human3.6M", _H36M),
+    Order("COCO", _COCO),
+    Order("OpenPose", _BODY_25),
+    Order("Kinect v2, NTU RGB+D", _KINECT, "30"),
+    Order("MediaPipe", _MEDIAPIPE),
+    Order("FreeMoCap", _with_face(468)),
+    Order("FreeMoCap", _with_face(478)),
+)
+
+
+def order_of(places: NDArray[Any]) -> Order | None:
+    """Return the one order in which places make a body.
+
+    Takes `places` (T, J, 3).
+    """
+    poses = places[sampled(len(places))].astype(np.float64)
+    fitting = [one for one in ORDERS if len(one.names) == places.shape[1] and _fits(one, poses)]
+    return fitting[0] if len(fitting) == 1 else None
+
+
+def _fits(order: Order, poses: NDArray[np.float64]) -> bool:
+    """Return whether the bones of an order are bones."""
+    ends = [[order.names.index(f"{side}_{end}") for end in bone]
+            for bone in _BONES for side in ("left", "right")]  # fmt: skip
+    bones = poses[:, [first for first, _ in ends]] - poses[:, [last for _, last in ends]]
+    lengths = np.sqrt((bones * bones).sum(axis=2))
+    lengths = lengths[np.isfinite(lengths).all(axis=1)]
+    if not len(lengths):
+        return False
+    low, usual, high = np.percentile(lengths, (25, 50, 75), axis=0)
+    steady = (high - low <= _STEADY * usual).all() and (usual > 0).all()
+    return bool(
+        steady
+        and _alike(usual[0::2], usual[1::2], _EVEN)
+        and _alike(usual[0::4], usual[2::4], _NEXT)
+    )
+
+
+def _alike(one: NDArray[np.float64], other: NDArray[np.float64], most: float) -> bool:
+    return bool((np.maximum(one, other) <= most * np.minimum(one, other)).all())
+
+
+# numbers of a pose: three for each joint; the first 66 are those of the body in all
+WIDTHS = {66: "SMPL", 72: "SMPL", 156: "SMPL-H", 165: "SMPL-X"}
+TURNED = 22  # joints that turn; the hands of `SMPL` follow their wrists
+PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21)
+REST = (-0.002, -0.241, 0.029)  # of the pelvis, metres: where it is when nothing is moved
+OFFSETS = (
+    np.array(
+        (
+            *((0, 0, 0), (59, -82, -18), (-60, -91, -14), (4, 124, -38)),
+            *((43, -386, 8), (-43, -384, -5), (4, 138, 27)),
+            *((-15, -427, -37), (19, -420, -35), (-2, 56, 3)),
+            *((41, -60, 122), (-35, -62, 130), (-13, 212, -33)),
+            *((72, 114, -19), (-83, 112, -24), (10, 89, 50)),
+            *((123, 45, -19), (-113, 47, -8), (255, -16, -23), (-260, -14, -31)),
+            *((266, 13, -7), (-269, 7, -6), (87, -11, -16), (-89, -9, -10)),
+        )
+    )
+    / 1000.0
+)
+"""(24, 3) metres, y up, facing z: of each joint from its parent, arms stretched sideways."""
+
+BLOCK = 4096  # frames that are turned at a time
+
+
+def posed(poses: NDArray[Any], shift: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return where the joints of `SMPL` are, and how they are turned.
+
+    Takes `poses` (T, 66), `shift` (T, 3); returns (T, 24, 3), (T, 24, 4).
+    """
+    places = np.empty((len(poses), len(SMPL), 3), np.float32)
+    turns = np.empty((len(poses), len(SMPL), 4), np.float32)
+    joints = range(len(SMPL))
+    for start in range(0, len(poses), BLOCK):
+        block = slice(start, start + BLOCK)
+        vectors = poses[block, : 3 * TURNED].astype(np.float64).reshape(-1, TURNED, 3)
+        local, root = _quaternions(vectors), shift[block].astype(np.float64) + REST
+
+        def standing(
+            joint: int, local: Floats = local, root: Floats = root
+        ) -> tuple[Floats, Floats, Floats]:
+            own = local[:, joint] if joint < TURNED else UNTURNED
+            return OFFSETS[[joint]] if joint else root, own, UNSCALED
+
+        place(joints, joints, PARENTS, standing, places[block], turns[block])
+    return places, turns
+
+
+def _quaternions(vectors: Floats) -> Floats:
+    """Return axis times angle (..., 3) as quaternions (..., 4), w first."""
+    angle = np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
+    half = np.sinc(angle / (2 * np.pi)) / 2  # sin(angle / 2) / angle, at 0 too
+    return np.concatenate((np.cos(angle / 2), vectors * half), axis=-1)
+
+
+# by how many numbers a frame of features has, twelve for each joint but one: whose they are
+TITLES = {263: "HumanML3D", 251: "KIT-ML"}
+
+
+def used(width: int) -> int:
+    """Return how many of a frame's numbers tell where joints are."""
+    return 4 + 3 * ((width + 1) // 12 - 1)
+
+
+def placed(values: NDArray[Any]) -> NDArray[np.float32]:
+    """Return where the joints of features (T, W) are, (T, J, 3)."""
+    values = values.astype(np.float64)
+    turned = 2 * np.cumsum(np.append(0, values[:-1, 0]))
+    places = np.zeros((len(values), (values.shape[1] - 4) // 3 + 1, 3))
+    places[1:, 0, [0, 2]] = values[:-1, 1:3]
+    places[:, 1:] = values[:, 4:].reshape(len(values), -1, 3)
+    x, z, cos, sin = places[..., 0], places[..., 2], np.cos(turned), np.sin(turned)
+    places[..., 0], places[..., 2] = (
+        x * cos[:, None] - z * sin[:, None],
+        x * sin[:, None] + z * cos[:, None],
+    )
+    places[:, 0] = np.cumsum(places[:, 0], axis=0)
+    places[:, 1:, [0, 2]] += places[:, :1, [0, 2]]
+    places[:, 0, 1] = values[:, 3]
+    return places.astype(np.float32)
+
+
+CHAINS = ((0, 2, 5, 8, 11), (0, 1, 4, 7, 10), (0, 3, 6, 9, 12, 15), (9, 14, 17, 19, 21),
+          (9, 13, 16, 18, 20))  # fmt: skip
+"""Joints of HumanML3D from the root, or the chest, outwards."""
+
+_AHEAD = (10, 11, 15)
+_SIDES = {1: 1, 13: 1, 2: -1, 14: -1}
+_UP = (3, 6, 9, 12)
+_ACROSS = ((2, 1), (17, 16))  # right and left of hips and of shoulders
+_FEET = (7, 10, 8, 11)
+_STILL = 0.002  # square metres that a foot goes in a frame, at most, while it is on the floor
+_SMOOTH = 20  # frames: the deviation by which the heading is smoothed
+
+
+def grounded(places: NDArray[Any]) -> Floats:
+    """Return places whose lowest is on the floor, whose first root is above the origin, facing z.
+
+    Takes `places` (T, 22, 3).
+    """
+    places = places - [places[0, 0, 0], places[..., 1].min(), places[0, 0, 2]]
+    ahead = _ahead(places[:1])
+    return _facing(places, np.arctan2(ahead[:, 0], ahead[:, 1]))
+
+
+def features(places: NDArray[Any]) -> NDArray[np.float32]:
+    """Return HumanML3D's features.
+
+    Takes `places` (T, 22, 3); returns (T - 1, 263).
+    """
+    heading = _heading(places)
+    turns = np.angle(np.exp(1j * np.diff(heading))) / -2
+    moved = _facing(np.diff(places, axis=0), heading[:-1])
+    root = _facing(np.diff(places[:, :1], axis=0), heading[1:])[:, 0]
+    own = places.copy()
+    own[..., [0, 2]] -= places[:, :1, [0, 2]]
+    own = _facing(own, heading)[:-1]
+    steps = (np.diff(places[:, list(_FEET)], axis=0) ** 2).sum(axis=2)
+    columns = (
+        turns[:, None],
+        root[:, [0, 2]],
+        own[:, 0, 1:2],
+        own[:, 1:].reshape(len(own), -1),
+        _turned(places[:-1], heading[:-1]),
+        moved.reshape(len(moved), -1),
+        steps < _STILL,
+    )
+    return np.concatenate(columns, axis=1).astype(np.float32)
+
+
+def _ahead(places: Floats) -> Floats:
+    """Return where bodies face, (T, 2): x and z, of length 1; z where nothing tells."""
+    across = sum(places[:, right] - places[:, left] for right, left in _ACROSS)
+    ahead = np.stack((np.asarray(across)[:, 2], -np.asarray(across)[:, 0]), axis=1)
+    size = np.hypot(*ahead.T)[:, None]
+    return np.where(size > 0, ahead / np.maximum(size, 1e-12), (0.0, 1.0))
+
+
+def _heading(places: Floats) -> Floats:
+    """Return where a body faces, smoothed, (T,) radians from z to x; 0 in the first frame."""
+    far = 4 * _SMOOTH
+    weights = np.exp(-0.5 * (np.arange(-far, far + 1) / _SMOOTH) ** 2)
+    ahead = np.pad(_ahead(places), ((far, far), (0, 0)), mode="edge")
+    x, z = (np.convolve(one, weights / weights.sum(), mode="valid") for one in ahead.T)
+    heading = np.arctan2(x, z)
+    heading[0] = 0
+    return heading
+
+
+def _facing(places: Floats, heading: Floats) -> Floats:
+    """Return places (T, J, 3) as those see them who face somewhere, (T,) or (1,)."""
+    cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
+    x, y, z = np.moveaxis(places, -1, 0)
+    return np.stack((x * cos - z * sin, y, x * sin + z * cos), axis=-1)
+
+
+def _turned(places: Floats, heading: Floats) -> Floats:
+    """Return how bones are turned, (T, 126): the first two columns of each one's matrix."""
+    cos, sin, none = np.cos(heading), np.sin(heading), np.zeros(len(heading))
+    facing = np.stack((cos, none, -sin, none, none + 1, none, sin, none, cos), -1)
+    found = np.zeros((len(places), 21, 6))
+    for chain in CHAINS:
+        before = facing.reshape(-1, 3, 3)
+        for parent, child in pairwise(chain):
+            turn = _smallest(_rest(child), places[:, child] - places[:, parent])
+            local = before.swapaxes(1, 2) @ turn
+            found[:, child - 1] = np.concatenate((local[..., 0], local[..., 1]), axis=1)
+            before = turn
+    return found.reshape(len(places), -1)
+
+
+def _rest(joint: int) -> Floats:
+    """Return where the bone to a joint points in a body at rest."""
+    if joint in _SIDES:
+        return np.array((_SIDES[joint], 0.0, 0.0))
+    up = 1.0 if joint in _UP else -1.0
+    return np.array((0.0, 0.0, 1.0) if joint in _AHEAD else (0.0, up, 0.0))
+
+
+def _smallest(rest: Floats, bones: Floats) -> Floats:
+    """Return the smallest turns (T, 3, 3) from one direction to others; half turns about any."""
+    ways = bones / np.maximum(np.sqrt((bones * bones).sum(axis=1)), 1e-12)[:, None]
+    middle = rest + ways
+    size = (middle * middle).sum(axis=1)
+    back = size < 1e-12
+    middle[back] = np.roll(rest, 1)
+    size[back] = 1.0
+    # a turn from rest to way is one to the middle between them and as much again: two mirrors
+    outer = 2 * middle[:, :, None] * middle[:, None, :] / size[:, None, None] - np.eye(3)
+    mirror = 2 * np.outer(rest, rest) - np.eye(3)
+    found: Floats = outer @ mirror
+    return found
