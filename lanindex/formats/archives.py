@@ -11,37 +11,24 @@ import re
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from lzma import LZMAError
 from pathlib import PurePosixPath
-from typing import TypeVar
+from typing import Any, NamedTuple
 
 from lanindex.errors import CaptureError
 
-MARK = "!/"
-"""Stands between an archive and what is in it."""
-
+MARK = "!/"  # stands between an archive and what is in it
 ZIPPED = (".zip",)
 TARRED = (".tar", ".tar.gz", ".tgz", ".tar.bz2", ".tbz2", ".tar.xz", ".txz")
-
-LARGEST = 1 << 30
-"""Bytes of a member at most: it is held in memory."""
-
-RATIO, FREE = 200, 64 << 20
-"""How many times its own size what is in an archive may be, beyond so many bytes that it may."""
-
-MANY = 1_000_000
-"""Members at most."""
-
-LONGEST = 1000
-"""Letters of a member's name."""
+LARGEST = 1 << 30  # bytes of a member at most: it is held in memory
+RATIO, FREE = 200, 64 << 20  # how many times its own size an archive may hold, and bytes besides
+MANY = 1_000_000  # members at most
+LONGEST = 1000  # letters of a member's name
 
 _BYTE = re.compile(r"\\x([89a-f][0-9a-f])")
-
-Info = TypeVar("Info")
-
 _DAMAGED = (zipfile.BadZipFile, tarfile.TarError, zlib.error, LZMAError, EOFError, OSError,
             NotImplementedError, RuntimeError, ValueError, OverflowError)  # fmt: skip
 
@@ -62,14 +49,7 @@ def native(path: str) -> str:
 
 
 def split(path: str) -> tuple[str, str]:
-    """Return the archive and the member that a path names; ``("", "")`` where it names none.
-
-    Examples
-    --------
-    >>> from lanindex.formats.archives import split
-    >>> split("corpus/compass.bvh!/walk.bvh"), split("walk.bvh")
-    (('', ''), ('', ''))
-    """
+    """Return the archive and the member that a path names; ``("", "")`` where it names none."""
     path = native(path) if MARK in path else path
     start = path.find(MARK)
     while start >= 0:
@@ -79,38 +59,39 @@ def split(path: str) -> tuple[str, str]:
     return "", ""
 
 
+class _Member(NamedTuple):
+    size: int
+    packed: int  # bytes in the archive; of a tar, which is packed as a whole, as many as `size`
+    info: Any  # what `zipfile` or `tarfile` opens it by
+
+
 @dataclass(slots=True)
 class _Archive:
     """An archive that is open, and its members by name."""
 
     path: str
     state: tuple[int, int, int]
-    file: zipfile.ZipFile | tarfile.TarFile
-    members: Mapping[str, zipfile.ZipInfo | tarfile.TarInfo]
+    file: Any  # a `zipfile.ZipFile` or a `tarfile.TarFile`
+    members: Mapping[str, _Member]
     last: tuple[str, bytes] = "", b""
 
     def content(self, name: str) -> bytes:
         """Return a member, which is kept: to go back in a packed tar is to unpack it anew."""
         if self.last[0] != name:
-            self.last = name, self.read(name)
+            self.last = name, self._read(name)
         return self.last[1]
 
-    def read(self, name: str) -> bytes:
-        info = self.members[name]
-        size = info.file_size if isinstance(info, zipfile.ZipInfo) else info.size
+    def _read(self, name: str) -> bytes:
+        size, packed, info = self.members[name]
         if size > LARGEST:
             raise _refused(self.path, f"{name} has {size >> 20} MB", f"{LARGEST >> 20} MB at most")
-        if isinstance(self.file, zipfile.ZipFile):
-            assert isinstance(info, zipfile.ZipInfo)
-            if size > FREE and size > RATIO * max(info.compress_size, 1):
-                raise _refused(self.path, f"{name} was packed {size} to {info.compress_size}",
-                               f"{RATIO} to 1 at most")  # fmt: skip
-            with self.file.open(info) as stream:
-                data = stream.read(size + 1)
-        else:
-            assert isinstance(info, tarfile.TarInfo)
-            taken = self.file.extractfile(info)
-            data = taken.read(size + 1) if taken else b""
+        if size > FREE and size > RATIO * max(packed, 1):
+            found = f"{name} was packed {size} to {packed}"
+            raise _refused(self.path, found, f"{RATIO} to 1 at most")
+        zipped = isinstance(self.file, zipfile.ZipFile)
+        opened: Any = self.file.open if zipped else self.file.extractfile
+        with opened(info) as stream:
+            data: bytes = stream.read(size + 1)
         if len(data) != size:
             raise CaptureError(f"{name} is cut short", place=self.path, wanted=f"{size} bytes")
         return data
@@ -146,13 +127,11 @@ def _archive(path: str) -> _Archive:
         if _open and (_open[0].path, _open[0].state) == (path, state):
             return _open[0]
         _close()
-        zipped = path.lower().endswith(ZIPPED)
+        opened: Callable[[str], Any] = (
+            zipfile.ZipFile if path.lower().endswith(ZIPPED) else tarfile.open
+        )
         with ExitStack() as opening:  # it stays open for its other members, if all is well
-            file: zipfile.ZipFile | tarfile.TarFile
-            if zipped:
-                file = opening.enter_context(zipfile.ZipFile(path))
-            else:
-                file = opening.enter_context(tarfile.open(path))
+            file = opening.enter_context(opened(path))
             archive = _Archive(path, state, file, _members(path, file, status.st_size))
             opening.pop_all()
         _open.append(archive)
@@ -170,26 +149,10 @@ def _close() -> None:
 
 def _members(
     path: str, file: zipfile.ZipFile | tarfile.TarFile, size: int
-) -> Mapping[str, zipfile.ZipInfo | tarfile.TarInfo]:
-    if isinstance(file, zipfile.ZipFile):
-        zipped = sorted(
-            (info for info in file.infolist() if not info.is_dir()), key=lambda it: it.filename
-        )
-        return dict(_checked(path, ((info.filename, info) for info in zipped)))
-    tarred = (info for info in _bounded(path, file, RATIO * size + FREE) if info.isfile())
-    return dict(_checked(path, ((info.name, info) for info in tarred)))
-
-
-def _bounded(path: str, file: tarfile.TarFile, most: int) -> Iterator[tarfile.TarInfo]:
-    for info in file:
-        if info.offset_data + info.size > most:
-            raise _refused(path, f"{info.name} lies {info.offset_data + info.size >> 20} MB on",
-                           f"{most >> 20} MB at most in an archive of its size")  # fmt: skip
-        yield info
-
-
-def _checked(path: str, named: Iterator[tuple[str, Info]]) -> Iterator[tuple[str, Info]]:
-    for number, (name, info) in enumerate(named):
+) -> Mapping[str, _Member]:
+    """Return the members that are files, by names that are safe."""
+    found = dict[str, _Member]()
+    for number, (name, member) in enumerate(_listed(path, file, size)):
         if number >= MANY:
             raise _refused(path, f"more than {MANY} members", f"{MANY} at most")
         name = name.removeprefix("./")
@@ -197,7 +160,25 @@ def _checked(path: str, named: Iterator[tuple[str, Info]]) -> Iterator[tuple[str
             raise _refused(path, f"a member called {name[:60]!r}", "a plain name")
         if name.startswith("/") or ".." in PurePosixPath(name).parts or name[1:2] == ":":
             raise _refused(path, f"a member called {name[:60]!r}", "a name that stays inside")
-        yield name, info
+        found[name] = member
+    return found
+
+
+def _listed(
+    path: str, file: zipfile.ZipFile | tarfile.TarFile, size: int
+) -> Iterator[tuple[str, _Member]]:
+    if isinstance(file, zipfile.ZipFile):
+        for zipped in sorted(file.infolist(), key=lambda info: info.filename):
+            if not zipped.is_dir():
+                yield zipped.filename, _Member(zipped.file_size, zipped.compress_size, zipped)
+        return
+    most = RATIO * size + FREE
+    for info in file:
+        if (stop := info.offset_data + info.size) > most:
+            found = f"{info.name} lies {stop >> 20} MB on"
+            raise _refused(path, found, f"{most >> 20} MB at most in an archive of its size")
+        if info.isfile():
+            yield info.name, _Member(info.size, info.size, info)
 
 
 def _refused(path: str, found: str, wanted: str) -> CaptureError:

@@ -11,6 +11,11 @@ from numpy.typing import NDArray
 from lanindex.errors import CaptureError, UsageError
 from lanindex.model import Reading
 
+WITHIN = 0.01  # of the duration: what a rate and the times may differ by
+ROUNDED = 0.006  # seconds: what two times may be wrong by, where they are written in hundredths
+MEASURED = 0.02  # of the rate: what a whole number may be away from it, where times were measured
+UNEVEN = 0.5  # of the usual step: what a step may differ by
+
 _USUAL = (10, 500)
 _SLOWEST = 1  # frames a second: a Frame Time of 30 is a rate in the wrong place
 _SNAP = Fraction(2, 10_000)
@@ -55,15 +60,7 @@ def _fraction(text: str) -> Fraction | None:
 
 @lru_cache(maxsize=64)
 def nearest_rate(rate: Fraction) -> Fraction:
-    """Return the nearest n or n * 1000/1001 within 0.02 %, else `rate` itself.
-
-    Examples
-    --------
-    >>> from fractions import Fraction
-    >>> from lanindex.formats.rates import nearest_rate
-    >>> nearest_rate(1 / Fraction("0.0333333")), nearest_rate(Fraction("29.97"))
-    (Fraction(30, 1), Fraction(30000, 1001))
-    """
+    """Return the nearest n or n * 1000/1001 within 0.02 %, else `rate` itself."""
     slow = Fraction(1000, 1001)
     best = min((Fraction(round(rate)), round(rate / slow) * slow), key=lambda n: abs(n - rate))
     return best if best > 0 and abs(best - rate) <= _SNAP * rate else rate.limit_denominator(10**6)
@@ -76,34 +73,10 @@ def rate_doubt(rate: Fraction) -> tuple[str, ...]:
     return (f"{float(rate):g} frames a second is unusual: if it is wrong, give --fps",)
 
 
-WITHIN = 0.01
-"""Of the duration: what a rate and the times may differ by."""
-
-ROUNDED = 0.006
-"""Seconds: what two times may be wrong by, where they are written in hundredths."""
-
-MEASURED = 0.02
-"""Of the rate: what a whole number may be away from it, where times were measured."""
-
-UNEVEN = 0.5
-"""Of the usual step: what a step may differ by."""
-
-
 def rate_by(
     options: Reading, place: str, text: str, times: NDArray[np.float64] | None = None
 ) -> tuple[Fraction, tuple[str, ...]]:
-    """Return the frames a second: what a header says, unless its times, (T,), contradict it.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from lanindex.formats.rates import rate_by
-    >>> from lanindex.model import Reading
-    >>> rate_by(Reading(), "", "60", np.arange(9) / 60)
-    (Fraction(60, 1), ())
-    >>> rate_by(Reading(), "", "60", np.arange(9) / 30)[1]
-    ('says 60 frames a second, its times say 30: the times believed',)
-    """
+    """Return the frames a second: what a header says, unless its times, (T,), contradict it."""
     if options.rate is not None:
         return given_rate(options.rate), ()
     stated = _fraction(text)
