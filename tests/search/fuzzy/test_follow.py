@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from lanindex.errors import UsageError
 from lanindex.model.columns import PASSING, STARTING, columns_of
-from lanindex.search.fuzzy.costs import MOST, UNIT, angles
 from lanindex.search.fuzzy.follow import (
     BLUR,
     COST,
@@ -20,10 +19,13 @@ from lanindex.search.fuzzy.follow import (
     FREE,
     LATEST,
     MISSING,
+    MOST,
     MOST_STEPS,
     SKIPPED,
+    UNIT,
     Line,
     Net,
+    angles,
     nets_of,
 )
 from lanindex.search.language import parse
