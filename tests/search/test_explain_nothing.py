@@ -13,8 +13,16 @@ from plain_matcher import find
 from query_cases import recordings_of
 
 from lanindex.errors import PatternError
-from lanindex.search.explain.advice import Advice, Budget, LeftOut, Suggestion, advise
-from lanindex.search.explain.changes import changes, nearest_limit, nodes_of
+from lanindex.search.explain.advice import (
+    Advice,
+    Budget,
+    LeftOut,
+    Suggestion,
+    advise,
+    changes,
+    nearest_limit,
+    nodes_of,
+)
 from lanindex.search.language import parse
 from lanindex.search.language.query import Repeat, changed_nodes
 from lanindex.search.language.times import Clock, Length, Time

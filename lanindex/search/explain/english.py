@@ -8,7 +8,6 @@ from fractions import Fraction
 from itertools import islice
 
 from lanindex.alphabet import kind_of
-from lanindex.search.explain.changes import query_of
 from lanindex.search.language.clauses import (
     CLIP,
     MATCH,
@@ -31,6 +30,7 @@ from lanindex.search.language.query import (
     Word,
     items_of,
     may_begin,
+    query_of,
 )
 from lanindex.search.language.times import Length, Time, decimal, degrees
 from lanindex.search.language.words import AMOUNTS, UNITS, WORD_KINDS, Mover
@@ -384,7 +384,7 @@ def order(query: Query) -> list[str]:
     """Return what the matcher does, one sentence after the other."""
     works = [f"Take the tracks of {', '.join(sorted(query.parts))}."]
     for lines in query.pattern.alternatives:
-        line, first = str(lines.first), str(_alone(next(items_of(Choice((lines,))))))
+        line, first = str(lines.first), str(_alone(next(items_of(query_of(lines).pattern))))
         works.append(f"Begin at each {first}" + ("." if line == first else f", and follow {line}"))
         works += [f"Keep what is {it}" for it in lines.others]
     if query.either_side:

@@ -15,7 +15,7 @@ from lanindex.alphabet import PLACE
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Symbol, Track
 from lanindex.model.columns import GRADES, graded, stored
-from lanindex.search.explain.changes import beginnings, changes, query_of
+from lanindex.search.explain.advice import changes
 from lanindex.search.language.query import (
     NEXT,
     ONCE,
@@ -30,6 +30,7 @@ from lanindex.search.language.query import (
     Step,
     changed_nodes,
     may_begin,
+    query_of,
     steps_of,
 )
 from lanindex.search.language.times import TOLERANCE, Clock, Length
@@ -209,7 +210,7 @@ class _StopFinder:
         begun: Lines | None = None
         hits: list[Hit] = []
         reached: list[Symbols] = []
-        for tried in beginnings(flat):
+        for tried in _beginnings(flat):
             before, hits = hits, self.hits(query_of(tried))
             resting = [] if begun else self.starting_positions(flat.first)
             if not hits and not resting:
@@ -390,6 +391,17 @@ class _StopFinder:
 
     def seconds(self, frames: int) -> str:
         return f"{float(frames / self.capture.rate):.2f} s"
+
+
+def _beginnings(lines: Lines) -> Iterator[Lines]:
+    """Yield the first step, then one step more each time, then the end, then one line more."""
+    line = lines.first
+    for count in range(1, len(line.items) + 1):
+        yield Lines(Line(line.items[:count], line.arrows[: count - 1], line.start))
+    if line.end:
+        yield Lines(line)
+    for count in range(len(lines.others)):
+        yield Lines(line, lines.others[: count + 1])
 
 
 def _first(item: Item) -> Step:

@@ -31,7 +31,7 @@ from lanindex.search.fuzzy.follow import (
     nets_of,
 )
 from lanindex.search.hits import Hits
-from lanindex.search.language.query import Beside, Bracket, Choice, Item, Lines, Query
+from lanindex.search.language.query import Beside, Bracket, Choice, Item, Lines, Query, query_of
 from lanindex.search.language.query import Line as Steps
 from lanindex.search.language.times import TOLERANCE
 from lanindex.search.match import relations
@@ -91,7 +91,7 @@ def find(
     plans = [
         Plan.of(program, lines, allowance)
         for lines in dict.fromkeys(opened)
-        for program in plan(Query(Choice((lines,))))
+        for program in plan(query_of(lines))
     ]
     for number, net in enumerate(net for one in plans for net in one.nets):
         net.number = number
@@ -419,7 +419,7 @@ class Plan(NamedTuple):
 
         Matches of that line that share a symbol with them do not count.
         """
-        query = Query(Choice((Lines(apart.line),)))
+        query = query_of(apart.line)
         exact = exactly(query, batch.places[once(found.capture)])
         parts = {net.number: net.part for net in self.nets}
         shares = not query.parts.isdisjoint(parts.values())

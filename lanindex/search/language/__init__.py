@@ -2,8 +2,8 @@
 
 ``lexer`` makes tokens of a text. ``parser`` reads them by the grammar, with ``clauses`` (`where`
 and pipes) and ``score`` (pasted LND), and builds the syntax tree of ``query``. ``words`` and
-``times`` have the vocabulary. In errors ``suggestions`` says what is wrong, and ``natural`` what
-plain words may have meant. ``builder`` makes patterns in Python.
+``times`` have the vocabulary. ``natural`` says in errors what plain words may mean. ``builder``
+makes patterns in Python.
 """
 
 from lanindex.search.language.parser import parse

@@ -9,8 +9,7 @@ from fractions import Fraction
 from lanindex.alphabet import MEASURES
 from lanindex.errors import PatternError, guess
 from lanindex.model.columns import GRADES
-from lanindex.search.language.lexer import COUNT, Cursor, Token
-from lanindex.search.language.suggestions import unknown_word
+from lanindex.search.language.lexer import COUNT, Cursor, Token, unknown_word
 from lanindex.search.language.times import Time, decimal
 from lanindex.search.language.words import (
     ANY,

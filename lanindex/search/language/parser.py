@@ -9,7 +9,16 @@ from fractions import Fraction
 from lanindex.alphabet import BENDS, DIRECTIONS, KINDS, Kind, amounts_of, kind_of
 from lanindex.errors import PatternError, guess, shown
 from lanindex.search.language.clauses import conditions_at, stages_at
-from lanindex.search.language.lexer import COUNT, Cursor, Token, tokens
+from lanindex.search.language.lexer import (
+    COUNT,
+    Cursor,
+    Token,
+    is_unknown,
+    no_step,
+    stray,
+    tokens,
+    unknown,
+)
 from lanindex.search.language.natural import offer_reading
 from lanindex.search.language.query import (
     ONCE,
@@ -31,7 +40,6 @@ from lanindex.search.language.query import (
     steps_taken,
 )
 from lanindex.search.language.score import FilePattern, is_lnd, score_at
-from lanindex.search.language.suggestions import is_unknown, no_step, stray, unknown
 from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import (
     ANY,

@@ -237,6 +237,11 @@ class Query:
         return frozenset(part for step in steps for part in step.mover.members)
 
 
+def query_of(lines: Line | Lines) -> Query:
+    """Return a query for a line, or for lines side by side."""
+    return Query(Choice((Lines(lines) if isinstance(lines, Line) else lines,)))
+
+
 def items_of(pattern: Choice) -> Iterator[Item]:
     """Yield every item of a pattern that is a step, also those inside brackets."""
     for item in (item for line in pattern.lines for item in line.items):

@@ -13,7 +13,7 @@ from lanindex.alphabet import KINDS, LINES, kind_of
 from lanindex.errors import NotationError, PatternError
 from lanindex.notation import NOTATIONS, notation_of, read
 from lanindex.notation.text import read_text
-from lanindex.search.language.lexer import Cursor, Token
+from lanindex.search.language.lexer import Cursor, Token, is_unknown, unknown
 from lanindex.search.language.query import (
     NEXT,
     Arrow,
@@ -26,7 +26,6 @@ from lanindex.search.language.query import (
     Step,
     Word,
 )
-from lanindex.search.language.suggestions import is_unknown, unknown
 from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import ANY, DEGREES, RELATIVE, THINGS, Mover, values_for
 
