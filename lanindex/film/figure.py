@@ -170,10 +170,7 @@ class View:
         return np.array([[cos, 0.0, -sin], up, toward])
 
     def project(self, places: NDArray[np.floating]) -> NDArray[np.float32]:
-        """Return places on the picture.
-
-        `places`: (..., 3), mm, y up; returns (..., 2) float32, mm.
-        """
+        """Return places, (..., 3) mm, y up, on the picture: (..., 2) float32 mm."""
         seen: NDArray[np.float32] = places.astype(np.float32) @ self.axes()[:2].T.astype(np.float32)
         return seen
 

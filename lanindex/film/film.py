@@ -243,12 +243,7 @@ class Film:
 
 
 def turned_of(named: str | float) -> float:
-    """Return the degrees from the front of a view given by name or in degrees.
-
-    >>> from lanindex.film.film import turned_of
-    >>> turned_of("side"), turned_of("45")
-    (-90.0, 45.0)
-    """
+    """Return the degrees from the front of a view given by name or in degrees."""
     try:
         degrees = SIDES[named] if isinstance(named, str) and named in SIDES else float(named)
     except ValueError:

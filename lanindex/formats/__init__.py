@@ -167,14 +167,7 @@ def companions(file: File, options: Reading) -> tuple[File, ...]:
 
 
 def parted(path: str) -> tuple[str, str]:
-    """Return a capture's file and whom of several people in it is meant, by the name alone.
-
-    Examples
-    --------
-    >>> from lanindex.formats import parted
-    >>> parted("in/trial.c3d#Ada"), parted("in/take#2.bvh")
-    (('in/trial.c3d', 'Ada'), ('in/take#2.bvh', ''))
-    """
+    """Return a capture's file and whom of several people in it is meant, by the name alone."""
     file, _, subject = path.rpartition(SUBJECT)
     return (file, subject) if file.lower().endswith(_SEVERAL) else (path, "")
 
@@ -289,10 +282,7 @@ def _form(file: File, options: Reading | None) -> Format:
 
 
 def cutter(file: File, options: Reading | None = None) -> Cutter | None:
-    """Return what cuts clips out of a file, its bytes looked through once.
-
-    None: in this format no clip can be cut, only written in another.
-    """
+    """Return what cuts clips out of a file, looked through once; None: this format has no clips."""
     does = _form(file, options).does
     cut: Cutter | None = does.cutter(file, options) if hasattr(does, "cutter") else None
     return cut

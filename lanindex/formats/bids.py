@@ -67,10 +67,7 @@ class _Channels:
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read positions of Motion-BIDS: see `lanindex.formats.read_file`.
-
-    Channels of the type POS are read, of points that have all three axes.
-    """
+    """Read positions of Motion-BIDS, of points that have all three axes: see `read_file`."""
     channels, said = _channels(_needed(file, CHANNELS)), _object(_needed(file, SIDECAR))
     content = file.content[:]
     known = File(file.name, _UNKNOWN.sub(b"nan", content) if b"n/a" in content else content)

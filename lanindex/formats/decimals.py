@@ -50,10 +50,7 @@ def fill(
     columns: Sequence[int],
     width: int,
 ) -> Flags:
-    r"""Read the lines in which every number is plain; tell which they are.
-
-    Takes `values` (T, C), `lines` (T, 2); returns (T,).
-    """
+    """Read the lines, (T, 2), in which every number is plain, (T, C); tell which, (T,)."""
     read, wanted = np.zeros(len(lines), bool), np.array(columns)
     if compiled.chosen("numbers", len(data)):
         from lanindex.formats import decimals_fast

@@ -67,10 +67,7 @@ def _number(text, at, stop):
 
 @numba.njit
 def _spaced(text, at, stop, width, slots, row):
-    """Read a line of numbers between blanks into `row`; return whether each is plain, none lacks.
-
-    Numbers without an exponent are read here: so the loop is a third faster than with `_number`.
-    """
+    """Read a line of numbers between blanks into `row`; return whether all are there and plain."""
     column = 0
     while True:
         while at < stop and _blank(text[at]):
@@ -79,7 +76,7 @@ def _spaced(text, at, stop, width, slots, row):
             return column >= len(slots)
         slot = slots[column] if column < len(slots) else -1
         if slot >= 0:
-            begin = at
+            begin = at  # without an exponent read here: a third faster than by `_number`
             negative, at = _signed(text, at)
             first, power = at, _NONE
             whole, at = _digits(text, at, stop, _NIL)

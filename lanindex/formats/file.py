@@ -60,23 +60,14 @@ class File:
 
 
 def together(files: Iterable[File]) -> str:
-    """Return what tells the content of some files from any other; empty where there are none.
-
-    Examples
-    --------
-    >>> from lanindex.formats.file import File, together
-    >>> together([]), together([File("a", b"1")]) == together([File("b", b"1")])
-    ('', True)
-    """
+    """Return what tells the content of some files from any other; empty where there are none."""
     each = "".join(file.sha256() for file in files)
     return hashlib.sha256(each.encode()).hexdigest() if each else ""
 
 
 def holding(content: Content, first: int, stop: int) -> tuple[bytes, int]:
-    """Return bytes that hold a stretch of some, and which of them is their first.
-
-    What is in memory is returned as it is, for to copy a small file costs as much as to read it.
-    """
+    """Return bytes that hold a stretch of some, and which of them is their first."""
+    # what is in memory is not copied: of a small file that costs as much as to read it
     return (content, 0) if isinstance(content, bytes) else (content[first:stop], first)
 
 

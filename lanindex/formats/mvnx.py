@@ -61,11 +61,7 @@ _UNIT = (0.5, 2.0)  # lengths of quaternions that tell a turn
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read an MVNX file: see `lanindex.formats.read_file`.
-
-    A joint is where a segment begins, and has its name; hands, toes and the head end in one
-    more. Poses of the calibration are left out, and what the suit has no sensors for.
-    """
+    """Read an MVNX file: see `lanindex.formats.read_file`."""
     people = walk(file, True)
     subject = chosen(people, file)
     rate_text = subject.said.get("frameRate", "").replace(",", ".")
@@ -378,12 +374,7 @@ def subjects(file: File) -> tuple[str, ...]:
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
-    """Return what cuts clips out of an MVNX file, which is looked through once.
-
-    What is kept is the source's, byte for byte: frames keep their numbers and times, which tell
-    when they were; poses of the calibration stay in front. Of several people only the one is kept
-    that is read.
-    """
+    """Return what cuts clips out of an MVNX file: frames of one person, all else as it is."""
     people = walk(file, False)
     meant = chosen(people, file)
 

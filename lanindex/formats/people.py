@@ -32,10 +32,7 @@ def person(file: File, names: Sequence[str]) -> tuple[str, tuple[str, ...]]:
 
 
 def subject_points(file: File, subjects: Mapping[str, T], whole: T) -> tuple[T, tuple[str, ...]]:
-    """Return the points of the subject that is meant, and a doubt where there are others.
-
-    Without a subject that makes a body all points are meant.
-    """
+    """Return the points of the subject that is meant, or of all, and a doubt about others."""
     if file.subject:
         if file.subject not in subjects:
             raise CaptureError(
@@ -71,28 +68,14 @@ def take_doubt(names: Sequence[str], read: str, take: str | None) -> tuple[str, 
 
 
 def others(names: Iterable[str], but: str = "") -> str:
-    """Return names but one, not too many.
-
-    Examples
-    --------
-    >>> from lanindex.formats.people import others
-    >>> others("abc", "b"), others(map(str, range(20)))
-    ('a, c', '0, 1, 2, 3, 4, 5, 6, 7, 8, 9 and 10 more')
-    """
+    """Return names but one, not too many."""
     left = [name for name in names if name != but]
     more = f" and {len(left) - _SHOWN} more" if len(left) > _SHOWN else ""
     return ", ".join(left[:_SHOWN]) + more
 
 
 def distinct(names: Sequence[str], numbers: Sequence[int]) -> tuple[str, ...]:
-    """Return names that are each its own: what has none, or one that was there, has its number.
-
-    Examples
-    --------
-    >>> from lanindex.formats.people import distinct
-    >>> distinct(["Hips", "", "Hips"], [4, 5, 6])
-    ('Hips', 'node 5', 'Hips 6')
-    """
+    """Return names that are each its own: what has none, or one that was there, has its number."""
     taken = dict[str, None]()
     for name, number in zip(names, numbers, strict=True):
         called = name or f"node {number}"
@@ -104,31 +87,14 @@ def distinct(names: Sequence[str], numbers: Sequence[int]) -> tuple[str, ...]:
 
 
 def plain(name: str) -> str:
-    r"""Return a name as it can stand in a path behind ``#``.
-
-    Its letters are composed, at most 100, without blanks at the ends; what parts a path, ``/``,
-    ``\`` and ``#``, and what cannot be printed is ``_``.
-
-    Examples
-    --------
-    >>> from lanindex.formats.people import plain
-    >>> plain(" Ada/left#2 "), plain("Zoë")
-    ('Ada_left_2', 'Zoë')
-    """
+    """Return a name as it can stand in a path behind ``#``: NFC, printable, 100 letters at most."""
     letters = unicodedata.normalize("NFC", name.strip())
     kept = (it if it.isprintable() and it not in "/\\#" else "_" for it in letters)
     return "".join(kept)[:_LONGEST].strip()
 
 
 def named(found: Mapping[str, T]) -> dict[str, T]:
-    """Return who was found by names that are `plain`: one that is taken has its number.
-
-    Examples
-    --------
-    >>> from lanindex.formats.people import named
-    >>> named({"a/b": 1, "a#b": 2, "": 3, " ": 4})
-    {'a_b': 1, 'a_b 2': 2, '': 3, '4': 4}
-    """
+    """Return who was found by names that are `plain`: one that is taken has its number."""
     people = dict[str, T]()
     for number, (name, one) in enumerate(found.items(), 1):
         called = plain(name)

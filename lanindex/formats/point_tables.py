@@ -429,11 +429,7 @@ def _column(cell: object, cells: list[str], path: str) -> int:
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read a table of points: see `lanindex.formats.read_file`.
-
-    Joints as the table has them, or made of its markers; of several subjects the one that is
-    meant, else the first.
-    """
+    """Read a table of points, of several subjects the one that is meant: see `read_file`."""
     layout = _layout(file, options)
     every = list(range(len(layout.names)))
     chosen, whose = subject_points(file, people(layout.names), every)
@@ -475,19 +471,12 @@ def _layout(file: File, options: Reading | None) -> Layout:
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
-    """Return what cuts clips out of a table, which is looked through once.
-
-    Header and rows are the source's, byte for byte; of several blocks the one that is read.
-    """
+    """Return what cuts clips out of a table: header and rows byte for byte."""
     return tables.cutter(file, _layout(file, options))
 
 
 def write(motion: Motion) -> bytes:
-    """Write a motion as CSV: ``frame,time,<name>_x,<name>_y,<name>_z``, millimetres, y up.
-
-    Frames count from 0, times are seconds; the points are its markers, or else its joints; what is
-    unknown is left blank.
-    """
+    """Write a motion as CSV: ``frame,time,<name>_x,<name>_y,<name>_z``, seconds, mm, y up."""
     names, places = tables.points_of(motion)
     names = tuple(re.sub(r'[,;"\s]+', " ", name).strip() or "point" for name in names)
     head = ",".join(("frame", "time", *(f"{name}_{axis}" for name in names for axis in "xyz")))

@@ -70,10 +70,7 @@ def table(head: bytes) -> bool:
 
 
 def nexus(head: bytes) -> bool:
-    """Tell a table of Vicon Nexus, whatever lines stand before its first block.
-
-    A block begins with its title, alone in a line; in the next stands its rate.
-    """
+    """Tell a table of Vicon Nexus by a block's title alone in a line, its rate in the next."""
     begun = b"\n".join(head.splitlines()[:_LINES])
     return _NEXUS_BLOCK.search(begun) is not None
 

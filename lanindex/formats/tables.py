@@ -85,10 +85,7 @@ class Layout:
 
 
 def rows(data: Content, first: int, stop: int | None = None) -> Lines:
-    """Return the lines that are not blank, nor hold separators alone.
-
-    Returns (T, 2).
-    """
+    """Return the lines, (T, 2), that are not blank, nor hold separators alone."""
     stop = len(data) if stop is None else stop
     end = newline(data[first : min(stop, first + _PIECE)])[0]
     found, doubtful = [np.zeros(0, np.int64)], [np.zeros(0, bool)]
@@ -115,10 +112,7 @@ def newline(head: bytes) -> bytes:
 
 
 def read(file: File, table: Table) -> tuple[Floats, NDArray[np.float32]]:
-    """Read the numbers of a table.
-
-    Returns (T, H), (T, M, 3).
-    """
+    """Read the numbers of a table: its heads, (T, H), and places, (T, M, 3)."""
     lines = table.lines
     needed = max(table.columns)  # as many separators stand in a row at least
     short = np.flatnonzero(lines[:, 1] - lines[:, 0] < needed)
@@ -145,13 +139,9 @@ def read(file: File, table: Table) -> tuple[Floats, NDArray[np.float32]]:
 def at_origin(
     places: NDArray[np.float32], names: Sequence[str]
 ) -> tuple[tuple[str, ...], NDArray[np.float32]]:
-    """Take places of 0, 0, 0 for unknown, as some programs write it.
-
-    A point that lies there always is left: it may be what all others are measured from.
-
-    Takes `places` (T, M, 3).
-    """
+    """Take places, (T, M, 3), of 0, 0, 0 for unknown, as some programs write it."""
     zero = (places == 0).all(axis=2)
+    # a point that lies there always may be what all others are measured from
     zero &= ~(zero | np.isnan(places[..., 0])).all(axis=0)
     if not zero.any():
         return (), places
@@ -231,10 +221,7 @@ def points_of(motion: Motion) -> tuple[tuple[str, ...], NDArray[np.float32]]:
 
 
 def parse(data: bytes, lines: Lines, table: Table) -> tuple[Floats, int | None]:
-    """Read some rows.
-
-    Takes `lines` (T, 2); returns (T, C).
-    """
+    """Read rows by their lines, (T, 2): values, (T, C), and the first damaged row."""
     values = np.empty((len(lines), len(table.columns)))
     read = decimals.fill(values, data, lines, table.separator, table.columns, table.width)
     read &= sound(values, len(table.heads))  # of rows that are not read yet it does not matter
@@ -378,16 +365,7 @@ def separator_of(line: bytes) -> bytes:
 
 
 def triples(cells: Sequence[str]) -> tuple[dict[str, tuple[int, int, int]], str | None]:
-    """Return which columns are x, y, z of which point, and the unit that they name.
-
-    Examples
-    --------
-    >>> from lanindex.formats.tables import triples
-    >>> triples(["t", "head_x", "head_y", "head_z", "q_x"])
-    ({'head': (1, 2, 3)}, None)
-    >>> triples(["Hand.X [mm]", "Hand.Y [mm]", "Hand.Z [mm]"])
-    ({'Hand': (0, 1, 2)}, 'mm')
-    """
+    """Return which columns are x, y, z of which point, and the unit that they name."""
     found: dict[str, dict[str, int]] = {}
     units: dict[str, str | None] = {}
     for column, cell in enumerate(cells):
@@ -402,14 +380,7 @@ def triples(cells: Sequence[str]) -> tuple[dict[str, tuple[int, int, int]], str 
 
 
 def twice(names: Sequence[str], what: str) -> tuple[str, ...]:
-    """Return a warning where several points or columns have one name.
-
-    Examples
-    --------
-    >>> from lanindex.formats.tables import twice
-    >>> twice(["hand", "head", "hand"], "points")
-    ("several points are called 'hand': the first is read",)
-    """
+    """Return a warning where several points or columns have one name."""
     again = [quoted(name) for name, many in Counter(names).items() if many > 1]
     more = f" and {len(again) - 3} others" if len(again) > 3 else ""
     doubt = f"several {what} are called {', '.join(again[:3])}{more}: the first is read"
@@ -435,11 +406,7 @@ def table_of(
     points: Iterable[int],
     comma: bool | None = None,
 ) -> Table:
-    """Return a table of which there is at least one row and one point.
-
-    Whether its numbers have commas where a point would stand the first row tells, if `comma` does
-    not.
-    """
+    """Return a table, with a row and a point at least; `comma` None: its first row tells."""
     columns = tuple(points)
     if not len(rows) or not columns:
         found = "no frames" if columns else "no columns x, y, z of any point"

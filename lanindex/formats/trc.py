@@ -27,10 +27,7 @@ _FIRST = 2  # columns before the markers: number and time
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read a TRC file: see `lanindex.formats.read_file`.
-
-    The joints that its markers make, or are; the vertical axis is found from the body.
-    """
+    """Read a TRC file: see `lanindex.formats.read_file`."""
     layout = scan(file)
     return tables.motion(
         file, layout, "trc", options, wanted, doubts=twice(layout.names, "markers")
@@ -38,11 +35,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
-    """Return what cuts clips out of a TRC file, which is looked through once.
-
-    Header and lines are the source's, numbers and times of the frames too; only ``NumFrames`` is
-    new.
-    """
+    """Return what cuts clips out of a TRC file: its own bytes, but for ``NumFrames``."""
     return tables.cutter(file, scan(file))
 
 

@@ -80,10 +80,7 @@ def rank(part: str) -> tuple[int, str]:
 
 @lru_cache(maxsize=256)
 def fields_of(part: str) -> dict[str, dict[str, int]]:
-    """Return the fields of a part's symbols in order, and the codes of their words.
-
-    Degrees have no words.
-    """
+    """Return the fields of a part's symbols in order, with the codes of their words, if any."""
     kind = KINDS[kind_of(part)]
     codes = {
         "direction": {word: DIRECTION_CODES[word] for word in kind.directions},

@@ -67,13 +67,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def words_of(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield number and words of each line that is not empty or a comment.
-
-    >>> from lanindex.notation.text import words_of
-    >>> list(words_of('''// a comment
-    ... place 250 // mm'''))
-    [(2, ['place', '250'])]
-    """
+    """Yield number and words of each line that is not empty or a comment."""
     for number, line in enumerate(text.splitlines(), 1):
         words = line.split("//", 1)[0].split()
         if words:

@@ -43,10 +43,7 @@ class Limb:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
-    """The skeleton of the standard body, which bone moves each joint, and how long bones are.
-
-    Lengths are millimetres.
-    """
+    """The standard body: its skeleton, which bone moves each joint, how long bones are (mm)."""
 
     skeleton: Skeleton  # (J) joints at rest: facing +z, y up, left +x
     bones: tuple[str, ...]  # (J) the bone that turns each joint's offset, or the empty string
