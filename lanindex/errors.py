@@ -8,7 +8,8 @@ the remedy::
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -110,6 +111,18 @@ class LibraryVersionError(LibraryError):
 
 class ExportError(LanindexError):
     """A clip cannot be written."""
+
+
+@contextmanager
+def extra(
+    name: str, place: str = "", error_type: type[LanindexError] = ExportError
+) -> Iterator[None]:
+    """Turn a missing library into an error that names the extra with which it comes."""
+    try:
+        yield
+    except ImportError as error:
+        remedy = f"It comes with: pip install 'lanindex[{name}]'."
+        raise error_type(f"{error.name} is not installed", place=place, remedy=remedy) from error
 
 
 class OutOfMemoryError(LanindexError):

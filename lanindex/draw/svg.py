@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 from html import escape
@@ -15,7 +14,7 @@ from typing import Any
 
 from lanindex.draw.picture import PIXEL, Circle, Label, Mark, MarkGroup, Picture, Points, Polyline
 from lanindex.draw.staff import MARGIN
-from lanindex.errors import ExportError
+from lanindex.errors import ExportError, extra
 
 _INK = "currentColor"  # the colour of ink: that of the text around, so that dark pages work
 
@@ -181,7 +180,7 @@ def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:
             found = f"a picture of {pixels / 1e6:,.0f} million pixels"
             raise ExportError(found, wanted=f"{MOST / 1e6:,.0f} at most", remedy=remedy)
         return image(write(picture, scale=scale, ink=INK))
-    with _installed(form):
+    with extra("pictures", form):
         from reportlab.graphics import renderPDF
         from reportlab.pdfgen.canvas import Canvas
         from svglib.svglib import svg2rlg
@@ -199,7 +198,7 @@ def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:
 
 def image(text: str) -> bytes:
     """Return SVG as PNG."""
-    with _installed("png"):
+    with extra("pictures", "png"):
         import reportlab
         import resvg_py
 
@@ -210,13 +209,3 @@ def image(text: str) -> bytes:
                 svg_string=text, background=PAPER, font_files=files, sans_serif_family=family
             )
         )
-
-
-@contextmanager
-def _installed(form: str) -> Iterator[None]:
-    """Turn a missing library into an error with its remedy."""
-    try:
-        yield
-    except ImportError as error:
-        remedy = "It comes with: pip install 'lanindex[pictures]'."
-        raise ExportError(f"{error.name} is not installed", place=form, remedy=remedy) from error

@@ -31,7 +31,7 @@ from lanindex.draw.staff import (
     usual_tracks,
 )
 from lanindex.draw.svg import rendered
-from lanindex.errors import ExportError, UsageError, shown
+from lanindex.errors import ExportError, UsageError, extra, shown
 from lanindex.film.figure import COLORS, LINE, PAPER, Figure, Painter, front, scene
 from lanindex.film.figure import view as best_view
 from lanindex.model import Score, Symbol, Track
@@ -233,13 +233,8 @@ class Film:
         self, form: str, watched: Callable[[Iterator[Image]], Iterator[Image]] = iter
     ) -> bytes:
         """Return it as a file."""
-        try:
+        with extra("film", form):
             return film_bytes(watched(self.pictures()), form, self.size, self.rate)
-        except ImportError as error:
-            remedy = "It comes with: pip install 'lanindex[film]'."
-            raise ExportError(
-                f"{error.name} is not installed", place=form, remedy=remedy
-            ) from error
 
 
 def turned_of(named: str | float) -> float:

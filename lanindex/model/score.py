@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import KINDS, kind_of
-from lanindex.errors import EncodeError, LanindexError, UsageError
+from lanindex.errors import EncodeError, LanindexError, UsageError, extra
 from lanindex.model.symbol import FIELDS, SYMBOL, Span, Symbol, frozen, joined, listed
 
 
@@ -42,11 +42,8 @@ def frame_of(columns: Mapping[str, Any]) -> Any:
 
 
 def _library(name: str) -> Any:
-    try:
+    with extra("tables", error_type=LanindexError):
         return import_module(name)
-    except ImportError as error:
-        remedy = "It comes with: pip install 'lanindex[tables]'."
-        raise LanindexError(f"{error.name} is not installed", remedy=remedy) from error
 
 
 _COLUMNS = (

@@ -18,7 +18,7 @@ import numpy as np
 
 from lanindex import records
 from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, MOST_AMOUNT, kind_of
-from lanindex.errors import ExportError, LanindexError, NotationError, shown
+from lanindex.errors import NotationError, extra, shown
 from lanindex.model import Capture, Meter, Score, Track
 from lanindex.model.symbol import FIELDS, blank
 from lanindex.notation.beats import ticks_at
@@ -235,20 +235,11 @@ GROUP = 1 << 15  # rows that are in memory at once
 _TYPES = {str: "string", int: "int64", float: "float64", bool: "bool"}
 
 
-def _arrow(error_type: type[LanindexError], place: str) -> tuple[Any, Any]:
-    """Return pyarrow and its module of Parquet."""
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError as error:
-        remedy = "It comes with: pip install 'lanindex[tables]'."
-        raise error_type(f"{error.name} is not installed", place=place, remedy=remedy) from error
-    return pyarrow, parquet
-
-
 def read_parquet(content: bytes, place: str) -> Score:
     """Read the score that a table tells."""
-    pa, parquet = _arrow(NotationError, place)
+    with extra("tables", place, NotationError):
+        import pyarrow as pa
+        from pyarrow import parquet
 
     def rows() -> Iterator[tuple[str, Mapping[str, Any]]]:
         file = parquet.ParquetFile(pa.BufferReader(content))
@@ -266,7 +257,9 @@ def read_parquet(content: bytes, place: str) -> Score:
 
 def save_parquet(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
     """Write rows into a file, a group at a time; return how many there are."""
-    pa, parquet = _arrow(ExportError, "parquet")
+    with extra("tables", "parquet"):
+        import pyarrow as pa
+        from pyarrow import parquet
     kinds = {kind: pa.type_for_alias(name) for kind, name in _TYPES.items()}
     schema = pa.schema([(name, kinds[kind]) for name, kind in COLUMNS.items()])
     count, left = 0, iter(rows)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
-from lanindex.errors import ExportError, UsageError
+from lanindex.errors import UsageError, extra
 from lanindex.pipeline.movement import BINS, CELLS, Movement, Moves
 
 if TYPE_CHECKING:
@@ -53,13 +53,10 @@ def charted(found: Movement, form: str) -> bytes:
             wanted=f"1 to {MOST}",
             remedy="Choose two with --compare A B, or captures with --in and --where.",
         )
-    try:
+    with extra("plots", form):
         from matplotlib import rc_context
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
-    except ImportError as error:
-        remedy = "It comes with: pip install 'lanindex[plots]'."
-        raise ExportError(f"{error.name} is not installed", place=form, remedy=remedy) from error
     two = len(found.groups) == 2
     columns = len(found.groups) * 2 + two + 1
     with rc_context({"svg.hashsalt": "lanindex", "font.size": 8, "svg.fonttype": "none"}):
