@@ -155,6 +155,13 @@ def great_circle(start: Floats, stop: Floats, share: Floats, side: Floats) -> Fl
     return points
 
 
+def shown(score: Score, part: str) -> NDArray[Any]:
+    """Return the rows of a part that the score shows, (S,) of `SYMBOL`."""
+    rows = score.tracks[part].symbols if part in score.tracks else np.zeros(0, SYMBOL)
+    found: NDArray[Any] = rows[~rows["passing"]]
+    return found
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Reach:
     """A stretch of frames in which a part goes from one cell to another, or stays."""
@@ -166,9 +173,9 @@ class Reach:
 
 
 def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> Iterator[Reach]:
-    """Yield the reaches and rests of a track, (S,) of `SYMBOL`, at times (T,) in seconds."""
+    """Yield the reaches and rests of rows that are `shown`, at times (T,) in seconds."""
     now, done = rest, 0
-    for row in rows[~rows["passing"]]:
+    for row in rows:
         cell = int(row["direction"]), int(row["level"])
         start, stop = float(row["start"] / rate), float(row["stop"] / rate)
         begin, end = np.searchsorted(times, [start - 1e-9, stop - 1e-9])
@@ -182,9 +189,9 @@ def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> It
 
 
 def reach_when_bent(rows: NDArray[Any], times: Floats, rate: Fraction) -> Floats:
-    """Return the reach, (T,), 1 straight and 0 folded, of a limb with a track of bends."""
+    """Return the reach, (T,), 1 straight and 0 folded, of a limb by the rows of its bends."""
     angle, now = np.zeros(len(times)), 0.0
-    for row in rows[~rows["passing"]]:
+    for row in rows:
         start, stop = float(row["start"] / rate), float(row["stop"] / rate)
         begin = int(np.searchsorted(times, start - 1e-9))
         then = np.radians(DEGREE * degree_of(int(row["amount"])))
@@ -245,9 +252,8 @@ TURNED = ("torso_twist", "head_turn", "torso_incline", "head_incline")
 
 def angles(score: Score, part: str, times: Floats) -> NDArray[np.complex128]:
     """Return the twist or lean of a part, (T,) degrees: real to the right, imaginary forward."""
-    rows: Any = score.tracks[part].symbols if part in score.tracks else np.zeros(0, SYMBOL)
     found, now = np.zeros(len(times), np.complex128), 0j
-    for row in rows[~rows["passing"]]:
+    for row in shown(score, part):
         start, stop = (float(Fraction(int(row[end])) / score.rate) for end in ("start", "stop"))
         some = slice(int(np.searchsorted(times, start)), None)
         code, degrees, there = int(row["direction"]), int(row["amount"]), 0j

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import BENDS, DIRECTION_CODES, FACING, HIGH, LOW, MID, PARTS, PLACE
 from lanindex.errors import UsageError
-from lanindex.model import SYMBOL, Motion, Score, Source
+from lanindex.model import Motion, Score, Source
 from lanindex.perform.limbs import (
     FOLDED,
     TOUCHES,
@@ -33,6 +33,7 @@ from lanindex.perform.limbs import (
     palm_axes,
     reach_when_bent,
     reaches,
+    shown,
     standard,
     unit,
 )
@@ -93,7 +94,7 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
     warnings += bring_hands(joints, score, times, body)
     palms = {}
     for part in (part for part in FACING if part in bones):
-        ends = _shown(score, part)["stop"] / float(score.rate)
+        ends = shown(score, part)["stop"] / float(score.rate)
         arrived = np.minimum(np.searchsorted(times, ends), frames - 1)
         palms[part] = _fronted(_seen(bones[part])[:, None], travel)[:, 0], arrived
     warnings += face_palms(joints, palms, body)
@@ -128,7 +129,7 @@ def _left_out(score: Score, body: Body) -> list[str]:
         for part in score.tracks
         if part in PARTS
         and PARTS[part].group not in body.limbs
-        and _folds(_shown(score, part)).any()
+        and _folds(shown(score, part)).any()
     ]
     return [*strange, *stiff]
 
@@ -168,13 +169,6 @@ def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
     return bones
 
 
-def _shown(score: Score, part: str) -> NDArray[Any]:
-    """Return the rows of a part that the score shows."""
-    rows = score.tracks[part].symbols if part in score.tracks else np.zeros(0, SYMBOL)
-    shown: NDArray[Any] = rows[~rows["passing"]]
-    return shown
-
-
 def _folds(rows: NDArray[Any]) -> NDArray[np.bool_]:
     folds: NDArray[np.bool_] = (rows["direction"] == FOLDED[0]) & (rows["level"] == FOLDED[1])
     return folds
@@ -187,7 +181,7 @@ def _side(part: str) -> float:
 
 def _pointed(score: Score, part: str, times: Floats) -> Floats:
     """Return where a single bone points, (T, 3)."""
-    rows = _shown(score, part)
+    rows = shown(score, part)
     points = np.empty((len(times), 3))
     side = np.array([0.0, 0.0, _side(part)])
     for reach in reaches(rows[~_folds(rows)], times, score.rate, REST.get(part, (PLACE, LOW))):
@@ -204,11 +198,11 @@ def _bent(score: Score, part: str, limb: Limb, times: Floats) -> tuple[Floats, F
     way, aside = np.empty((2, len(times), 3))
     reach_of = np.empty(len(times))
     mirror = np.array([1.0, 1.0, _side(part)])
-    for reach in reaches(_shown(score, part), times, score.rate, REST.get(part, (PLACE, LOW))):
+    for reach in reaches(shown(score, part), times, score.rate, REST.get(part, (PLACE, LOW))):
         some = reach.frames
         way[some], aside[some], reach_of[some] = _ways(reach, limb, mirror)
     if BENDS[part] in score.tracks:
-        asked = reach_when_bent(score.tracks[BENDS[part]].symbols, times, score.rate)
+        asked = reach_when_bent(shown(score, BENDS[part]), times, score.rate)
         reach_of = np.minimum(np.maximum(reach_of, IN_PLACE), asked)
     along = reach_of[:, None] * way
     across = np.sqrt(np.maximum(1 - reach_of**2, 0))[:, None] * aside

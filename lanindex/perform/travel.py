@@ -14,8 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTION_CODES, FEET, HIGH, LOW, PLACE
-from lanindex.model import SYMBOL, Score
-from lanindex.perform.limbs import FORWARD, UP, Body, dot, minimum_jerk, reach_when_bent, unit
+from lanindex.model import Score
+from lanindex.perform.limbs import (
+    FORWARD,
+    UP,
+    Body,
+    dot,
+    minimum_jerk,
+    reach_when_bent,
+    shown,
+    unit,
+)
 from lanindex.perform.resting import (
     LIES,
     CarrierSpan,
@@ -308,12 +317,14 @@ def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats])
 
     `times` (T,) are seconds, `bones` (T, 3) the directions by the score's own tracks.
     """
-    shown, carried = {name: _shown(score, name) for name in WEIGHT}, carrier_spans(score)
-    if not carried and not any(len(rows) for rows in shown.values()):
+    moving = {name: shown(score, name) for name in WEIGHT}
+    moving = {name: rows[rows["stop"] > rows["start"]] for name, rows in moving.items()}
+    carried = carrier_spans(score)
+    if not carried and not any(len(rows) for rows in moving.values()):
         return None
     rate = float(score.rate)
-    front = _front(shown["body_turn"], times, rate)
-    moves, left_out = _on_feet(_moves(shown, rate), carried)
+    front = _front(moving["body_turn"], times, rate)
+    moves, left_out = _on_feet(_moves(moving, rate), carried)
     for number, (start, stop, what) in enumerate(carried):
         lean = bones["torso"][min(int(np.searchsorted(times, (start + stop) / 2)), len(times) - 1)]
         if what == "trunk" and lean[0] > PRONE:
@@ -329,10 +340,7 @@ def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats])
     over, raised = dict[str, Floats](), dict[str, Floats]()
     own = sorted((*moves, *path.drawn), key=lambda it: it.start)
     for side in SIDES:
-        bends = score.tracks.get(f"{side}_leg_bend")
-        legs_reach[side] = (
-            reach_when_bent(bends.symbols, times, score.rate) if bends else np.ones(len(times))
-        )
+        legs_reach[side] = reach_when_bent(shown(score, f"{side}_leg_bend"), times, score.rate)
         places = body_at, feet_at
         over[side], raised[side] = _foot(side, own, times, places, front, body.hips[side], high)
     heels = np.maximum(levels, 0)
@@ -357,7 +365,7 @@ def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats])
             break
         hips[:, 1] += sinks
     unlike = tuple(_unlike(moved, rests, times, bones, legs, legs_reach))
-    if not any(map(len, shown.values())):  # it stands, and does nothing but rest
+    if not any(map(len, moving.values())):  # it stands, and does nothing but rest
         limbs = [f"{side}_{it}" for side in SIDES for it in ("leg", "thigh", "shank", "foot")]
         only = "goes as told only while something else than feet carries"
         unlike += tuple(f"{name} {only}" for name in limbs if moved.beside(rests, name))
@@ -453,12 +461,6 @@ def _sunk(up: Floats, place: Floats, front: Floats, stand: FootPlacement, body: 
     return np.maximum(least, up - GIVES * body.leg)
 
 
-def _shown(score: Score, part: str) -> Rows:
-    rows = score.tracks[part].symbols if part in score.tracks else np.zeros(0, SYMBOL)
-    shown: Rows = rows[~rows["passing"] & (rows["stop"] > rows["start"])]
-    return shown
-
-
 def _front(rows: Rows, times: Floats, rate: float) -> Floats:
     """Return how far the body has turned to the left, radians."""
     front = np.zeros(len(times))
@@ -471,12 +473,12 @@ def _front(rows: Rows, times: Floats, rate: float) -> Floats:
     return front.cumsum()
 
 
-def _moves(shown: dict[str, Rows], rate: float) -> list[Move]:
+def _moves(rows: dict[str, Rows], rate: float) -> list[Move]:
     """Return what takes the body along, in order of time: steps, and flights with their feet."""
     moves = list[Move]()
-    supports = {side: shown[f"{side}_support"] for side in SIDES}
+    supports = {side: rows[f"{side}_support"] for side in SIDES}
     lands = {side: np.zeros(len(own), bool) for side, own in supports.items()}
-    for row in shown["jump"]:
+    for row in rows["jump"]:
         feet, level = "", -1
         for side, own in supports.items():
             first = int(np.searchsorted(own["stop"], row["start"], "right"))
