@@ -23,31 +23,14 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.errors import CaptureError
 from lanindex.formats import archives, sniff
-from lanindex.formats.file import SUBJECT, File, Wanted, opened
+from lanindex.formats.file import SUBJECT
+from lanindex.formats.file import File as File
+from lanindex.formats.file import Wanted as Wanted
+from lanindex.formats.file import opened as opened
 from lanindex.formats.sniff import UNREAD, WITHOUT_PLACES, beginning, unread
 
 if TYPE_CHECKING:
     from lanindex.model import Motion, Reading, Span
-
-__all__ = [
-    "FORMATS",
-    "Cutter",
-    "File",
-    "Format",
-    "Wanted",
-    "beside",
-    "captures_in",
-    "check",
-    "companions",
-    "cutter",
-    "is_capture",
-    "known",
-    "names_in",
-    "opened",
-    "parted",
-    "read",
-    "read_file",
-]
 
 Cutter = Callable[["Span"], bytes]
 """Gives the bytes of a clip: a stretch of one file, in its own format."""

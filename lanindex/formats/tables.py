@@ -84,10 +84,10 @@ class Layout:
     count: tuple[int, int] = (0, 0)
 
 
-def rows(data: Content, first: int, stop: int | None = None) -> Lines:
+def rows(data: Content, first: int) -> Lines:
     """Return the lines, (T, 2), that are not blank, nor hold separators alone."""
-    stop = len(data) if stop is None else stop
-    end = newline(data[first : min(stop, first + _PIECE)])[0]
+    stop = len(data)
+    end = newline(data[first : first + _PIECE])[0]
     found, doubtful = [np.zeros(0, np.int64)], [np.zeros(0, bool)]
     behind = True
     for start in range(first, stop, _PIECE):
@@ -136,21 +136,18 @@ def read(file: File, table: Table) -> tuple[Floats, NDArray[np.float32]]:
     return heads, places
 
 
-def at_origin(
-    places: NDArray[np.float32], names: Sequence[str]
-) -> tuple[tuple[str, ...], NDArray[np.float32]]:
+def at_origin(places: NDArray[np.float32], names: Sequence[str]) -> tuple[str, ...]:
     """Take places, (T, M, 3), of 0, 0, 0 for unknown, as some programs write it."""
     zero = (places == 0).all(axis=2)
     # a point that lies there always may be what all others are measured from
     zero &= ~(zero | np.isnan(places[..., 0])).all(axis=0)
     if not zero.any():
-        return (), places
+        return ()
     places[zero] = np.nan
     gone = [names[index] for index in np.flatnonzero(zero.any(axis=0)).tolist()]
     most = ", ".join(gone[:3]) + (f" and {len(gone) - 3} others" if len(gone) > 3 else "")
-    return (
-        f"{most} at 0, 0, 0 in {np.count_nonzero(zero.any(axis=1))} frames: taken as unknown",
-    ), places
+    count = np.count_nonzero(zero.any(axis=1))
+    return (f"{most} at 0, 0, 0 in {count} frames: taken as unknown",)
 
 
 def motion(
@@ -170,7 +167,7 @@ def motion(
     names = layout.names
     if chosen is not None and len(chosen) < len(names):
         names, places = tuple(names[number] for number in chosen), places[:, chosen]
-    gone, places = at_origin(places, names)
+    gone = at_origin(places, names)
     times, unsure = _seconds(layout, heads)
     rate, uneven = rate_by(options, file.name + layout.rate_line, layout.rate, times)
     unsure = unsure if options.rate is None else ()
