@@ -61,7 +61,7 @@ class Hits(Sequence[Hit]):
     ('greeting', Span(start=482, stop=602))
     >>> [span.start for _, span in hits.spans()], len(hits.arranged([0, 0])), hits.counts()[0][1]
     ([482], 2, 1)
-    >>> hits.to_arrow().num_some, list(hits.to_pandas().columns)[:2]
+    >>> hits.to_arrow().num_rows, list(hits.to_pandas().columns)[:2]
     (1, ['capture', 'capture_id'])
     >>> hits.tally()
     [(4, 1)]
