@@ -67,6 +67,8 @@ class Hits(Sequence[Hit]):
     [(4, 1)]
     >>> hits.by_fit()[0] == hits[0], hits.dicts()[0]["start_frame"], hits.numpy()["stop"]
     (True, 482, array([602]))
+    >>> hits.at([0]).pattern, hits.at([0]).of("a rest").pattern, hits.clear().shape
+    ('torso forward high -> hold 1s+', 'a rest', (1,))
     """
 
     pattern = ""
