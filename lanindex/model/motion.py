@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from importlib import import_module
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,14 @@ class Reading:
         return {name: str(value) for name, value in values if value is not None}
 
 
+def _frozen(what: str, array: NDArray[Any], *shape: int | str) -> NDArray[Any]:
+    """Return an array that cannot be written to; of any other shape it is an error."""
+    fitting = tuple(n if one == "T" else one for n, one in zip(array.shape, shape, strict=False))
+    if array.shape != fitting or len(shape) != array.ndim:
+        raise EncodeError(f"{what} shape {array.shape}", wanted=str(shape).replace("'", ""))
+    return frozen(array)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Skeleton:
     """The joints of a capture, as its file names them."""
@@ -52,10 +61,7 @@ class Skeleton:
         """Check the shapes and freeze the arrays."""
         joints = len(self.names)
         for name, shape in (("parents", (joints,)), ("offsets", (joints, 3)), ("body", (20,))):
-            array = getattr(self, name)
-            if array.shape != shape:
-                raise EncodeError(f"{name} has shape {array.shape}", wanted=str(shape))
-            object.__setattr__(self, name, frozen(array))
+            object.__setattr__(self, name, _frozen(f"{name} has", getattr(self, name), *shape))
 
     def played(self) -> dict[str, str]:
         """Return the joints of the body model that are present, with the file's names."""
@@ -97,11 +103,8 @@ class Markers:
 
     def __post_init__(self) -> None:
         """Check the shape and freeze the array."""
-        if self.positions.ndim != 3 or self.positions.shape[1:] != (len(self.names), 3):
-            raise EncodeError(
-                f"markers have shape {self.positions.shape}", wanted=f"(T, {len(self.names)}, 3)"
-            )
-        object.__setattr__(self, "positions", frozen(self.positions))
+        positions = _frozen("markers have", self.positions, "T", len(self.names), 3)
+        object.__setattr__(self, "positions", positions)
 
     def __getitem__(self, name: str) -> NDArray[np.float32]:
         """Return the places of one marker, (T, 3)."""
@@ -163,29 +166,20 @@ class Motion:
 
     def __post_init__(self) -> None:
         """Check shapes and rate and freeze the arrays."""
-        if self.positions.ndim != 3 or self.positions.shape[1:] != (len(self.skeleton.names), 3):
-            raise EncodeError(
-                f"positions have shape {self.positions.shape}",
-                wanted=f"(T, {len(self.skeleton.names)}, 3)",
-            )
+        joints = len(self.skeleton.names)
+        positions = _frozen("positions have", self.positions, "T", joints, 3)
         if self.rate <= 0:
             raise EncodeError(f"a rate of {self.rate} frames a second", wanted="more than 0")
         object.__setattr__(self, "rate", Fraction(self.rate))
-        object.__setattr__(self, "positions", frozen(self.positions))
+        object.__setattr__(self, "positions", positions)
         if self.rotations is not None:
-            wanted = (*self.positions.shape[:2], 4)
-            if self.rotations.shape != wanted:
-                raise EncodeError(
-                    f"rotations have shape {self.rotations.shape}", wanted=str(wanted)
-                )
-            object.__setattr__(self, "rotations", frozen(self.rotations))
-        for joint, axes in self.axes.items():
-            if axes.shape != (len(self), 2, 3):
-                raise EncodeError(
-                    f"axes of {joint} have shape {axes.shape}", wanted=f"({len(self)}, 2, 3)"
-                )
-        frozen_axes = {joint: frozen(axes) for joint, axes in self.axes.items()}
-        object.__setattr__(self, "axes", frozen_axes)
+            rotations = _frozen("rotations have", self.rotations, len(self), joints, 4)
+            object.__setattr__(self, "rotations", rotations)
+        axes = {
+            joint: _frozen(f"axes of {joint} have", one, len(self), 2, 3)
+            for joint, one in self.axes.items()
+        }
+        object.__setattr__(self, "axes", axes)
 
     def __len__(self) -> int:
         """Return the number of frames."""
