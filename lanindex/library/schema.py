@@ -17,29 +17,11 @@ lines) and one over what the user said of it.
 
 from __future__ import annotations
 
-from sqlalchemy import (
-    DDL,
-    BigInteger,
-    CheckConstraint,
-    Column,
-    Float,
-    ForeignKey,
-    ForeignKeyConstraint,
-    Index,
-    Integer,
-    LargeBinary,
-    MetaData,
-    PrimaryKeyConstraint,
-    String,
-    Table,
-    Text,
-    UniqueConstraint,
-    event,
-)
+import sqlalchemy as sa
 
 from lanindex.library.rows import COLUMNS, view_sql
 
-tables = MetaData(
+tables = sa.MetaData(
     naming_convention={
         "pk": "pk_%(table_name)s",
         "fk": "fk_%(table_name)s_%(referred_table_name)s",
@@ -50,133 +32,133 @@ tables = MetaData(
 )
 """All tables but `version`."""
 
-state = Table(
+state = sa.Table(
     "state",
     tables,
-    Column("id", Integer, primary_key=True),
-    Column("stamp", Integer, nullable=False),  # raised by every change
-    Column("captures", Integer, nullable=False),  # how many there are
-    Column("numbers", BigInteger, nullable=False),  # the sum of theirs
-    Column("columns", Integer, nullable=False),  # the stamp at which the segments are true
-    CheckConstraint("id = 1", name="one"),
+    sa.Column("id", sa.Integer, primary_key=True),
+    sa.Column("stamp", sa.Integer, nullable=False),  # raised by every change
+    sa.Column("captures", sa.Integer, nullable=False),  # how many there are
+    sa.Column("numbers", sa.BigInteger, nullable=False),  # the sum of theirs
+    sa.Column("columns", sa.Integer, nullable=False),  # the stamp at which the segments are true
+    sa.CheckConstraint("id = 1", name="one"),
 )
 """One row: what is true of the library as a whole."""
 
-profile = Table(
+profile = sa.Table(
     "profile",
     tables,
-    Column("id", Integer, primary_key=True),
-    Column("name", Text, nullable=False),
-    Column("digest", Text, nullable=False),  # sha256 of the profile's files
-    UniqueConstraint("digest", "name"),
+    sa.Column("id", sa.Integer, primary_key=True),
+    sa.Column("name", sa.Text, nullable=False),
+    sa.Column("digest", sa.Text, nullable=False),  # sha256 of the profile's files
+    sa.UniqueConstraint("digest", "name"),
 )
 
-capture = Table(
+capture = sa.Table(
     "capture",
     tables,
-    Column("id", Integer, primary_key=True),  # never used twice
-    Column("path", Text, nullable=False),  # as ingested
-    Column("location", Text, nullable=False),  # absolute
-    Column("format", Text, nullable=False),
-    Column("sha256", Text, nullable=False),
-    Column("label", Text, nullable=False),
-    Column("fps", Float, nullable=False),  # of rate, for people
-    Column("rate", Text, nullable=False),  # exact: 30, 30000/1001
-    Column("frames", Integer, nullable=False),
-    Column("speed", Text, nullable=False),  # beats a minute, exact
-    Column("beats", Integer, nullable=False),  # in a unit
-    Column("beat", Integer, nullable=False),  # 4: a quarter
-    Column("division", Integer, nullable=False),  # ticks in a unit
-    Column("profile_id", ForeignKey(profile.c.id)),  # null: a score that came as one
-    Column("options", Text, nullable=False),  # JSON: how the reader was overridden
-    Column("warnings", Text, nullable=False),  # JSON: what the reader found doubtful
-    Column("tracks", Integer, nullable=False),  # checksum of the list of tracks
-    Column("content", Integer, nullable=False),  # checksum of other and heading
-    Column("checksum", Integer, nullable=False),  # of all else that was encoded, and these two
-    Column("said", Integer, nullable=False),  # checksum of label and metadata
-    Column("other", Text, nullable=False),  # JSON: lines that were not understood
-    Column("heading", LargeBinary, nullable=False),  # degrees at 60 Hz, see rows.pack_heading
-    UniqueConstraint("location"),
-    Index(None, "path"),
+    sa.Column("id", sa.Integer, primary_key=True),  # never used twice
+    sa.Column("path", sa.Text, nullable=False),  # as ingested
+    sa.Column("location", sa.Text, nullable=False),  # absolute
+    sa.Column("format", sa.Text, nullable=False),
+    sa.Column("sha256", sa.Text, nullable=False),
+    sa.Column("label", sa.Text, nullable=False),
+    sa.Column("fps", sa.Float, nullable=False),  # of rate, for people
+    sa.Column("rate", sa.Text, nullable=False),  # exact: 30, 30000/1001
+    sa.Column("frames", sa.Integer, nullable=False),
+    sa.Column("speed", sa.Text, nullable=False),  # beats a minute, exact
+    sa.Column("beats", sa.Integer, nullable=False),  # in a unit
+    sa.Column("beat", sa.Integer, nullable=False),  # 4: a quarter
+    sa.Column("division", sa.Integer, nullable=False),  # ticks in a unit
+    sa.Column("profile_id", sa.ForeignKey(profile.c.id)),  # null: a score that came as one
+    sa.Column("options", sa.Text, nullable=False),  # JSON: how the reader was overridden
+    sa.Column("warnings", sa.Text, nullable=False),  # JSON: what the reader found doubtful
+    sa.Column("tracks", sa.Integer, nullable=False),  # checksum of the list of tracks
+    sa.Column("content", sa.Integer, nullable=False),  # checksum of other and heading
+    sa.Column("checksum", sa.Integer, nullable=False),  # of all else encoded, and these two
+    sa.Column("said", sa.Integer, nullable=False),  # checksum of label and metadata
+    sa.Column("other", sa.Text, nullable=False),  # JSON: lines that were not understood
+    sa.Column("heading", sa.LargeBinary, nullable=False),  # degrees at 60 Hz, see rows.pack_heading
+    sa.UniqueConstraint("location"),
+    sa.Index(None, "path"),
     sqlite_autoincrement=True,
 )
 
-metadata = Table(
+metadata = sa.Table(
     "metadata",
     tables,
-    Column("capture_id", ForeignKey(capture.c.id, ondelete="CASCADE"), primary_key=True),
-    Column("key", Text, primary_key=True),
-    Column("value", Text, nullable=False),
+    sa.Column("capture_id", sa.ForeignKey(capture.c.id, ondelete="CASCADE"), primary_key=True),
+    sa.Column("key", sa.Text, primary_key=True),
+    sa.Column("value", sa.Text, nullable=False),
     sqlite_with_rowid=False,
 )
 
-track = Table(
+track = sa.Table(
     "track",
     tables,
-    Column("capture_id", ForeignKey(capture.c.id, ondelete="CASCADE"), primary_key=True),
-    Column("ordinal", Integer, primary_key=True, autoincrement=False),
-    Column("part", Text, nullable=False),
-    Column("kind", Integer, nullable=False),  # its place in alphabet.KINDS
-    Column("known", Text),  # JSON: [[start, end], …], frames in which it was seen; null: all
-    Column("symbols", Integer, nullable=False),  # how many
-    Column("checksum", Integer, nullable=False),  # of its symbols
+    sa.Column("capture_id", sa.ForeignKey(capture.c.id, ondelete="CASCADE"), primary_key=True),
+    sa.Column("ordinal", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("part", sa.Text, nullable=False),
+    sa.Column("kind", sa.Integer, nullable=False),  # its place in alphabet.KINDS
+    sa.Column("known", sa.Text),  # JSON: [[start, end], …], frames in which it was seen; null: all
+    sa.Column("symbols", sa.Integer, nullable=False),  # how many
+    sa.Column("checksum", sa.Integer, nullable=False),  # of its symbols
     sqlite_with_rowid=False,
 )
 
-symbol_code = Table(
+symbol_code = sa.Table(
     "symbol_code",
     tables,
-    Column("capture_id", Integer, primary_key=True, autoincrement=False),
-    Column("track", Integer, primary_key=True, autoincrement=False),  # its ordinal
-    Column("ordinal", Integer, primary_key=True, autoincrement=False),
-    *(Column(name, BigInteger, nullable=False) for name in COLUMNS),  # as model.symbol says
-    ForeignKeyConstraint(
+    sa.Column("capture_id", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("track", sa.Integer, primary_key=True, autoincrement=False),  # its ordinal
+    sa.Column("ordinal", sa.Integer, primary_key=True, autoincrement=False),
+    *(sa.Column(name, sa.BigInteger, nullable=False) for name in COLUMNS),  # as model.symbol says
+    sa.ForeignKeyConstraint(
         ["capture_id", "track"], ["track.capture_id", "track.ordinal"], ondelete="CASCADE"
     ),
     sqlite_with_rowid=False,
 )
 
-segment = Table(
+segment = sa.Table(
     "segment",
     tables,
-    Column("id", Integer, primary_key=True),  # never used twice: the newest is the highest
-    Column("captures", Integer, nullable=False),
-    Column("symbols", BigInteger, nullable=False),
-    Column("listing", Text, nullable=False),  # JSON: its columns, see columns.Listing
-    Column("checksum", Integer, nullable=False),  # of the three
+    sa.Column("id", sa.Integer, primary_key=True),  # never used twice: the newest is the highest
+    sa.Column("captures", sa.Integer, nullable=False),
+    sa.Column("symbols", sa.BigInteger, nullable=False),
+    sa.Column("listing", sa.Text, nullable=False),  # JSON: its columns, see columns.Listing
+    sa.Column("checksum", sa.Integer, nullable=False),  # of the three
     sqlite_autoincrement=True,
 )
 
-segment_column = Table(
+segment_column = sa.Table(
     "segment_column",
     tables,
-    Column("id", Integer, primary_key=True),
-    Column("segment_id", Integer, nullable=False),
-    Column("part", Text, nullable=False),  # empty: of the captures
-    Column("name", Text, nullable=False),  # cell, start, …
-    Column("content", LargeBinary, nullable=False),  # whole numbers, little-endian
-    UniqueConstraint("segment_id", "part", "name"),
+    sa.Column("id", sa.Integer, primary_key=True),
+    sa.Column("segment_id", sa.Integer, nullable=False),
+    sa.Column("part", sa.Text, nullable=False),  # empty: of the captures
+    sa.Column("name", sa.Text, nullable=False),  # cell, start, …
+    sa.Column("content", sa.LargeBinary, nullable=False),  # whole numbers, little-endian
+    sa.UniqueConstraint("segment_id", "part", "name"),
 )
 
-segment_pending = Table(
+segment_pending = sa.Table(
     "segment_pending",
     tables,
-    Column("capture_id", Integer, primary_key=True, autoincrement=False),  # in no segment yet
+    sa.Column("capture_id", sa.Integer, primary_key=True, autoincrement=False),  # in no segment yet
 )
 
-segment_dead = Table(
+segment_dead = sa.Table(
     "segment_dead",
     tables,
-    Column("capture_id", Integer, primary_key=True, autoincrement=False),
-    Column("segment_id", Integer, nullable=False),  # not true in this segment and older ones
+    sa.Column("capture_id", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("segment_id", sa.Integer, nullable=False),  # not true in this segment and older ones
 )
 
-event.listen(tables, "after_create", DDL(view_sql()))  # type: ignore[no-untyped-call]
+sa.event.listen(tables, "after_create", sa.DDL(view_sql()))  # type: ignore[no-untyped-call]
 
-version = Table(
+version = sa.Table(
     "alembic_version",
-    MetaData(),
-    Column("version_num", String(32), nullable=False),
-    PrimaryKeyConstraint("version_num", name="alembic_version_pkc"),
+    sa.MetaData(),
+    sa.Column("version_num", sa.String(32), nullable=False),
+    sa.PrimaryKeyConstraint("version_num", name="alembic_version_pkc"),
 )
 """One row, the revision: as Alembic makes it, which keeps it."""
