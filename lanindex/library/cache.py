@@ -11,7 +11,7 @@ step leaves the library as it was before it; no step changes what the rows say.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import closing
+from contextlib import AbstractContextManager, closing, contextmanager
 from functools import partial
 from typing import Any, TypeVar
 
@@ -38,7 +38,6 @@ MOST_PENDING = 256
 _WRITE_TIMEOUT = 1.0
 """Seconds that a search waits to write."""
 
-_ANEW = "they are made of its symbols now"
 _BESIDE = "what is not there is read from the symbols, each time"
 
 Step = Callable[[Link], bool]
@@ -56,48 +55,36 @@ class ColumnCache:
         self._roster: Roster | None = None
         self._columns = dict[str, Columns]()
         self._numbers, self._texts = list[int](), dict[str, Sequence[Any]]()
-        self._mended_at = -1
+        self._mended_at: int | None = None
         self._fault = ""  # what was found wrong, and is not mended yet
 
     def columns(
         self, parts: Sequence[str], extra: Collection[str] = ()
     ) -> tuple[Roster, dict[str, Columns]]:
         """Return all captures and the columns of some parts, from wherever they can be trusted."""
-        result, fault = self._from_segments(parts, extra, MOST_PENDING)
-        fault, self._fault = fault or self._fault, ""
-        if result is None or fault:
-            with self._session.reading() as connection:
-                stamp = int(read_state(connection).stamp)
-                pending = segments.count_pending(connection)
-            if stamp != self._mended_at:
-                if not fault:
-                    self._session.note(
-                        f"the library's columns lack {pending} of its captures: {_ANEW}"
-                    )
-                self._mend(fault)
-                self._mended_at = stamp
-            result, _ = self._from_segments(parts, extra)
-        if result is None:
-            with self._session.reading() as connection:
-                result = self._load(connection, parts, extra, trusted=False)
-        return result
-
-    def _from_segments(
-        self, parts: Sequence[str], extra: Collection[str], most: int | None = None
-    ) -> tuple[tuple[Roster, dict[str, Columns]] | None, str]:
-        """Return what the segments give; else None, and what is wrong with them, if anything is."""
+        result, pending = None, 0
+        fault, self._fault = self._fault, ""
         try:
             with self._session.reading() as connection:
                 self._drop_old(connection)
-                if (
-                    most is None
-                    or (self._roster is not None and not self._missing(parts, extra))
-                    or segments.count_pending(connection) <= most
-                ):
-                    return self._load(connection, parts, extra), ""
+                if self._roster is None or self._missing(parts, extra):
+                    pending = segments.count_pending(connection)
+                if pending <= MOST_PENDING:
+                    result = self._load(connection, parts, extra)
         except Distrust as error:
-            return None, error.found
-        return None, ""
+            fault = error.found
+        if result is not None and not fault:
+            return result
+        if self._stamp != self._mended_at:
+            self._note(f"were {fault}" if fault else f"lack {pending} of its captures")
+            self._mend(fault)
+            self._mended_at = self._stamp
+        with self._session.reading() as connection:
+            self._drop_old(connection)
+            try:
+                return self._load(connection, parts, extra)
+            except Distrust:
+                return self._load(connection, parts, extra, trusted=False)
 
     def _drop_old(self, connection: Link) -> None:
         """Forget what was read before the library changed."""
@@ -121,7 +108,6 @@ class ColumnCache:
         *,
         trusted: bool = True,
     ) -> tuple[Roster, dict[str, Columns]]:
-        self._drop_old(connection)
         missing = self._missing(parts, extra)
         if missing or self._roster is None:
             wanted = {
@@ -170,17 +156,18 @@ class ColumnCache:
         if not idle:
             self._mend("")
 
+    def _note(self, fault: str) -> None:
+        self._session.note(f"the library's columns {fault}: they are made of its symbols now")
+
     def _mend(self, fault: str) -> None:
         """Rewrite the segments where the library can be written.
 
         A library that is open for reading is written by a connection of its own.
         """
         session, target = self._session, self._session.target
-        if fault:
-            self._note_fault(fault)
         try:
             if not session.readonly:
-                self._settle(self._step, fault)
+                self._settle(session.writing, fault)
                 return
             if target.sqlite and target.path is None:
                 raise LibraryError("it is kept nowhere else", place=target.place)
@@ -188,29 +175,28 @@ class ColumnCache:
                 opened(target, create=False, readonly=False, timeout=_WRITE_TIMEOUT)
             ) as connection:
 
-                def step(work: Step) -> bool:
+                @contextmanager
+                def begin() -> Iterator[Link]:
                     with translated(target.place), writing(connection):
-                        return work(connection)
+                        yield connection
 
-                self._settle(step, fault)
+                self._settle(begin, fault)
         except LibraryError as error:
             session.note(f"the library's columns cannot be written ({error.found}): {_BESIDE}")
 
-    def _step(self, work: Step) -> bool:
-        with self._session.writing() as connection:
-            return work(connection)
+    def _settle(self, begin: Callable[[], AbstractContextManager[Link]], fault: str) -> None:
+        """Cover and join segments, a transaction each; purge them first if one is damaged."""
 
-    def _note_fault(self, fault: str) -> None:
-        self._session.note(f"the library's columns were {fault}: {_ANEW}")
+        def step(work: Step) -> bool:
+            with begin() as connection:
+                return work(connection)
 
-    def _settle(self, step: Callable[[Step], bool], fault: str) -> None:
-        """Cover and join segments; purge them first if one is damaged."""
         if fault:
             step(purge)
         try:
             self._cover_and_join(step)
         except Distrust as error:
-            self._note_fault(error.found)
+            self._note(f"were {error.found}")
             step(purge)
             self._cover_and_join(step)
 

@@ -24,7 +24,7 @@ from lanindex.model.columns import (
     enrolled,
     gaps_of,
     has_amount,
-    joined,
+    joined_columns,
     measures_of,
     roster_of,
 )
@@ -64,7 +64,7 @@ def together(pieces: Sequence[Derived]) -> Derived:
     sizes = [len(roster) for roster, _ in pieces]
     names = dict.fromkeys(part for _, columns in pieces for part in columns)
     whole = {
-        part: joined(part, [columns.pop(part, None) for _, columns in pieces], sizes)
+        part: joined_columns(part, [columns.pop(part, None) for _, columns in pieces], sizes)
         for part in names
     }
     return enrolled([roster for roster, _ in pieces]), whole
@@ -174,7 +174,7 @@ def stored_columns(
         spare: dict[str, Any] = {name: None for name in EXTRA if name not in more}
         pieces.append(None if last is None else replace(last, **spare))
         sizes.append(len(added[0]))
-    columns = joined(part, pieces, sizes)
+    columns = joined_columns(part, pieces, sizes)
     return columns if order is None else columns.taken(order)
 
 

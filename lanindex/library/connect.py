@@ -162,8 +162,6 @@ _FAULTS = {
 }
 """What is found and what to do, by SQLite's name of the result, the longer one first looked for."""
 
-_UNKNOWN = "Ask it for what is wrong with: lanindex db check"
-
 
 def faults() -> tuple[type[Exception], ...]:
     """Return what a database's errors are; SQLAlchemy's only where somebody has imported it.
@@ -179,25 +177,22 @@ def name_of(error: BaseException) -> str:
     return getattr(getattr(error, "orig", None) or error, "sqlite_errorname", None) or ""
 
 
-def library_error(error: Exception, place: str) -> LibraryError:
-    """Return the LibraryError that says what a database's error means."""
-    origin = getattr(error, "orig", None) or error
-    name = "SQLITE_CORRUPT" if isinstance(origin, UnicodeDecodeError) else name_of(error)
-    short = "_".join(name.split("_")[:2])
-    fault = _FAULTS.get(name) or _FAULTS.get(short)
-    if fault is None:
-        return LibraryError(f"the database says: {origin}", place=place, remedy=_UNKNOWN)
-    kind = LibraryBusyError if short == "SQLITE_BUSY" else LibraryError
-    return kind(fault[0], place=place, remedy=fault[1])
-
-
 @contextmanager
 def translated(place: str) -> Iterator[None]:
     """Raise every error of the database inside as a LibraryError."""
     try:
         yield
     except faults() as error:
-        raise library_error(error, place) from error
+        origin = getattr(error, "orig", None) or error
+        name = "SQLITE_CORRUPT" if isinstance(origin, UnicodeDecodeError) else name_of(error)
+        short = "_".join(name.split("_")[:2])
+        unknown = (
+            f"the database says: {origin}",
+            "Ask it for what is wrong with: lanindex db check",
+        )
+        found, remedy = _FAULTS.get(name) or _FAULTS.get(short) or unknown
+        kind = LibraryBusyError if short == "SQLITE_BUSY" else LibraryError
+        raise kind(found, place=place, remedy=remedy) from error
 
 
 @dataclass(frozen=True, slots=True)
@@ -439,18 +434,8 @@ def _transaction(connection: Connection, *, writes: bool) -> Iterator[None]:
         raise
 
 
-def keep_journal(connection: Link) -> None:
-    """Keep the journal's file between transactions, which makes them cheap."""
-    _journal(connection, "delete", "persist")
-
-
-def drop_journal(connection: Link) -> None:
-    """Leave the library as one file."""
-    _journal(connection, "persist", "delete")
-
-
-def _journal(connection: Link, before: str, after: str) -> None:
-    # A library that its owner has given a write-ahead log keeps it.
+def change_journal(connection: Link, before: str, after: str) -> None:
+    """Change the mode of the journal; a write-ahead log that its owner has chosen stays."""
     driver = driver_of(connection)
     if driver is not None:
         mode = driver.execute("PRAGMA journal_mode").fetchone()[0]
@@ -537,7 +522,7 @@ class Session:
         try:
             if self._wrote:
                 with translated(self.target.place):
-                    drop_journal(self.connection)
+                    change_journal(self.connection, "persist", "delete")
         finally:
             self.connection.close()
 
@@ -565,7 +550,7 @@ class Session:
             if isinstance(self.connection, Reader):
                 self.connection.execute("UPDATE state SET id = id")  # SQLite refuses it
             if not self._wrote:
-                keep_journal(self.connection)
+                change_journal(self.connection, "delete", "persist")
                 self._wrote = True
             with writing(self.connection):
                 yield self.connection

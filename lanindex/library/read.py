@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -20,7 +18,6 @@ from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import rows
 from lanindex.library.connect import MOST, Link, among, ask, first_values, is_sqlite
 from lanindex.library.rows import COLUMNS, ENCODED, KIND_NAMES, Encoding, checksum, damaged
-from lanindex.library.selection import absolute, is_number
 from lanindex.model import Capture, Meter, Score, Span, Track
 
 _FACTS = len(ENCODED) + 2
@@ -91,47 +88,6 @@ def read_numbers(connection: Link, numbers: Sequence[int]) -> list[int]:
         chosen = among(numbers[first : first + MOST])
         held.update(first_values(ask(connection, f"SELECT id FROM capture WHERE id IN {chosen}")))
     return [number for number in numbers if number in held]
-
-
-def meant(connection: Link, named: str) -> Iterator[list[tuple[int, str]]]:
-    """Yield the captures that a name fits, one way after the other: number and location of each.
-
-    Their path is this name, their absolute path is, it ends with this name, their number is this.
-    The first two are looked up in an index; the third goes through the index of locations.
-    """
-    tail, number = os.sep + named, int(named) if named.isascii() and named.isdigit() else 0
-    ways: tuple[tuple[str, str | int], ...] = (
-        ("path = :one", named),
-        ("location = :one", absolute(named)),
-        (f"substr(location, -{len(tail)}) = :one", tail),
-        ("id = :one", number if str(number) == named and is_number(number) else -1),
-    )
-    for way, one in ways:
-        asked = f"SELECT id, location FROM capture WHERE {way}"
-        yield sorted(ask(connection, asked, {"one": one}))  # sorted by SQL, it would scan the table
-
-
-def paths_begun(connection: Link, begun: str) -> Iterator[str]:
-    """Yield the paths that begin with a text, or whose last part does, in order."""
-    escaped = re.sub(r"([\\%_])", r"\\\1", begun)
-    asked = "SELECT path FROM capture WHERE path LIKE :begun ESCAPE :mark"
-    asked += " OR path LIKE :name ESCAPE :mark ORDER BY path"
-    values = {"begun": f"{escaped}%", "name": f"%{os.sep}{escaped}%", "mark": "\\"}
-    for (path,) in ask(connection, asked, values):
-        if path.startswith(begun) or os.path.basename(path).startswith(begun):
-            yield path
-
-
-def locations(connection: Link, places: Sequence[str], digests: Sequence[str]) -> list[str]:
-    """Return where the captures lie that are at one of these places or have such a sha256."""
-    found: list[str] = []
-    for column, values in (("location", places), ("sha256", digests)):
-        for first in range(0, len(values), MOST):
-            some = {f"v{at}": one for at, one in enumerate(values[first : first + MOST])}
-            chosen = ", ".join(f":{name}" for name in some)
-            asked = f"SELECT location FROM capture WHERE {column} IN ({chosen})"
-            found += first_values(ask(connection, asked, some))
-    return found
 
 
 class Stored(NamedTuple):
@@ -225,14 +181,6 @@ def read_captures(connection: Link, numbers: Sequence[int] | None = None) -> lis
     if numbers is None:
         check_numbers(connection, [one.capture.id for one in captures])
     return captures
-
-
-def read_capture(connection: Link, number: int) -> Stored:
-    """Return one capture that is there."""
-    captures = read_captures(connection, [number])
-    if len(captures) != 1:  # one table says that it is there, its index that it is not
-        raise damaged(number, None, "its row")
-    return captures[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -348,7 +296,9 @@ def read_tracks(
 def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]:
     """Return the stretches of frames in which a part was seen, as its track has them."""
     try:
-        return rows.read_known(known, capture.frames)
+        if known is None:
+            return (Span(0, capture.frames),)
+        return tuple(Span(start, stop) for start, stop in json.loads(known))
     except _NONSENSE as error:
         raise damaged(capture.id, capture.location, f"its track {part} ({error})") from error
 
@@ -398,17 +348,15 @@ _SPELLED = (
 make a number of the text, row by row."""
 
 _NONE = 0xFFFD
-"""What SQLite takes for a character that there is not."""
-
-_FITS = f"({' | '.join(_SHORT)}) >> {_BITS} = 0 AND"
+"""What SQLite takes for a character that there is not; or a number, which is rare."""
 
 
 def _spelled_fields(connection: Link, wanted: Tracks, chosen: str) -> NDArray[np.int64] | None:
-    """Return the fields of the rows of tracks; None where they are not what was stored."""
-    characters = _characters(connection, f"{_SPELLED} {chosen}")
-    if (characters[:, 2 * len(_LONG) :] == _NONE).any():
-        characters = _characters(connection, f"{_SPELLED} {_FITS} {chosen}")
-    if len(characters) != sum(wanted.symbols):
+    """Return the fields of the rows of tracks; None where they may not be what was stored."""
+    ((text,),) = ask(connection, f"{_SPELLED} {chosen}")
+    spelled = (text or b"").decode("utf-8", "surrogatepass").encode("utf-32-le", "surrogatepass")
+    characters = np.frombuffer(spelled, "<u4").reshape(-1, len(_CHARACTERS))
+    if len(characters) != sum(wanted.symbols) or (characters[:, 2 * len(_LONG) :] == _NONE).any():
         return None
     wide = characters.astype(np.int64)
     long = wide[:, :2] | wide[:, 2:4] << _BITS | wide[:, 4:6] << 2 * _BITS
@@ -416,12 +364,6 @@ def _spelled_fields(connection: Link, wanted: Tracks, chosen: str) -> NDArray[np
     numbers = rows.numbered(fields, wanted.symbols, wanted.ordinal)
     same = rows.track_checksums(numbers, wanted.symbols) == [*wanted.checksum]
     return numbers[:, 2:] if same else None
-
-
-def _characters(connection: Link, asked: str) -> NDArray[np.uint32]:
-    ((text,),) = ask(connection, asked)
-    spelled = (text or b"").decode("utf-8", "surrogatepass").encode("utf-32-le", "surrogatepass")
-    return np.frombuffer(spelled, "<u4").reshape(-1, len(_CHARACTERS))
 
 
 def _fields_by_row(connection: Link, wanted: Tracks, chosen: str) -> NDArray[np.int64]:

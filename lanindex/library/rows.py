@@ -265,13 +265,6 @@ def track_checksums(numbers: Integers, counts: Iterable[int]) -> list[int]:
     return signed
 
 
-def read_known(known: str | None, frames: int) -> tuple[Span, ...]:
-    """Return the stretches in which a part was seen."""
-    if known is None:
-        return (Span(0, frames),)
-    return tuple(Span(start, stop) for start, stop in json.loads(known))
-
-
 def capture_columns(score: Score) -> dict[str, Any]:
     """Return what a row of ``capture`` says of a score."""
     meter = score.meter

@@ -34,10 +34,7 @@ from lanindex.library.connect import (
 from lanindex.library.read import capture_numbers, read_state
 from lanindex.library.rows import bytes_checksum, checksum
 from lanindex.library.selection import Texts
-from lanindex.model.columns import EXTRA, Columns, Roster, extras_of, has_amount
-
-CAPTURES = {"number": np.int64, "frames": np.int32, "rate": np.int64, "speed": np.int64}
-"""By the name of a column of the captures, its type in memory."""
+from lanindex.model.columns import EXTRA, ROSTER, Columns, Roster, extras_of, has_amount
 
 _TYPES = {
     **{"counts": np.int64, "cell": np.uint8, "runner": np.uint8, "margin": np.uint16},
@@ -45,7 +42,7 @@ _TYPES = {
     "amount": np.int16,
     **dict.fromkeys(MEASURES, np.uint16),
 }
-"""The same of a column of a part."""
+"""By the name of a column of a part, its type in memory."""
 
 _WIDTHS = {(True, "rate"): 2, (True, "speed"): 2, (False, "gaps"): 3}
 """Numbers in a row of it, where that is not one; by whether it is the captures'."""
@@ -104,25 +101,20 @@ class Spine(NamedTuple):
     pending: list[int]  # Captures that are in no segment
 
 
-def mark_pending(connection: Link, number: int) -> None:
-    """Note that a capture is not in any segment yet."""
-    mark_covered(connection, [number])  # another program may have said so
-    insert(connection, "segment_pending", ["capture_id"], [(number,)])
+def mark_changed(connection: Link, number: int, *, dead: bool = True, pending: bool = True) -> None:
+    """Note that a capture has changed.
 
-
-def mark_dead(connection: Link, number: int) -> None:
-    """Note that what the segments hold of a capture does not count any more."""
-    mark_covered(connection, [number])
-    ask(connection, "DELETE FROM segment_dead WHERE capture_id = :number", {"number": number})
-    newest = first_values(ask(connection, "SELECT max(id) FROM segment"))
-    if newest != [None]:
-        insert(connection, "segment_dead", ["capture_id", "segment_id"], [(number, *newest)])
-
-
-def mark_changed(connection: Link, number: int) -> None:
-    """Note that a segment is to hold a capture that has changed in place of what they hold now."""
-    mark_dead(connection, number)
-    mark_pending(connection, number)
+    If `dead`, what the segments hold of it does not count any more; if `pending`, another one is to
+    hold it.
+    """
+    mark_covered(connection, [number])  # another program may have noted it already
+    if dead:
+        ask(connection, "DELETE FROM segment_dead WHERE capture_id = :number", {"number": number})
+        newest = first_values(ask(connection, "SELECT max(id) FROM segment"))
+        if newest != [None]:
+            insert(connection, "segment_dead", ["capture_id", "segment_id"], [(number, *newest)])
+    if pending:
+        insert(connection, "segment_pending", ["capture_id"], [(number,)])
 
 
 def mark_covered(connection: Link, numbers: Iterable[int]) -> None:
@@ -214,10 +206,10 @@ def read_column(connection: Link, segment: Segment, part: str, name: str) -> NDA
 
 def read_roster(connection: Link, segment: Segment) -> Roster:
     """Return the captures of a segment, dead ones too."""
-    columns = {name: read_column(connection, segment, "", name) for name in CAPTURES}
+    columns = {name: read_column(connection, segment, "", name) for name in ROSTER}
     if {len(one) for one in columns.values()} != {segment.captures}:
         raise Distrust(f"damaged: the captures of segment {segment.id}")
-    return Roster(*(columns[name].astype(type) for name, type in CAPTURES.items()))
+    return Roster(*(columns[name].astype(type) for name, type in ROSTER.items()))
 
 
 def read_counts(connection: Link, segment: Segment, part: str) -> NDArray[np.int64]:
@@ -266,7 +258,7 @@ def put(connection: Link, roster: Roster, texts: Texts, columns: Iterable[Column
     """Write a segment."""
     begin = "INSERT INTO segment (captures, symbols, listing, checksum) VALUES (0, 0, '', 0)"
     ((number,),) = ask(connection, f"{begin} RETURNING id").fetchall()
-    named: dict[str, NDArray[Any]] = {name: getattr(roster, name) for name in CAPTURES}
+    named: dict[str, NDArray[Any]] = {name: getattr(roster, name) for name in ROSTER}
     for name in TEXTS:
         text = json.dumps(list(texts[name]), ensure_ascii=False)
         named[name] = np.frombuffer(text.encode("utf-8", "surrogatepass"), np.uint8)

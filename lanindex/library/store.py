@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import Any, Self
@@ -18,7 +19,16 @@ from lanindex.alphabet import TRACKS
 from lanindex.errors import LibraryError, UsageError
 from lanindex.library import read, rows, segments, write
 from lanindex.library.cache import ColumnCache
-from lanindex.library.connect import DEFAULT, MOST, Link, Progress, Session, target
+from lanindex.library.connect import (
+    DEFAULT,
+    MOST,
+    Link,
+    Progress,
+    Session,
+    ask,
+    first_values,
+    target,
+)
 from lanindex.library.rows import Encoding
 from lanindex.library.selection import (
     ALL,
@@ -204,8 +214,18 @@ class Store:
 
     def paths_starting(self, text: str, most: int) -> list[str]:
         """Return up to `most` paths that begin with a text, or whose file name does, in order."""
+        escaped = re.sub(r"([\\%_])", r"\\\1", text)
+        asked = "SELECT path FROM capture WHERE path LIKE :begun ESCAPE :mark"
+        asked += " OR path LIKE :name ESCAPE :mark ORDER BY path"
+        values = {"begun": f"{escaped}%", "name": f"%{os.sep}{escaped}%", "mark": "\\"}
         with self.session.reading() as connection:
-            return list(islice(read.paths_begun(connection, text), most))
+            held = ask(connection, asked, values)
+            begun = (
+                path
+                for (path,) in held
+                if path.startswith(text) or os.path.basename(path).startswith(text)
+            )
+            return list(islice(begun, most))
 
     def captures_numbered(self, numbers: Sequence[int]) -> list[Capture]:
         """Return those captures that exist of some numbers, in the order of the numbers."""
@@ -229,8 +249,15 @@ class Store:
 
     def located(self, places: Sequence[str], digests: Sequence[str]) -> list[str]:
         """Return where captures lie that are at one of these places, or have such a sha256."""
+        locations: list[str] = []
         with self.session.reading() as connection:
-            return read.locations(connection, places, digests)
+            for column, values in (("location", places), ("sha256", digests)):
+                for first in range(0, len(values), MOST):
+                    some = {f"v{at}": one for at, one in enumerate(values[first : first + MOST])}
+                    chosen = ", ".join(f":{name}" for name in some)
+                    asked = f"SELECT location FROM capture WHERE {column} IN ({chosen})"
+                    locations += first_values(ask(connection, asked, some))
+        return locations
 
     def tracks(
         self,
@@ -302,13 +329,17 @@ class Store:
             return self.cache.trusting(connection, lambda spine: count(connection, spine, size))
 
     def _stored(self, connection: Link, which: int | str) -> read.Stored:
-        return read.read_capture(connection, self._number(connection, which))
+        number = self._number(connection, which)
+        captures = read.read_captures(connection, [number])
+        if len(captures) != 1:  # one table says that it is there, its index that it is not
+            raise rows.damaged(number, None, "its row")
+        return captures[0]
 
     def _number(self, connection: Link, which: int | str) -> int:
         """Return the number of a capture that is there, damaged or not."""
         if isinstance(which, str):
             named = printable(which)
-            for fitting in read.meant(connection, named):
+            for fitting in _named(connection, named):
                 if len(fitting) == 1:
                     return fitting[0][0]
                 if fitting:
@@ -318,3 +349,21 @@ class Store:
         if is_number(which) and read.read_numbers(connection, [int(which)]):
             return int(which)
         raise absent_error(str(which), {"path": [], "location": []}, self.place)
+
+
+def _named(connection: Link, named: str) -> Iterator[list[tuple[int, str]]]:
+    """Yield the captures that a name fits, one way after the other: number and location of each.
+
+    Their path is this name, their absolute path is, it ends with this name, their number is this.
+    The first two are looked up in an index; the third goes through the index of locations.
+    """
+    tail, number = os.sep + named, int(named) if named.isascii() and named.isdigit() else 0
+    ways: tuple[tuple[str, str | int], ...] = (
+        ("path = :one", named),
+        ("location = :one", absolute(named)),
+        (f"substr(location, -{len(tail)}) = :one", tail),
+        ("id = :one", number if str(number) == named and is_number(number) else -1),
+    )
+    for way, one in ways:
+        asked = f"SELECT id, location FROM capture WHERE {way}"
+        yield sorted(ask(connection, asked, {"one": one}))  # sorted by SQL, it would scan the table

@@ -34,15 +34,15 @@ def put_capture(
     Return its number, and whether it is new.
     """
     made = rows.rows_of(score)
-    named = (encoding.profile, encoding.digest) if encoding.digest else None
+    profile = {"name": encoding.profile, "digest": encoding.digest} if encoding.digest else {}
     values = {
         **values,
-        "profile_id": put_profile(connection, *named) if named else None,
+        "profile_id": _profile(connection, profile) if profile else None,
         "options": json.dumps(encoding.facts(), sort_keys=True),
         "tracks": made.checksum,
         "content": content_checksum(values["other"], values["heading"]),
     }
-    values["checksum"] = encoded_checksum(values, *(named or (None, None)))
+    values["checksum"] = encoded_checksum(values, profile.get("name"), profile.get("digest"))
     asked = "SELECT id FROM capture WHERE location = :location"
     held = ask(connection, asked, {"location": values["location"]}).fetchone()
     if held is None:
@@ -53,8 +53,7 @@ def put_capture(
         _delete(connection, number, "symbol_code", "track")
         _change(connection, number, values)
         ask(connection, _FORGET_PROFILES)
-        segments.mark_dead(connection, number)
-    segments.mark_pending(connection, number)
+    segments.mark_changed(connection, number, dead=held is not None)
     tracks = [(number, *row) for row in made.tracks]
     insert(connection, "track", ("capture_id", *TRACK), tracks)
     names = ("capture_id", "track", "ordinal", *COLUMNS)
@@ -108,7 +107,7 @@ def remove_capture(connection: Link, number: int) -> None:
     _delete(connection, number, "symbol_code", "track", "metadata")
     ask(connection, "DELETE FROM capture WHERE id = :number", {"number": number})
     ask(connection, _COUNT, {"more": -1, "one": number})
-    segments.mark_dead(connection, number)
+    segments.mark_changed(connection, number, pending=False)
     ask(connection, _FORGET_PROFILES)
 
 
@@ -119,12 +118,11 @@ def touch(connection: Link) -> None:
         raise LibraryError("the library's stamp cannot be raised", wanted="a number from 0")
 
 
-def put_profile(connection: Link, name: str, digest: str) -> int:
+def _profile(connection: Link, values: Mapping[str, str]) -> int:
     """Return the number of a profile, written if it is new."""
-    named = {"name": name, "digest": digest}
     asked = "SELECT id FROM profile WHERE name = :name AND digest = :digest"
-    held = ask(connection, asked, named).fetchone()
-    return int(held[0]) if held else _inserted(connection, "profile", named)
+    held = ask(connection, asked, values).fetchone()
+    return int(held[0]) if held else _inserted(connection, "profile", values)
 
 
 def _delete(connection: Link, number: int, *tables: str) -> None:

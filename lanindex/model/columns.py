@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import BENDS, KINDS, MEASURES, PARTS, is_limb, kind_of
 from lanindex.model.capture import Capture
 from lanindex.model.score import Track
-from lanindex.model.symbol import FIELDS, Span, frozen
+from lanindex.model.symbol import FIELDS, Span, frozen, joined
 
 GRADES = {"pace": "speed", "extent": "size"}
 """By kind of words, the measure that they grade."""
@@ -139,6 +139,10 @@ def codes_of(cells: NDArray[np.uint8]) -> tuple[NDArray[np.int8], NDArray[np.int
     return (directions & 15) - 1, (directions >> 4) - 1
 
 
+ROSTER = {"number": np.int64, "frames": np.int32, "rate": np.int64, "speed": np.int64}
+"""The arrays of `Roster`, by name their type."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Roster:
     """The captures that columns are of, in the order of their numbers."""
@@ -156,17 +160,16 @@ class Roster:
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        for name in ("number", "frames", "rate", "speed"):
+        for name in ROSTER:
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def same_as(self, other: Roster) -> bool:
         """Return whether another roster is equal."""
-        names = ("number", "frames", "rate", "speed")
-        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in ROSTER)
 
     def taken(self, order: NDArray[np.int64]) -> Roster:
         """Return the roster of some of the captures, by their places in this one: (D,) int64."""
-        return Roster(self.number[order], self.frames[order], self.rate[order], self.speed[order])
+        return Roster(*(getattr(self, name)[order] for name in ROSTER))
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
@@ -250,11 +253,10 @@ def same_columns(one: Columns | None, other: Columns | None) -> bool:
 def enrolled(rosters: Sequence[Roster]) -> Roster:
     """Return the captures of several rosters as one."""
     every = (roster_of([]), *rosters)
-    names = ("number", "frames", "rate", "speed")
-    return Roster(*(np.concatenate([getattr(one, name) for one in every]) for name in names))
+    return Roster(*(np.concatenate([getattr(one, name) for one in every]) for name in ROSTER))
 
 
-def joined(part: str, pieces: Sequence[Columns | None], sizes: Sequence[int]) -> Columns:
+def joined_columns(part: str, pieces: Sequence[Columns | None], sizes: Sequence[int]) -> Columns:
     """Return the columns of a part in several lists of captures, one after the other.
 
     `sizes` are the numbers of captures of each; None stands for captures without the part.
@@ -316,8 +318,6 @@ def _ratio(value: Fraction) -> tuple[int, int]:
 
 def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | None]) -> Columns:
     """Return the columns of a part."""
-    from lanindex.model.symbol import joined
-
     symbols = joined(track.symbols for track in tracks if track)
     gaps = [
         (number, *span)

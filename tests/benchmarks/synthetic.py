@@ -34,7 +34,7 @@ from lanindex.model.columns import (
     Roster,
     columns_of,
     enrolled,
-    joined,
+    joined_columns,
     ranges,
     roster_of,
 )
@@ -77,7 +77,7 @@ def real() -> Real:
     plain = {p: columns_of(p, captures, [tracks.get(p) for _, tracks in held]) for p in parts}
     for part in parts:
         other = mirrored_part(part)
-        columns[part] = joined(part, [plain[part], mirrored(plain[other])], [once, once])
+        columns[part] = joined_columns(part, [plain[part], mirrored(plain[other])], [len(once)] * 2)
         symbols[part] = np.concatenate(
             [tracks[one].symbols for one in (part, other) for _, tracks in held if one in tracks]
         )
@@ -200,8 +200,10 @@ def columns(
     wanted = [part for part in found.columns if parts is None or part in parts]
     made = list(blocks(found, count, seed, wanted))
     rosters = [one.roster for one in made]
+    sizes = [len(roster) for roster in rosters]
     whole = {
-        part: joined(part, [one.columns.pop(part) for one in made], rosters) for part in wanted
+        part: joined_columns(part, [one.columns.pop(part) for one in made], sizes)
+        for part in wanted
     }
     return enrolled(rosters), whole
 
