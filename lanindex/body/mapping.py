@@ -1,11 +1,5 @@
 """From named joints to a body: who plays what, in which unit, which way up.
 
-Names first (`by_name`), then, for what names do not tell, the shape of the skeleton (`by_shape`).
-
-A body is human enough to be encoded if both hips are there (the heading needs them) and both legs
-down to the ankles or both arms from shoulder to wrist. Where names leave no doubt, one whole limb
-is enough, with two hips or two shoulders that tell where it faces: captures of the upper body.
-
 Source: ``encoding/METHOD.md``, stage 0.
 """
 
@@ -22,8 +16,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import calibration
-from lanindex.body.by_name import LIMBS, by_name, candidates, keys, tables
-from lanindex.body.rig import Rig
+from lanindex.body.recognition import Rig, find_body
 from lanindex.errors import BodyError, UsageError
 from lanindex.model import Reading, Skeleton
 
@@ -40,9 +33,7 @@ DERIVED_JOINTS: Mapping[str, Mapping[str, float]] = {
 LONGEST_GAP = Fraction(1, 5)
 """Seconds that a joint may be unknown and is filled; longer gaps stay open."""
 
-NEEDED = tuple(side + joint for side in "RL" for limb in LIMBS for joint in limb)
 _BODY_FILE = 1 << 20  # bytes that a user's file has at most
-_LIKE = 75  # of 100: how much a misspelt name has to be like the right one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -224,95 +215,3 @@ def joints_by_user(reading: Reading, names: tuple[str, ...], path: str) -> dict[
             )
         found[joint] = names.index(name)
     return found
-
-
-def find_body(
-    rig: Rig, path: str = "", said: Mapping[str, int] | None = None
-) -> tuple[NDArray[np.int16], tuple[str, ...]]:
-    """Find the body.
-
-    returned (20,) int16, the joint that plays each of ``alphabet.JOINTS``, -1: absent; and
-    warnings.
-    """
-    body = by_name(rig) | dict(said or {})
-    warnings: tuple[str, ...] = ()
-    named = dict(body)
-    if not all(joint in body for joint in NEEDED):
-        from lanindex.body.by_shape import by_shape
-
-        shaped, doubts = by_shape(rig)
-        if all(shaped.get(joint, index) == index for joint, index in body.items()):
-            taken = set(body.values())
-            found = [j for j in JOINTS if j in shaped and j not in body and shaped[j] not in taken]
-            body |= {joint: shaped[joint] for joint in found}
-            if found:
-                warnings = (f"recognised by shape, not by name: {', '.join(found)}", *doubts)
-    if not is_human(body):
-        missing = [joint for joint in NEEDED if joint not in named]
-        if not _in_part(named) or _guess(rig, named, missing):
-            raise _no_human(rig, body, path)
-        body, warnings = named, (f"a part of a body: it has no {', '.join(missing)}",)
-    under = _under_ankles(rig, body)
-    if len(under) == 1 and ("RToe" in body or "LToe" in body):
-        body |= under  # a rig's feet are alike: one alone is a foot that is pointed throughout
-        under = {}
-    result = np.full(len(JOINTS), -1, np.int16)
-    for joint, index in body.items():
-        result[JOINT_CODES[joint]] = index
-    feet = (
-        f'no {joint}: "{rig.names[index]}" lies straight under the ankle'
-        for joint, index in under.items()
-    )
-    return result, (*warnings, *feet)
-
-
-def _under_ankles(rig: Rig, body: Mapping[str, int]) -> dict[str, int]:
-    """Return for each foot without a toe the joint that might have been one."""
-    found: dict[str, int] = {}
-    for side in "RL":
-        if side + "Ankle" in body and side + "Toe" not in body:
-            tip = rig.tip(body[side + "Ankle"], candidates(rig.names)["tips", side, "Toe"])
-            if tip is not None:
-                found[side + "Toe"] = tip
-    return found
-
-
-def is_human(body: dict[str, int]) -> bool:
-    """Return whether enough of a body is there to encode it."""
-    return any(_both(body, limb) for limb in LIMBS) and "RHip" in body and "LHip" in body
-
-
-def _both(body: dict[str, int], limb: tuple[str, ...]) -> bool:
-    return all(side + joint in body for side in "RL" for joint in limb)
-
-
-def _in_part(body: dict[str, int]) -> bool:
-    """Return whether there is a whole limb, and two hips or shoulders that tell where it faces."""
-    limbs = [all(side + joint in body for joint in limb) for side in "RL" for limb in LIMBS]
-    return any(limbs) and any(_both(body, limb[:1]) for limb in LIMBS)
-
-
-def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:
-    missing = [joint for joint in NEEDED if joint not in body]
-    return BodyError(
-        f"no human skeleton: among {len(rig.names)} joints there is no "
-        f"{', '.join(missing)}{_guess(rig, body, missing)}",
-        place=path,
-        wanted="both hips, and both legs down to the ankles or both arms down to the wrists",
-        remedy="If a body is there, say what plays its joints with --body FILE.",
-    )
-
-
-def _guess(rig: Rig, body: dict[str, int], missing: list[str]) -> str:
-    """Return a near miss among the names, if there is one."""
-    from rapidfuzz import fuzz, process
-
-    taken = set(body.values())
-    for joint in missing:
-        aliases = tables()["limbs"][joint[1:]]
-        for index, (side, name) in enumerate(keys(rig.names)):
-            if side == joint[0] and index not in taken:
-                best = process.extractOne(name, aliases, scorer=fuzz.ratio)
-                if best is not None and best[1] >= _LIKE:
-                    return f" (is {rig.names[index]!r} the {joint}?)"
-    return ""

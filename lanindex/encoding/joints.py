@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS, PALMS, PARTS
-from lanindex.body.facing import TURNING
+from lanindex.body.axes import TURNING
 from lanindex.body.mapping import DERIVED_JOINTS, LONGEST_GAP, weighted_sum
 from lanindex.encoding import arithmetic, loops
 from lanindex.encoding.arithmetic import blocks, runs

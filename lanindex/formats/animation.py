@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import sampled
-from lanindex.body.facing import TURNING, rest_axes, seen_axes
-from lanindex.body.palms import rest_palms
+from lanindex.body.axes import TURNING, rest_axes, rest_palms, seen_axes
 from lanindex.body.rest_pose import parents_of, rest_offsets
 from lanindex.errors import ExportError
 from lanindex.formats.points import usual

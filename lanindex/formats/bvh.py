@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.body import body_of, map_body, sampled
-from lanindex.body.by_name import exporter_of
+from lanindex.body.axes import measured_palms
 from lanindex.body.calibration import BEGINNING
 from lanindex.body.kinematics import Plan, aimed, plan
 from lanindex.body.kinematics import positions as positions_of
-from lanindex.body.palms import measured
+from lanindex.body.recognition import exporter_of
 from lanindex.errors import CaptureError, ExportError
 from lanindex.formats.animation import axes_at_rest, rest_of_axes, turn_to_axes
 from lanindex.formats.decimals import LARGEST
@@ -416,7 +416,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
         compose=f"{order} first ({reason})",
         joints=joints.names,
     )
-    axes, made_up = measured(axes, positions, skeleton.body)
+    axes, made_up = measured_palms(axes, positions, skeleton.body)
     count, declared = len(layout.frames), layout.declared
     miscounted = (f"Frames: says {declared}, the file has {count}",) * (declared != count)
     doubts = (*miscounted, *rate_doubt(rate), *found.doubts, *made_up)

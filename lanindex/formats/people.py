@@ -50,8 +50,7 @@ def subject_points(file: File, subjects: Mapping[str, T], whole: T) -> tuple[T, 
 
 def is_human(names: tuple[str, ...], parents: tuple[int, ...], poses: NDArray[Any]) -> bool:
     """Return whether joints in some poses (S, J, 3) make a body."""
-    from lanindex.body.mapping import find_body
-    from lanindex.body.rig import Rig
+    from lanindex.body.recognition import Rig, find_body
 
     try:
         find_body(Rig(names, parents, poses))

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.body import Declared
-from lanindex.body.by_name import LIMBS, candidates
 from lanindex.body.markers import marker_set_of
+from lanindex.body.recognition import LIMBS, candidates
 from lanindex.errors import CaptureError, UsageError, quoted, shown
 from lanindex.formats import sniff, tables
 from lanindex.formats.file import Content, File, Wanted

@@ -16,12 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
-from lanindex.body import BodyMapping, Declared, body_of, map_body, palms
+from lanindex.body import BodyMapping, Declared, body_of, map_body
+from lanindex.body.axes import (
+    TURNED_BY,
+    axes_of,
+    measured_palms,
+    planes,
+    rest_of,
+    seen_palms,
+    turned,
+)
 from lanindex.body.calibration import BEGINNING, UNITS, unit_of
-from lanindex.body.clusters import Clusters
-from lanindex.body.facing import axes_of
 from lanindex.body.mapping import LONGEST_GAP, POSES, read_body_file
-from lanindex.body.markers import MarkerSet, marker_set_of
+from lanindex.body.markers import Clusters, MarkerSet, marker_set_of
 from lanindex.body.rest_pose import parents_of, rest_offsets
 from lanindex.errors import BodyError
 from lanindex.formats.file import File, Wanted
@@ -100,7 +107,7 @@ def motion_of(points: Points, file: File, form: str, options: Reading, wanted: W
         turns = partial(_turns, order=order, rotations=rotations, places=places, found=found)
     del places  # of a long capture of markers a part of the memory
     own = _axes(points, made, turns, found, whole, skeleton.body, positions)
-    axes, made_up = palms.measured(axes_of(skeleton, rotations) | own, positions, skeleton.body)
+    axes, made_up = measured_palms(axes_of(skeleton, rotations) | own, positions, skeleton.body)
     markers = None
     if made is not None and not wanted.body_only and isinstance(points.places, np.ndarray):
         markers = Markers(points.names, _over(found, points.places))  # joints are made of them
@@ -127,13 +134,13 @@ def _axes(
 ) -> dict[str, NDArray[np.float32]]:
     """Return where palms face: as hands are turned, else of markers or knuckles in each frame."""
     if turns is not None:
-        return palms.turned(palms.rest_of(whole, points.palms_down), turns)
+        return turned(rest_of(whole, points.palms_down), turns)
     if not isinstance(points.places, np.ndarray):
         return {}
-    planes = made.palms if isinstance(made, MarkerSet) else palms.planes(points.names)
-    played = {hand: int(body[JOINT_CODES[palms.TURNED_BY[hand]]]) for hand in planes}
+    those = made.palms if isinstance(made, MarkerSet) else planes(points.names)
+    played = {hand: int(body[JOINT_CODES[TURNED_BY[hand]]]) for hand in those}
     wrists = {hand: positions[:, joint] for hand, joint in played.items() if joint >= 0}
-    return palms.seen(points.places, planes, wrists, found.oriented)
+    return seen_palms(points.places, those, wrists, found.oriented)
 
 
 def _turns(

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS, LOW, MID, PLACE, TOUCHED, amounts_of
-from lanindex.body.palms import facing, planes
+from lanindex.body.axes import facing, planes
 from lanindex.model import SYMBOL, Score, Skeleton
 from lanindex.model.derived import DEGREE, degree_of
 

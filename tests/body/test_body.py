@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import lanindex
 from lanindex import formats
 from lanindex.alphabet import JOINTS
-from lanindex.body.by_name import keys
+from lanindex.body.recognition import keys
 from lanindex.errors import BodyError
 from lanindex.model import Motion
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from lanindex.body.by_shape import by_shape
-from lanindex.body.rig import Rig
+from lanindex.body.recognition import Rig, by_shape
 
 JOINTS = {  # facing +z, y up, so that right is at -x: parent, and where in cm
     "pelvis": ("", (0, 90, 0)),

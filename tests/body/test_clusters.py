@@ -5,8 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from lanindex.alphabet import JOINT_CODES
-from lanindex.body.clusters import Clusters, clusters_of, shape_of, turns_of
-from lanindex.body.markers import marker_set_of
+from lanindex.body.markers import Clusters, clusters_of, marker_set_of, shape_of, turns_of
 
 NAMES = [f"PV{it}" for it in range(1, 5)] + [
     f"{side}{segment}{it}" for side in "RL" for segment in ("TH", "SK", "FT") for it in range(1, 5)
@@ -66,7 +65,7 @@ def off(markers: np.ndarray, joints: dict[str, np.ndarray], scale: float = 1.0) 
 
 @pytest.mark.parametrize("block", [50, 4096])
 def test_joints_that_turn_about_all_axes_are_found(monkeypatch, block):
-    monkeypatch.setattr("lanindex.body.clusters.BLOCK", block)
+    monkeypatch.setattr("lanindex.body.markers.BLOCK", block)
     markers, joints = legs()
     assert max(off(markers, joints).values()) < 1e-6
 

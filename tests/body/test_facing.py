@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from lanindex import animate, read, read_lnd
 from lanindex.alphabet import JOINT_CODES
-from lanindex.body.facing import axes_of, rest_axes, seen_axes
+from lanindex.body.axes import axes_of, rest_axes, seen_axes
 from lanindex.formats.bvh import write
 from lanindex.model import Skeleton
 

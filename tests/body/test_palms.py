@@ -9,8 +9,8 @@ import pytest
 
 from lanindex import encode, read, read_lnd
 from lanindex.alphabet import JOINT_CODES
+from lanindex.body.axes import facing, measured_palms, planes, rest_palms
 from lanindex.body.markers import marker_set_of
-from lanindex.body.palms import facing, measured, planes, rest_palms
 from lanindex.encoding.heading import heading
 from lanindex.perform import perform
 
@@ -109,11 +109,11 @@ def test_a_palm_that_never_turns_by_itself_is_left_out():
     still = perform(read_lnd(LINES.format("")), rate=60)
     turned = perform(read_lnd(LINES.format("direction r_palm place high 4 5")), rate=60)
     for motion, gone in ((still, True), (turned, False)):
-        kept, said = measured(motion.axes, motion.positions, motion.skeleton.body)
+        kept, said = measured_palms(motion.axes, motion.positions, motion.skeleton.body)
         assert ("RHand" not in kept) == gone == bool(said)
     assert said == ()
     axes = {"RHand": still.axes["RHand"][:60]}
-    kept, _ = measured(axes, still.positions[:60], still.skeleton.body)
+    kept, _ = measured_palms(axes, still.positions[:60], still.skeleton.body)
     assert "RHand" in kept  # the elbow has not bent: nobody knows
 
 

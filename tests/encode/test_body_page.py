@@ -2,7 +2,7 @@
 
 import re
 
-from lanindex.body import palms
+from lanindex.body import axes
 from lanindex.encoding import (
     angles,
     curves,
@@ -20,7 +20,7 @@ from lanindex.model.columns import LIMITS
 from lanindex.notation import beats
 
 PAGE = (BUILT_IN.parent / "BODY.md").read_text()
-MODULES = (curves, ground, angles, steps, rests, travel, touch, near, measures, tempo, beats, palms)
+MODULES = (curves, ground, angles, steps, rests, travel, touch, near, measures, tempo, beats, axes)
 
 
 def test_every_number_is_that_of_the_code():

@@ -13,8 +13,7 @@ from scipy.spatial.transform import Rotation
 from lanindex import formats
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import kinematics
-from lanindex.body.mapping import find_body
-from lanindex.body.rig import Rig
+from lanindex.body.recognition import Rig, find_body
 from lanindex.formats.bvh import BvhLayout, scan
 from lanindex.formats.tables import number_rows
 from lanindex.model import Motion
