@@ -5,42 +5,18 @@ Source: ``encoding/BODY.md``, "Bends", "Twists" and "Inclines".
 
 from __future__ import annotations
 
-from collections.abc import (
-    Callable,
-    Iterator,
-    Sequence,
-)
-from typing import (
-    NamedTuple,
-)
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import (
-    NDArray,
-)
+from numpy.typing import NDArray
 
-from lanindex.alphabet import (
-    BENDS,
-    PARTS,
-)
-from lanindex.encoding.arithmetic import (
-    bend,
-    cross,
-    dot,
-)
-from lanindex.encoding.curves import (
-    Angles,
-)
-from lanindex.encoding.joints import (
-    Body,
-)
-from lanindex.encoding.places import (
-    Stretch,
-    together,
-)
-from lanindex.model import (
-    Span,
-)
+from lanindex.alphabet import BENDS, PARTS
+from lanindex.encoding.arithmetic import bend, cross, dot
+from lanindex.encoding.curves import Angles
+from lanindex.encoding.joints import Body
+from lanindex.encoding.places import Stretch, together
+from lanindex.model import Span
 
 Floats = NDArray[np.float64]
 

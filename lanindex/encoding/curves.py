@@ -6,46 +6,18 @@ Source: ``encoding/BODY.md``, "Turns", "Bends", "Swings" and "Onset".
 from __future__ import annotations
 
 import math
-from collections.abc import (
-    Iterator,
-    Sequence,
-)
-from itertools import (
-    chain,
-    pairwise,
-)
-from math import (
-    sqrt,
-)
-from typing import (
-    Any,
-    NamedTuple,
-)
+from collections.abc import Iterator, Sequence
+from itertools import chain, pairwise
+from math import sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import (
-    NDArray,
-)
+from numpy.typing import NDArray
 
-from lanindex.alphabet import (
-    DIRECTION_CODES,
-    PLACE,
-    SIXTHS,
-)
-from lanindex.encoding.arithmetic import (
-    blocks,
-    runs,
-    smooth,
-    window,
-)
-from lanindex.encoding.profile import (
-    Profile,
-)
-from lanindex.model.derived import (
-    DEGREE,
-    bending,
-    stretching,
-)
+from lanindex.alphabet import DIRECTION_CODES, PLACE, SIXTHS
+from lanindex.encoding.arithmetic import blocks, runs, smooth, window
+from lanindex.encoding.profile import Profile
+from lanindex.model.derived import DEGREE, bending, stretching
 
 Floats = NDArray[np.float64]
 

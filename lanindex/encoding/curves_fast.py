@@ -5,26 +5,14 @@ The same as `resample` and `curves` do without, which are the truth: equal numbe
 
 from __future__ import annotations
 
-from math import (
-    atan2,
-    degrees,
-    hypot,
-    sqrt,
-)
+from math import atan2, degrees, hypot, sqrt
 
 import numba
 import numpy as np
-from numpy.typing import (
-    NDArray,
-)
+from numpy.typing import NDArray
 
-from lanindex.alphabet import (
-    PLACE,
-    SIXTHS,
-)
-from lanindex.encoding.arithmetic import (
-    window,
-)
+from lanindex.alphabet import PLACE, SIXTHS
+from lanindex.encoding.arithmetic import window
 from lanindex.encoding.curves import (
     BRIEF,
     CALM,
@@ -40,16 +28,9 @@ from lanindex.encoding.curves import (
     Angles,
     Event,
 )
-from lanindex.encoding.profile import (
-    Profile,
-)
-from lanindex.encoding.resample import (
-    Resampling,
-)
-from lanindex.model.derived import (
-    DEGREE,
-    STRETCHES,
-)
+from lanindex.encoding.profile import Profile
+from lanindex.encoding.resample import Resampling
+from lanindex.model.derived import DEGREE, STRETCHES
 
 
 @numba.njit

@@ -5,42 +5,17 @@ Source: ``encoding/BODY.md``, "Other supports".
 
 from __future__ import annotations
 
-from functools import (
-    cache,
-)
-from itertools import (
-    combinations_with_replacement,
-)
+from functools import cache
+from itertools import combinations_with_replacement
 
 import numpy as np
-from numpy.typing import (
-    NDArray,
-)
+from numpy.typing import NDArray
 
-from lanindex.alphabet import (
-    CARRIERS,
-)
-from lanindex.encoding.arithmetic import (
-    blocks,
-    held,
-    runs,
-)
-from lanindex.encoding.curves import (
-    Event,
-    pieces,
-)
-from lanindex.encoding.ground import (
-    SIDES,
-    SLIDES,
-    STANCE,
-    STANDS,
-    STIRS,
-    Ground,
-    fifth,
-)
-from lanindex.encoding.places import (
-    Stretch,
-)
+from lanindex.alphabet import CARRIERS
+from lanindex.encoding.arithmetic import blocks, held, runs
+from lanindex.encoding.curves import Event, pieces
+from lanindex.encoding.ground import SIDES, SLIDES, STANCE, STANDS, STIRS, Ground, fifth
+from lanindex.encoding.places import Stretch
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -5,51 +5,21 @@ Source: ``encoding/METHOD.md``, stages 2b, 4 and 5; Matsumoto and Hachimura (200
 
 from __future__ import annotations
 
-from collections.abc import (
-    Iterator,
-    Sequence,
-)
-from dataclasses import (
-    dataclass,
-)
-from functools import (
-    cached_property,
-)
-from itertools import (
-    pairwise,
-)
-from operator import (
-    attrgetter,
-)
-from typing import (
-    Any,
-    NamedTuple,
-)
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import (
-    NDArray,
-)
+from numpy.typing import NDArray
 
-from lanindex.encoding.arithmetic import (
-    blocks,
-    dist,
-)
-from lanindex.encoding.direction import (
-    CELLS,
-    Course,
-    Space,
-    margins,
-)
-from lanindex.encoding.segment import (
-    Segment,
-)
-from lanindex.model.symbol import (
-    blank,
-)
-from lanindex.notation.lpd_ldd import (
-    Rule,
-)
+from lanindex.encoding.arithmetic import blocks, dist
+from lanindex.encoding.direction import CELLS, Course, Space, margins
+from lanindex.encoding.segment import Segment
+from lanindex.model.symbol import blank
+from lanindex.notation.lpd_ldd import Rule
 
 
 class Run(NamedTuple):

@@ -68,7 +68,7 @@ def profile(paths: list[Path]) -> None:
             tempfile.TemporaryDirectory() as folder,
             open_library(f"{folder}/l.db", create=True) as library,
         ):
-            list(run(library, named, chosen))
+            list(run(library.store, named, chosen))
 
     compiled.expect(sum(loops.worth for loops in compiled.LOOPS.values()))
     anew()
