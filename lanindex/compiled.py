@@ -35,7 +35,7 @@ class Loops(NamedTuple):
 _NUMBERS = "lanindex.formats.decimals_fast"
 _PLACES = "lanindex.body.kinematics_fast"
 _CURVES = "lanindex.encoding.curves_fast"
-_ENCODE = ("near", "written")
+_ENCODE = ("touch", "written")
 
 LOOPS = {
     "numbers": Loops((_NUMBERS, _PLACES), (_PLACES, "_positions"), 100_000_000),

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lanindex.encoding.profile import Profile
-    from lanindex.encoding.track import Trace
+    from lanindex.encoding.written import Trace
     from lanindex.model import Motion, Score
 
 
@@ -76,9 +76,11 @@ def encode(
     """
     import numpy as np
 
-    from lanindex.encoding import heading, joints, limbs, loops, track
-    from lanindex.encoding.tempo import count
+    from lanindex.encoding.joints import Body, known_parts, unmeasured
+    from lanindex.encoding.limbs import heading, limbs
+    from lanindex.encoding.timing import count
     from lanindex.encoding.whole import whole
+    from lanindex.encoding.written import Written, together, written
     from lanindex.model import Score, Track
     from lanindex.model.derived import with_derived
     from lanindex.model.score import HEADING_RATE
@@ -86,32 +88,27 @@ def encode(
     chosen = _profile(profile)
     if not len(motion):
         raise EncodeError("no frames", place=motion.source.path, wanted="one at least")
-    body = joints.Body(motion, chosen)
-    turn = heading.heading(motion, chosen.rate, body)
-    ways = loops.chosen(len(turn))
-    if ways.compiled:
-        from lanindex.encoding.written_fast import written
-    else:
-        from lanindex.encoding.track import written
-    names = joints.known_parts(motion)
+    body = Body(motion, chosen)
+    turn = heading(motion, chosen.rate, body)
+    names = known_parts(motion)
     # feet take the most memory beside their rows, which are the fewest: they come first
     of_all, doubts = whole(body, turn)
-    of_limbs = list[track.Written]()
-    for group in limbs.limbs(body, turn, names, ways.curves):
-        of_limbs += written(group, chosen)
+    of_limbs = list[Written]()
+    for group in limbs(body, turn, names):
+        of_limbs += written(group, chosen, body.fast)
         del group
     if not of_limbs:
         raise EncodeError(
             "no part of the body is known", place=motion.source.path, wanted="an arm or a leg"
         )
-    parts = track.together((*of_limbs, *of_all))
+    parts = together((*of_limbs, *of_all))
     del of_limbs, of_all
     time = count(tempo, motion, chosen, {part: rows for part, (rows, _) in parts.items()})
     tracks = with_derived({part: Track(part, *found) for part, found in parts.items()})
     if chosen.rate != HEADING_RATE:
-        turn = heading.heading(motion, Fraction(HEADING_RATE), body)
+        turn = heading(motion, Fraction(HEADING_RATE), body)
     degrees = (np.round(np.degrees(turn), 1) + 0.0).astype(np.float32)  # -0 would be another
-    lost = joints.unmeasured(body, [part for part in names if part not in tracks])
+    lost = unmeasured(body, [part for part in names if part not in tracks])
     said = (f"{part} is left out: how long it is was never seen" for part in lost)
     doubts = (*doubts, *time.doubts, *said)
     return Score(motion.rate, len(motion), time.meter, tracks, degrees, time.header, doubts)
@@ -152,15 +149,15 @@ def trace(motion: Motion, part: str, profile: Profile | str | Path = "default") 
     135 142 1 symbol
     142 151 2 symbol
     """
-    from lanindex.encoding import joints, limbs
-    from lanindex.encoding.heading import heading
-    from lanindex.encoding.track import write_limbs
+    from lanindex.encoding.joints import Body, known_parts
+    from lanindex.encoding.limbs import heading, limbs
+    from lanindex.encoding.written import write_limbs
 
     chosen = _profile(profile)
-    body = joints.Body(motion, chosen)
+    body = Body(motion, chosen)
     turn = heading(motion, chosen.rate, body)
-    parts = [name for name in joints.known_parts(motion) if name == part]
-    found = [one for group in limbs.limbs(body, turn, parts) for one in write_limbs(group, chosen)]
+    parts = [name for name in known_parts(motion) if name == part]
+    found = [one for group in limbs(body, turn, parts) for one in write_limbs(group, chosen)]
     if not found:
         raise EncodeError(f'no part "{part}" is known', place=motion.source.path)
     return found

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import BENDS, PARTS
+from lanindex.encoding import curves
 from lanindex.encoding.arithmetic import bend, cross, dot
 from lanindex.encoding.curves import Angles
 from lanindex.encoding.joints import Body
@@ -106,9 +107,8 @@ _CHAINS = {part: PARTS[limb].chain for limb, part in BENDS.items()}
 
 def bends(body: Body) -> Iterator[Told]:
     """Yield how each arm and leg bends, stretch by stretch."""
-    find = body.loops.bends
     for stretch, parts in together(body, _CHAINS):
-        found = find(_angles(stretch, parts), body.profile)
+        found = curves.bends(_angles(stretch, parts), body.profile, body.fast)
         for part, those in zip(parts, found, strict=True):
             yield part, stretch.known, stretch.frames.start, those
 
@@ -128,7 +128,7 @@ def _angles(stretch: Stretch, parts: Sequence[str]) -> Floats:
 def leans(body: Body, turn: Floats) -> Iterator[Told]:
     """Yield where torso_twist and head_turn are turned, and lean, stretch by stretch.
 
-    `turn` (N,) radians, as from `lanindex.encoding.heading.heading`.
+    `turn` (N,) radians, as from `lanindex.encoding.limbs.heading`.
     """
     for over, parts in together(body, _NEEDED):
         front = turn[over.frames.start : over.frames.stop]
@@ -138,5 +138,5 @@ def leans(body: Body, turn: Floats) -> Iterator[Told]:
                 own[block.inner] = LEANS[part].angles(places, front[block.inner])
         for part, own in zip(parts, angles, strict=True):
             _, _, away, eighths = LEANS[part]
-            found = body.loops.arrivals(own, away, body.profile, eighths)
+            found = curves.arrivals(own, away, body.profile, eighths, body.fast)
             yield part, over.known, over.frames.start, found

@@ -282,11 +282,17 @@ def _move_parts(
     return found or [(first, last)]
 
 
-def arrivals(angles: Angles, away: float, profile: Profile, eighths: bool) -> Floats:
+def arrivals(
+    angles: Angles, away: float, profile: Profile, eighths: bool, fast: bool = False
+) -> Floats:
     """Return where angles are at first, and where they go: as from `table`.
 
     `angles` (N,) complex128, as for `moves`; one at least.
     """
+    if fast:
+        from lanindex.encoding import curves_fast
+
+        return curves_fast.arrivals(angles, away, profile, eighths)
     found = [_there(angles, 0, 0, away, eighths)]
     for start, stop in moves(angles, profile):
         one = _there(angles, start, min(stop, len(angles) - 1), away, eighths)
@@ -322,12 +328,16 @@ LULL = 0.25
 """Seconds that a joint is slow for where it rests."""
 
 
-def bends(angles: Floats, profile: Profile) -> list[Floats]:
+def bends(angles: Floats, profile: Profile, fast: bool = False) -> list[Floats]:
     """Return the symbols of curves.
 
     `angles` (P, N) float64, degrees from straight; returned (P), as from `table`: the degree
     at the beginning, and the bends.
     """
+    if fast:
+        from lanindex.encoding import curves_fast
+
+        return curves_fast.bends(angles, profile)
     calm = smooth(angles, window(CALM, profile.rate))
     short = angles.shape[1] < 2
     pace = np.zeros(angles.shape) if short else np.gradient(calm, axis=1) * float(profile.rate)

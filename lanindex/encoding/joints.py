@@ -15,12 +15,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex import compiled
 from lanindex.alphabet import JOINT_CODES, JOINTS, PALMS, PARTS
 from lanindex.body.axes import TURNING
 from lanindex.body.mapping import DERIVED_JOINTS, LONGEST_GAP, weighted_sum
-from lanindex.encoding import arithmetic, loops
+from lanindex.encoding import arithmetic
 from lanindex.encoding.arithmetic import blocks, runs
-from lanindex.encoding.loops import Loops
 from lanindex.encoding.profile import Profile
 from lanindex.model import Motion
 
@@ -83,9 +83,10 @@ class Body:
         self._some: dict[tuple[str, ...], tuple[int, int, int, Joints]] = {}
 
     @cached_property
-    def loops(self) -> Loops:
-        """How its loops over frames are done: plainly, or compiled."""
-        return loops.chosen(0)
+    def fast(self) -> bool:
+        """Whether loops over its frames run compiled: see `lanindex.compiled.chosen`."""
+        frames = math.floor((len(self.motion) - 1) / self.step) + 1
+        return compiled.chosen("encode", frames * compiled.FRAME)
 
     @cached_property
     def _all(self) -> Joints:

@@ -1,10 +1,11 @@
-"""Stages 0 and 1: limbs of the body, resampled, turned to face forward, part by part.
+"""Stages 0 and 1: where the body faces, and its limbs turned to face forward, part by part.
 
 Source: ``encoding/METHOD.md``, stages 0 and 1; Matsumoto and Hachimura (2001), 2 and 4.2.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -13,13 +14,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PARTS
-from lanindex.encoding.arithmetic import blocks, window
-from lanindex.encoding.joints import Body, known_parts
-from lanindex.encoding.places import Stretch, together
-from lanindex.encoding.resample import Curves, curves
-from lanindex.model import Span
+from lanindex.encoding.arithmetic import blocks, runs, smooth, window
+from lanindex.encoding.joints import Body, known_parts, unknown_of
+from lanindex.encoding.places import Resampling, Stretch, together
+from lanindex.encoding.profile import load
+from lanindex.model import Motion, Span
 
 Floats = NDArray[np.float64]
+
+AXES = (("LHip", "RHip"), ("LShoulder", "RShoulder"))
+"""What tells where the body faces, the first that is there."""
+
+SHORTEST_AXIS = 1.0
+"""Millimetres: a hip axis shorter than this on the ground tells no heading."""
+
+
+def heading(motion: Motion, target: Fraction, body: Body | None = None) -> Floats:
+    """Return the turn that brings the hip axis to +z, frame by frame.
+
+    returned (N,) float64, radians about the vertical; where the axis tells nothing the last turn is
+    kept.
+    """
+    whole = body or Body(motion, load("default"))
+    for pair in AXES:
+        seen = np.empty(len(motion), bool)
+        for part in blocks(len(motion)):
+            seen[part.inner] = ~unknown_of(_axis(whole, pair, part.inner))
+        if seen.any():
+            break
+    count = math.floor((len(motion) - 1) * target / motion.rate) + 1
+    turn, clear = np.zeros(count), np.zeros(count, bool)
+    for start, stop in runs(seen):
+        work = Resampling(start, stop - start, motion.rate / target)
+        for part in blocks(len(work.frames)):
+            some = work.frames[part.inner]
+            near = work.sources(some)
+            axis = _axis(whole, pair, slice(start + near.start, start + near.stop))
+            east, south = work.values(axis, some).T
+            turn[some.start : some.stop] = np.arctan2(east, south)
+            clear[some.start : some.stop] = np.hypot(east, south) >= SHORTEST_AXIS
+    for start, stop in runs(~clear):
+        if stop - start < count:
+            turn[start:stop] = turn[start - 1 if start else stop]
+        else:
+            turn[:] = 0
+    return turn
+
+
+def _axis(body: Body, pair: tuple[str, str], frames: slice) -> Floats:
+    """Return the way from left to right over the ground in some frames, (n, 2)."""
+    left, right = body.at(pair, frames).transpose(1, 0, 2)
+    axis: Floats = (right - left)[:, ::2]
+    return axis
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,34 +85,34 @@ def limbs(
     body: Body,
     turn: Floats,
     parts: Iterable[str] | None = None,
-    make: Curves | None = None,
 ) -> Iterator[Limbs]:
     """Yield the curves of parts, as far as the capture knows them, stretch by stretch.
 
-    `turn` (N,) float64, radians, as from `lanindex.encoding.heading.heading`.
+    `turn` (N,) float64, radians, as from `lanindex.encoding.limbs.heading`.
     """
     names = known_parts(body.motion) if parts is None else list(parts)
     sizes = dict(zip(names, body.lengths(names).tolist(), strict=True))
     ends = {name: (PARTS[name].parent, PARTS[name].child) for name in names if sizes[name] > 0}
     for stretch, some in together(body, ends):
-        curve = _curve(stretch, turn, [ends[name] for name in some], make or curves)
+        curve = _curve(stretch, turn, [ends[name] for name in some])
         own = np.array([sizes[name] for name in some])
         yield Limbs(tuple(some), stretch.known, body.motion.rate, stretch.frames.start, curve, own)
         del curve
 
 
-def _curve(
-    stretch: Stretch, turn: Floats, pairs: Sequence[tuple[str, str]], make: Curves
-) -> Floats:
+def _curve(stretch: Stretch, turn: Floats, pairs: Sequence[tuple[str, str]]) -> Floats:
     """Return curves between joints, (P, N, 3), worked out block by block."""
     body, frames = stretch.body, stretch.frames
     names = body.names if body.short else stretch.names
-    ends = np.array([list(map(names.index, pair)) for pair in pairs]).T
+    parents, children = (list(map(names.index, ends)) for ends in zip(*pairs, strict=True))
     width = window(body.profile.smoothing, body.profile.rate)
     curve = np.empty((3, len(pairs), len(frames)))
     for part in blocks(len(frames), width // 2):
         some = frames[part.outer]
-        near, angle = stretch.sources(names, some), turn[some.start : some.stop]
-        found = make(near, ends, stretch.work, some, angle, width)
-        curve[..., part.inner] = found[..., part.within]
+        places, angle = stretch.sources(names, some), turn[some.start : some.stop]
+        sine, cosine = np.sin(angle), np.cos(angle)
+        ways = stretch.work.values(places[:, children] - places[:, parents], some)
+        forward, up, right = ways.T
+        turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
+        curve[..., part.inner] = smooth(turned, width)[..., part.within]
     return curve.transpose(1, 2, 0)

@@ -5,7 +5,7 @@ Source: ``encoding/BODY.md``, "Measures".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import accumulate
 from typing import Any
 
@@ -20,9 +20,6 @@ from lanindex.model.symbol import FIELDS
 Floats = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Rows = NDArray[Any]
-Look = Callable[
-    [Floats, IntArray, IntArray, IntArray, Floats, int], tuple[Floats, IntArray, Floats, Floats]
-]
 
 WAY = 0.05
 """Seconds from one point of a way to the next."""
@@ -34,9 +31,7 @@ _TINY = 1e-9
 """Millimetres: who is no farther away points nowhere."""
 
 
-def measure(
-    rows: Rows, counts: Sequence[int], limbs: Limbs, profile: Profile, look: Look | None = None
-) -> None:
+def measure(rows: Rows, counts: Sequence[int], limbs: Limbs, profile: Profile) -> None:
     """Fill in the measures of rows, in place; a starting position has none.
 
     `rows` (S,) of `model.SYMBOL`, part by part, start and stop in resampled frames, the first of
@@ -51,7 +46,7 @@ def measure(
     moved = np.append(False, limb[1:] == limb[:-1])
     for some in _few(counts):
         chosen = limb[some], first[some], last[some]
-        values = _measured(limbs, *chosen, float(profile.rate), look or looked)
+        values = _measured(limbs, *chosen, float(profile.rate))
         for name, measured in zip(("speed", "size", "straightness"), values, strict=True):
             how = FIELDS[name]
             stored = np.rint(np.minimum(measured * how.scale, how.most)) / how.scale
@@ -69,11 +64,11 @@ def _few(counts: Sequence[int]) -> Iterator[slice]:
 
 
 def _measured(
-    limbs: Limbs, limb: IntArray, first: IntArray, last: IntArray, rate: float, look: Look
+    limbs: Limbs, limb: IntArray, first: IntArray, last: IntArray, rate: float
 ) -> tuple[Floats, Floats, Floats]:
     """Return how fast, how far and how straight some rows are gone, (S,) each."""
     pace = max(round(WAY * rate), 1)
-    peaks, begins, turned, gone = look(
+    peaks, begins, turned, gone = _looked(
         limbs.curve.transpose(2, 0, 1), limb, first, last, limbs.lengths, pace
     )
     turned = 2 * np.arcsin(np.minimum(turned / 2, 1))
@@ -85,7 +80,7 @@ def _measured(
     return peaks * rate / limbs.lengths[limb], degrees, np.minimum(straight, 1.0)
 
 
-def looked(
+def _looked(
     curves: Floats, limb: IntArray, first: IntArray, last: IntArray, lengths: Floats, pace: int
 ) -> tuple[Floats, IntArray, Floats, Floats]:
     """Return what rows go along their curves.

@@ -1,4 +1,6 @@
-"""Where joints are, over the stretches in which they are known, a few frames at a time.
+"""Stage 0: where joints are, over the stretches in which they are known, at the rate of the method.
+
+Frames are made of those of the source a few at a time.
 
 Source: ``encoding/METHOD.md``, stage 0.
 """
@@ -7,16 +9,97 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encoding.arithmetic import Block, blocks, window
+from lanindex.encoding.arithmetic import Block, blocks, smooth, window
 from lanindex.encoding.joints import COLUMNS, KEPT, NAMES, Body, Frames, chunk, few, grouped
-from lanindex.encoding.resample import Resampling
 from lanindex.model import Span
 
 Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Resampling:
+    """A cubic Hermite, slopes by central differences, one-sided at the ends."""
+
+    start: int  # Number of the first frame of the source
+    count: int  # How many there are
+    step: Fraction  # Frames of the source from one frame of the result to the next
+
+    @property
+    def frames(self) -> range:
+        """Frame k of the result lies at frame k · step of the source, none after the last."""
+        over, under = self.step.as_integer_ratio()
+        last = self.start + self.count - 1
+        return range(-(-self.start * under // over), last * under // over + 1)
+
+    def sources(self, frames: range) -> slice:
+        """Return which points, counted from the first, some frames (one at least) are made of."""
+        over, under = self.step.as_integer_ratio()
+        first, last = (frame * over // under - self.start for frame in (frames[0], frames[-1]))
+        if self.step == 1 or self.count < 2:
+            return slice(first, last + 1)
+        return slice(max(min(first, self.count - 2) - 1, 0), min(last + 3, self.count))
+
+    def weights(self, frames: range) -> tuple[NDArray[np.int64], Floats]:
+        """Return what values are made of, beside that they are the points where there is nothing.
+
+        `index` (N,) int64: which of the points of ``sources(frames)`` is the one before each frame;
+        `weights` (4, N) float64: of this point and the next, and of their slopes.
+        """
+        return _weights(self, frames)
+
+    def values(self, points: Floats, frames: range) -> Floats:
+        """Return the values of some frames.
+
+        `points` (S, ...) float64, the points of ``sources(frames)``; returned (N, ...) float64.
+        """
+        index, weights = self.weights(frames)
+        if not len(index):
+            return points
+        slope = np.gradient(points, axis=0).T
+        values: Floats = (
+            points.T.take(index, axis=-1) * weights[0]
+            + points.T.take(index + 1, axis=-1) * weights[1]
+            + slope.take(index, axis=-1) * weights[2]
+            + slope.take(index + 1, axis=-1) * weights[3]
+        )
+        return values.T
+
+
+@lru_cache(4)  # heading, limbs and joints ask for the same
+def _weights(work: Resampling, frames: range) -> tuple[NDArray[np.int64], Floats]:
+    if work.step == 1 or work.count < 2:
+        return np.empty(0, np.int64), np.empty((4, 0))
+    numbers = np.arange(frames.start, frames.stop) * work.step.numerator
+    whole, rest = np.divmod(numbers, work.step.denominator)
+    index = np.minimum(whole - work.start, work.count - 2)
+    share = rest / work.step.denominator + (whole - work.start - index)
+    square, cube = share**2, share**3
+    bend = 3 * square - 2 * cube
+    weights = np.array((1 - bend, bend, cube - 2 * square + share, cube - square))
+    return index - work.sources(frames).start, weights
+
+
+def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tuple[int, Floats]:
+    """Resample all points.
+
+    `points` (T, ...) float64, values at source frames `start` and on; `values` (N, ...) float64; no
+    frame lies after the last of the source.
+    """
+    work = Resampling(start, len(points), rate / target)
+    frames = work.frames
+    if work.step == 1:
+        return start, points
+    values = np.empty((*points.shape[:0:-1], len(frames)))
+    for part in blocks(len(frames)):
+        some = frames[part.inner]
+        values[..., part.inner] = work.values(points[work.sources(some)], some).T
+    return frames.start, values.T
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +155,8 @@ class Stretch:
         width = window(profile.smoothing, profile.rate)
         first = max(frames.start - width // 2, 0)
         some = self.frames[first : frames.stop + width // 2]
-        calm = self.body.loops.calm(self.sources(names, some), self.work, some, width)
+        rough = self.work.values(self.sources(names, some), some).T
+        calm = smooth(rough, width).transpose(1, 2, 0)
         return calm[:, frames.start - first : frames.stop - first]
 
     def sources(self, names: Sequence[str], frames: range) -> Floats:

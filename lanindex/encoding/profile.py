@@ -11,17 +11,22 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lanindex.alphabet import GROUPS, PARTS
-from lanindex.encoding.symbols import Rules
+from lanindex.encoding.direction import CELLS
 from lanindex.errors import NotationError, quoted, shown
 from lanindex.model import Meter
-from lanindex.notation.lpd_ldd import Ranges, read_ldd, read_lpd
+from lanindex.notation.lpd_ldd import Ranges, Rule, read_ldd, read_lpd
 from lanindex.notation.text import read_toml
 
 BUILT_IN = Path(__file__).parent / "profiles"
@@ -37,6 +42,50 @@ class Measure:
     def of(self, length: float) -> float:
         """Return millimetres (a second) for a limb of `length` mm."""
         return self.value * length if self.relative else self.value
+
+
+class Rules:
+    """The rules of a part, ready to be looked up."""
+
+    def __init__(self, rules: Sequence[Rule]) -> None:
+        self._by_opening: dict[tuple[int, ...], list[tuple[tuple[int, ...], Rule]]] = {}
+        for rule in rules:
+            cells = tuple(direction * 3 + level for direction, level in rule.cells)
+            self._by_opening.setdefault(cells[:2], []).append((cells, rule))
+
+    @cached_property
+    def table(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Which rules begin with each two cells, (27 · 27 + 1,) borders, and all of them, (R, 4).
+
+        Of a rule: how many cells, the third, those that are deleted as bits, and its line.
+        """
+        pairs = [divmod(number, CELLS) for number in range(CELLS * CELLS)]
+        those = [self._by_opening.get(pair, []) for pair in pairs]
+        rows = [
+            (
+                len(cells),
+                cells[-1],
+                sum(gone << place for place, gone in enumerate(rule.deleted)),
+                rule.line,
+            )
+            for some in those
+            for cells, rule in some
+        ]
+        borders = np.cumsum([0, *map(len, those)], dtype=np.int64)
+        return borders, np.array(rows, np.int64).reshape(-1, 4)
+
+    def first_match(self, cells: Sequence[int]) -> tuple[int, Rule] | None:
+        """Return where the first rule applies, and which; the ends are never deleted."""
+        for start, opening in enumerate(pairwise(cells)):
+            for wanted, rule in self._by_opening.get(opening, ()):
+                stop = start + len(wanted)
+                if (
+                    tuple(cells[start:stop]) == wanted
+                    and not (start == 0 and rule.deleted[0])
+                    and not (stop == len(cells) and rule.deleted[-1])
+                ):
+                    return start, rule
+        return None
 
 
 @dataclass(frozen=True, slots=True)

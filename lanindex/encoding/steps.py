@@ -45,7 +45,7 @@ both, from both to one; or one of them not seen."""
 def ways(ground: Ground, turn: Floats, spans: Sequence[tuple[int, int]]) -> list[tuple[int, float]]:
     """Return in which direction the pelvis goes between two frames, and how clear that is.
 
-    `turn` (N,) radians, its heading, as `lanindex.encoding.heading.heading` returns it.
+    `turn` (N,) radians, its heading, as `lanindex.encoding.limbs.heading` returns it.
     """
     if not spans:
         return []

@@ -6,72 +6,20 @@ equal rows. What rounds otherwise in a compiled loop (angles, margins) is left t
 
 from __future__ import annotations
 
-from collections.abc import (
-    Sequence,
-)
-from functools import (
-    cache,
-    lru_cache,
-)
-from math import (
-    atan2,
-    degrees,
-    inf,
-    sqrt,
-)
-from typing import (
-    Any,
-)
+from functools import cache, lru_cache
+from math import atan2, degrees, inf, sqrt
 
 import numba
 import numpy as np
-from numpy.typing import (
-    NDArray,
-)
+from numpy.typing import NDArray
 
-from lanindex.alphabet import (
-    PLACE,
-)
-from lanindex.encoding.arithmetic import (
-    parted,
-)
-from lanindex.encoding.curves_fast import (
-    middle,
-)
-from lanindex.encoding.direction import (
-    Space,
-    angles,
-    borders,
-    course,
-    margins,
-    numbers,
-    space,
-)
-from lanindex.encoding.limbs import (
-    Limbs,
-)
-from lanindex.encoding.measures import (
-    _TINY,
-    measure,
-)
-from lanindex.encoding.profile import (
-    Profile,
-)
-from lanindex.encoding.segment import (
-    LONG_HOLD,
-)
-from lanindex.encoding.symbols import (
-    Rules,
-)
-from lanindex.encoding.track import (
-    Written,
-)
-from lanindex.model.symbol import (
-    blank,
-)
-from lanindex.notation.lpd_ldd import (
-    Ranges,
-)
+from lanindex.alphabet import PLACE
+from lanindex.encoding.curves_fast import middle
+from lanindex.encoding.direction import Space, angles, borders, course, numbers
+from lanindex.encoding.limbs import Limbs
+from lanindex.encoding.profile import Profile, Rules
+from lanindex.encoding.written import LONG_HOLD, ROW, Written, finished, spaces
+from lanindex.notation.lpd_ldd import Ranges
 
 UNSEEN, UNCLEAR = -2, -1
 """What stands for a cell that nobody asked for, and for one at whose border a point lies."""
@@ -343,19 +291,6 @@ def passed(curves, moves, counts, lengths, middles, cells):
 
 
 _SYMBOL, _DROPPED, _PASSING, _REJOINED = range(4)
-_ROW = np.dtype(
-    [
-        ("cell", np.int64),
-        ("start", np.int64),  # frames of the source, half-open, as `stop`
-        ("stop", np.int64),
-        ("achieved", np.int64),  # resampled frame
-        ("rule", np.int64),
-        ("passing", np.int64),
-        ("swings", np.int64),
-        ("first", np.int64),  # resampled frames, half-open, as `behind`
-        ("behind", np.int64),
-    ]
-)
 
 
 @numba.njit
@@ -440,42 +375,6 @@ def _apply_rules(runs, in_force, alive, many, openings, rules, outcome, deleted)
 
 
 @numba.njit
-def _spread(rows, known, stop):
-    """Give every symbol a frame, of its neighbours; those for which there is none are passing."""
-    shown = 0
-    for row in rows[1:]:
-        shown += row.passing == 0
-    surplus, free = shown - (stop - known), known
-    for row in rows[1:]:
-        if row.passing:
-            continue
-        if surplus > 0:
-            surplus -= 1
-            row.passing = 1
-            continue
-        row.start = max(row.start, free)
-        row.stop = free = max(row.stop, row.start + 1)
-    limit = stop
-    for number in range(len(rows) - 1, 0, -1):
-        row = rows[number]
-        if row.passing:
-            continue
-        if row.stop <= limit:
-            break
-        row.stop = limit
-        row.start = limit = min(row.start, limit - 1)
-    outer = rows[-1]
-    for number in range(len(rows) - 1, 0, -1):
-        row = rows[number]
-        if not row.passing:
-            outer = row
-            continue
-        low, high = outer.start, outer.stop
-        row.start = min(max(row.start, low), high - 1)
-        row.stop = min(max(row.stop, row.start + 1), high)
-
-
-@numba.njit
 def _symbol_begin(curve, moves, move, idle, middle):
     """Return where the first symbol of a move begins: perhaps with moves before that had none."""
     begin = move[2]
@@ -545,15 +444,14 @@ def _written(curve, moves, runs, apart, angle, scales, middles, lengthen, ruled,
 @numba.njit(cache=True, nogil=True)
 def written_rows(
     curves, moves, counts, runs, apart, angle, firsts, within, distances, middles, lengthen, which,
-    openings, rules, frames,
+    openings, rules,
 ):  # fmt: skip
     """Return the rows of parts, and how many each has.
 
     `curves` (3, P, N) float64, mm; `angle` (R,) float64, degrees from the middle of a run's cell;
     `firsts` (P,) the cells of the first frame; `distances` (P,) d_t, mm; `middles` (P, 27, 3) mm;
-    `which` (P,) which rules are a part's; returned (S,) of `_ROW`, and (P,) rows of each part.
+    `which` (P,) which rules are a part's; returned (S,) of `ROW`, and (P,) rows of each part.
     """
-    known, until, begin, numerator, denominator = frames
     parts, longest = len(counts), 1
     for move in moves:
         longest = max(longest, move[4])
@@ -561,7 +459,7 @@ def written_rows(
         np.empty(longest, np.int64), np.empty(longest, np.int64), np.empty(longest, np.int64),
         np.empty(len(moves), np.int64),
     )  # fmt: skip
-    table = np.zeros(len(runs) + parts, _ROW)
+    table = np.zeros(len(runs) + parts, ROW)
     shares = np.empty(parts, np.int64)
     done = first = run = 0
     for part in range(parts):
@@ -574,63 +472,9 @@ def written_rows(
             curves[:, part], own, runs[run:behind], apart[run:behind], angle[run:behind],
             (within, distances[part]), middles[part], lengthen, ruled, some, scratch,
         )  # fmt: skip
-        some = some[:many]
-        for row in some:
-            row.first, row.behind = row.start + begin, row.stop + begin
-            frame = -(-row.first * numerator // denominator)
-            row.start = min(max(frame, known), until)
-            frame = -(-row.behind * numerator // denominator)
-            row.stop = min(max(frame, known), until)
-        some[0].start = some[0].stop = known
-        _spread(some, known, until)
         shares[part] = many
         done, first, run = done + many, first + counts[part], behind
     return table[:done], shares
-
-
-@numba.njit
-def _speed(curve, frame):
-    """Return the square of twice the way in a frame, one-sided at the ends."""
-    last = curve.shape[1] - 1
-    before, after = max(frame - 1, 0), min(frame + 1, last)
-    square = 0.0
-    for axis in range(3):
-        way = curve[axis, after] - curve[axis, before]
-        square += way * way
-    return square if after - before == 2 else 4 * square
-
-
-@numba.njit(cache=True, nogil=True)
-def looked(curves, limb, first, last, lengths, pace):
-    """Return what rows go along their curves: see `lanindex.encoding.measures.looked`."""
-    count, many = len(first), 0
-    peaks, begins = np.empty(count), np.empty(count, np.int64)
-    for row in range(count):
-        begins[row] = many
-        many += -((first[row] - last[row]) // pace) + 1
-    turned, gone = np.empty(many), np.empty(many)
-    for row in range(count):
-        curve, length = curves[:, limb[row]], lengths[limb[row]]
-        peak = 0.0
-        for frame in range(first[row], last[row] + 1):
-            peak = max(peak, _speed(curve, frame))
-        peaks[row] = sqrt(peak) / 2
-        until = begins[row + 1] if row + 1 < count else many
-        x = y = z = away = 0.0
-        for place in range(begins[row], until):
-            frame = min(first[row] + pace * (place - begins[row]), last[row])
-            a, b, c = curve[0, frame], curve[1, frame], curve[2, frame]
-            size = sqrt(a * a + c * c + b * b)
-            least = max(size, _TINY)
-            a, b, c, size = a / least, b / least, c / least, size / length
-            d, e, f = a - x, b - y, c - z
-            turned[place], gone[place] = sqrt(d * d + f * f + e * e), size - away
-            if place == begins[row]:
-                begun = (a, b, c, size)
-            x, y, z, away = a, b, c, size
-        x, y, z = x - begun[0], y - begun[1], z - begun[2]
-        turned[begins[row]], gone[begins[row]] = sqrt(x * x + z * z + y * y), away - begun[3]
-    return peaks, begins, turned, gone
 
 
 Floats = NDArray[np.float64]
@@ -638,17 +482,12 @@ Ints = NDArray[np.int64]
 
 
 def written(limbs: Limbs, profile: Profile) -> list[Written]:
-    """Write down parts that are known over one stretch, as `track.written` does."""
-    lengths = limbs.lengths.tolist()
-    around = list(map(space, (profile.ranges[part] for part in limbs.parts), lengths))
+    """Write down parts that are known over one stretch, as `written.written` does."""
+    around = spaces(limbs, profile)
     curves = np.ascontiguousarray(limbs.curve.transpose(2, 0, 1))
     moves, runs, apart, counts, cells = _passed(curves, around, profile)
-    limb = np.arange(len(around))
-    owner = limb.repeat(counts).repeat(moves[:, 4])
-    points = curves[:, owner, runs[:, 3]].T
-    angle = angles(points, runs[:, 0], apart)
-    which, openings, rules = _rule_tables(tuple(profile.rules[part] for part in limbs.parts))
-    step = limbs.rate / profile.rate
+    owner = np.arange(len(around)).repeat(counts).repeat(moves[:, 4])
+    angle = angles(curves[:, owner, runs[:, 3]].T, runs[:, 0], apart)
     table, shares = written_rows(
         curves,
         moves,
@@ -658,19 +497,12 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
         angle,
         cells[:, 0].astype(np.int64),
         profile.achieved_within,
-        np.array([profile.distance.of(length) for length in lengths]),
+        np.array([profile.distance.of(length) for length in limbs.lengths.tolist()]),
         borders(tuple(one.ranges for one in around)).references * limbs.lengths[:, None, None],
         profile.onset > 0,
-        which,
-        openings,
-        rules,
-        (limbs.known.start, limbs.known.stop, limbs.begin, step.numerator, step.denominator),
+        *_rule_tables(tuple(profile.rules[part] for part in limbs.parts)),
     )
-    rows = _rows(table, curves, around, limb.repeat(shares))
-    measure(rows, shares, limbs, profile, looked)
-    rows["start"], rows["stop"] = table["start"], table["stop"]
-    each = parted(rows, shares.tolist())
-    return [Written(part, limbs.known, own) for part, own in zip(limbs.parts, each, strict=True)]
+    return finished(table, shares.tolist(), limbs, around, profile)
 
 
 @lru_cache(8)
@@ -681,22 +513,6 @@ def _rule_tables(each: tuple[Rules, ...]) -> tuple[Ints, Ints, Ints]:
     openings = [one.table[0] + begin for one, begin in zip(different, begins, strict=False)]
     rules = np.concatenate([one.table[1] for one in different])
     return np.array([different.index(one) for one in each]), np.array(openings), rules
-
-
-def _rows(
-    table: NDArray[Any], curves: Floats, around: Sequence[Space], owner: Ints
-) -> NDArray[Any]:
-    """Return (S,) of `model.SYMBOL` with their margins, start and stop in resampled frames."""
-    cell = table["cell"]
-    clear, other = margins(curves[:, owner, table["achieved"]].T, cell, around, owner)
-    rows = blank(len(table))
-    rows["direction"], rows["level"] = np.divmod(cell, 3)
-    rows["start"], rows["stop"] = table["first"], table["behind"]
-    for name in ("passing", "rule", "swings"):
-        rows[name] = table[name]
-    rows["margin"] = np.round(clear, 3)
-    rows["runner_direction"], rows["runner_level"] = np.divmod(other, 3)
-    return rows
 
 
 def _passed(

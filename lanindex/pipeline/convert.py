@@ -141,8 +141,8 @@ def from_origin(motion: Motion) -> Motion:
 
     The turn is that of the hips in the first frame (``encoding/METHOD.md``, stage 1).
     """
-    from lanindex.encoding.heading import heading
     from lanindex.encoding.joints import body
+    from lanindex.encoding.limbs import heading
 
     joints = body(motion)
     middle = next(

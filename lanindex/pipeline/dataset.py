@@ -23,7 +23,7 @@ import numpy as np
 
 from lanindex.alphabet import KINDS, kind_of
 from lanindex.encoding.joints import body
-from lanindex.encoding.resample import resample
+from lanindex.encoding.places import resample
 from lanindex.errors import ExportError, LanindexError, UsageError, shown
 from lanindex.formats.file import SUBJECT
 from lanindex.library.selection import is_gone

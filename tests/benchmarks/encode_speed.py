@@ -21,20 +21,20 @@ from typing import Any
 from made import captures
 from places import CAPTURES
 
-from lanindex import formats
-from lanindex.encoding import encode, loops
+from lanindex import compiled, formats
+from lanindex.encoding import encode
 from lanindex.encoding.profile import load
 from lanindex.model import Motion
 
 ROUNDS = 5
 LONG = 12.0
 STAGES = {
-    "heading": "heading.heading",
+    "heading": "limbs.heading",
     "joints": "joints.body",
     "lengths": "joints._sums joints._medians",
     "curves": "limbs._curve",
-    "limbs": "track.written written_fast.written",
-    "ticks": "timing.quantise tempo.count",
+    "limbs": "written.written",
+    "ticks": "timing.count",
     "whole body": "whole.whole",
 }
 
@@ -65,8 +65,8 @@ def clocked() -> Counter[str]:
     return spent
 
 
-def taken(motions: list[Motion], stages: loops.Loops) -> float:
-    loops.chosen = lambda work: stages
+def taken(motions: list[Motion], fast: bool) -> float:
+    compiled.chosen = lambda name, size: fast
     begun = time.process_time()
     for motion in motions:
         encode(motion, PROFILE)
@@ -75,26 +75,22 @@ def taken(motions: list[Motion], stages: loops.Loops) -> float:
 
 def compare(name: str, motions: list[Motion]) -> None:
     frames = sum(float(len(one) / one.rate * 60) for one in motions)
-    times: dict[loops.Loops, list[float]] = {}
+    times: dict[bool, list[float]] = {}
     for _ in range(ROUNDS + 1):
-        for stages in ways():
-            times.setdefault(stages, []).append(taken(motions, stages))
+        for fast in (False, True):
+            times.setdefault(fast, []).append(taken(motions, fast))
     speeds = [f"{frames / median(runs[1:]):10,.0f}" for runs in times.values()]
     print(f"{name:16} {len(motions):6} {frames:9,.0f}", *speeds, flush=True)
 
 
 def share(name: str, motions: list[Motion], spent: Counter[str]) -> None:
-    for way, stages in zip(("plain", "fast"), ways(), strict=False):
-        taken(motions, stages)
+    for way in ("plain", "fast"):
+        taken(motions, way == "fast")
         spent.clear()
-        whole = taken(motions, stages)
+        whole = taken(motions, way == "fast")
         spent["the rest"] = whole - spent.total()
         told = (f"{stage} {seconds / whole:.0%}" for stage, seconds in spent.most_common())
         print(f"{name}, {way}: " + ", ".join(told))
-
-
-def ways() -> list[loops.Loops]:
-    return [loops.PLAIN, loops.fast()]
 
 
 def main(names: list[str]) -> None:

@@ -18,8 +18,8 @@ from places import CAPTURES
 from lanindex import formats
 from lanindex.encoding.arithmetic import runs
 from lanindex.encoding.ground import LEGS, Ground, grounds
-from lanindex.encoding.heading import heading
 from lanindex.encoding.joints import Body
+from lanindex.encoding.limbs import heading
 from lanindex.encoding.profile import load
 from lanindex.encoding.steps import events, faced
 from lanindex.errors import LanindexError

@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from random_tempos import RATE, danced, verdict, walked
 
 import lanindex
-from lanindex.encoding.tempo import estimated
+from lanindex.encoding.timing import estimated
 from lanindex.errors import LanindexError
 from lanindex.model import Motion
 from lanindex.perform import perform

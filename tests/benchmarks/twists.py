@@ -15,8 +15,8 @@ import numpy as np
 from places import CAPTURES
 
 from lanindex.encoding.angles import TRUNK, TWISTED, head_turn, leaning, torso_twist, trunk_line
-from lanindex.encoding.heading import heading
 from lanindex.encoding.joints import Body
+from lanindex.encoding.limbs import heading
 from lanindex.encoding.places import stretches
 from lanindex.encoding.profile import load
 from lanindex.errors import LanindexError

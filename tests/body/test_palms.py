@@ -11,7 +11,7 @@ from lanindex import encode, read, read_lnd
 from lanindex.alphabet import JOINT_CODES
 from lanindex.body.axes import facing, measured_palms, planes, rest_palms
 from lanindex.body.markers import marker_set_of
-from lanindex.encoding.heading import heading
+from lanindex.encoding.limbs import heading
 from lanindex.perform import perform
 
 THUMBS_ALONE = ("RightHand", "RThumb", "RThumb End", "RFingers")

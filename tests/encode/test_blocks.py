@@ -12,7 +12,7 @@ from motions import motion_of, swung, with_gaps
 
 from lanindex.alphabet import JOINTS
 from lanindex.encoding import arithmetic, encode, joints, limbs, places
-from lanindex.encoding.heading import heading
+from lanindex.encoding.limbs import heading
 from lanindex.encoding.profile import load
 from lanindex.model import Score
 
@@ -67,11 +67,11 @@ import resource, sys
 from fractions import Fraction
 import numpy as np
 from motions import motion_of, swung
-from lanindex.encoding import encode, loops
+from lanindex import compiled
+from lanindex.encoding import encode
 from lanindex.model import Motion
 way, frames = sys.argv[1], int(sys.argv[2])
-stages = loops.PLAIN if way == "plain" else loops.fast()
-loops.chosen = lambda work: stages
+compiled.chosen = lambda name, size: way == "fast"
 some = motion_of(swung(3, 3000, Fraction(60), 5.0), Fraction(60))
 encode(some)
 positions = np.empty((frames, *some.positions.shape[1:]), np.float32)

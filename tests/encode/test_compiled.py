@@ -9,10 +9,9 @@ import pytest
 from effort import seeds
 from motions import RATES, motion_of, swung, with_gaps
 
-from lanindex import formats
+from lanindex import compiled, formats
 from lanindex.alphabet import JOINT_CODES, JOINTS
-from lanindex.encoding import arithmetic, encode, loops
-from lanindex.encoding.loops import PLAIN
+from lanindex.encoding import arithmetic, encode
 from lanindex.encoding.profile import BUILT_IN, Profile, load
 from lanindex.errors import LanindexError
 from lanindex.model import Motion
@@ -37,8 +36,8 @@ def facts(motion: Motion, profile: Profile) -> object:
 
 def assert_equal(motion: Motion, profile: Profile, monkeypatch: pytest.MonkeyPatch) -> None:
     found = []
-    for stages in (PLAIN, loops.fast()):
-        monkeypatch.setattr(loops, "chosen", lambda work, stages=stages: stages)
+    for fast in (False, True):
+        monkeypatch.setattr(compiled, "chosen", lambda name, size, fast=fast: fast)
         found.append(facts(motion, profile))
     assert found[0] == found[1]
 

@@ -5,8 +5,8 @@ import pytest
 from effort import seeds
 
 from lanindex.alphabet import TOUCHED
-from lanindex.encoding import near
-from lanindex.encoding.near import Near, nearest, plan, points
+from lanindex.encoding import touch
+from lanindex.encoding.touch import Near, nearest, plan, points
 
 JOINTS = (
     *("RWrist", "LWrist", "RHip", "LHip", "Neck", "Chest", "Head"),
@@ -31,7 +31,7 @@ def same(one: Near, other: Near) -> bool:
 @pytest.mark.parametrize("frames", [1, 2, 3, 120, 400])
 @pytest.mark.parametrize("seed", seeds(12))
 def test_both_ways_are_equal(seed, frames):
-    fast = pytest.importorskip("lanindex.encoding.near_fast")
+    fast = pytest.importorskip("lanindex.encoding.touch_fast")
     places = wandering(seed, frames)
     told = plan(tuple(places))
     one, other = points(places, ARM, told), points(places, ARM, told)
@@ -45,8 +45,8 @@ def test_blocks_leave_no_trace(monkeypatch):
     told = plan(tuple(places))
     where = points(places, ARM, told)
     whole = nearest(where, told, RATE)
-    monkeypatch.setattr(near, "FEW", 7)
-    monkeypatch.setattr(near, "MANY", 23)
+    monkeypatch.setattr(touch, "FEW", 7)
+    monkeypatch.setattr(touch, "MANY", 23)
     assert same(nearest(where, told, RATE), whole)
 
 
@@ -59,7 +59,7 @@ def test_the_nearest_of_all_is_told(seed):
     ways = np.gradient(where, axis=2) * RATE
     for frame in range(0, 200, 17):
         for whose in range(3):
-            best, what, pace = near.FAR, 0, near.FAR
+            best, what, pace = touch.FAR, 0, touch.FAR
             for line, (mine, code, palm, one, two, unless) in enumerate(told.lines.T):
                 palm, one, two = (np.array((where[:, it, frame], ways[:, it, frame]))
                                   for it in (palm, one, two))  # fmt: skip
@@ -79,15 +79,15 @@ def test_the_nearest_of_all_is_told(seed):
             assert found.pace[whose, frame] == pytest.approx(pace, rel=1e-5)
 
 
-def left_out(unless: int, found: Near, where: np.ndarray, told: near.Plan, frame: int) -> bool:
-    if unless in (near.ALWAYS, near.NEVER):
-        return unless == near.NEVER
-    if unless == near.CLASPED:
-        return found.apart[0, frame] < near.LEAVES
-    rows = told.arms[:, unless - near.RIGHT_HANGS]
+def left_out(unless: int, found: Near, where: np.ndarray, told: touch.Plan, frame: int) -> bool:
+    if unless in (touch.ALWAYS, touch.NEVER):
+        return unless == touch.NEVER
+    if unless == touch.CLASPED:
+        return found.apart[0, frame] < touch.LEAVES
+    rows = told.arms[:, unless - touch.RIGHT_HANGS]
     if min(rows) < 0:
         return False
     wrist, shoulder, hip, neck = where[:, rows, frame].T
     arm, trunk = wrist - shoulder, hip - neck
     cosine = arm @ trunk / np.linalg.norm(arm) / np.linalg.norm(trunk)
-    return np.linalg.norm(arm) > near.STRAIGHT and np.degrees(np.arccos(cosine)) < near.HANGS
+    return np.linalg.norm(arm) > touch.STRAIGHT and np.degrees(np.arccos(cosine)) < touch.HANGS

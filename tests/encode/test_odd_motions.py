@@ -9,10 +9,9 @@ from motions import motion_of, swung
 from lanindex.alphabet import ALWAYS, DIRECTION_CODES, JOINT_CODES, LEVEL_CODES, PARTS
 from lanindex.encoding import encode, joints, trace
 from lanindex.encoding.direction import space
-from lanindex.encoding.heading import heading
+from lanindex.encoding.limbs import heading
 from lanindex.encoding.profile import load
-from lanindex.encoding.segment import Segment
-from lanindex.encoding.symbols import Run, Writer
+from lanindex.encoding.written import Run, Segment, Writer
 from lanindex.errors import EncodeError
 from lanindex.model import Motion
 

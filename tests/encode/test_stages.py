@@ -11,11 +11,22 @@ from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.encoding import encode
 from lanindex.encoding.arithmetic import smooth, window
 from lanindex.encoding.direction import Course, Space, course, margins, space
+from lanindex.encoding.places import resample
 from lanindex.encoding.profile import load
-from lanindex.encoding.resample import resample
-from lanindex.encoding.segment import Hold, Segment, candidates, holds, segments, speeds
-from lanindex.encoding.symbols import Rules, Run, achieve, apply, runs
 from lanindex.encoding.timing import quantise, to_source
+from lanindex.encoding.written import (
+    Hold,
+    Rules,
+    Run,
+    Segment,
+    achieve,
+    apply,
+    candidates,
+    holds,
+    runs,
+    segments,
+    speeds,
+)
 from lanindex.model import Meter, Span
 from lanindex.model.symbol import blank, joined
 from lanindex.notation.lpd_ldd import parse_ldd

@@ -11,7 +11,7 @@ from random_tempos import RATE, danced, verdict, walked
 
 import lanindex
 from lanindex import encode
-from lanindex.encoding.tempo import Tempo, activity, estimated
+from lanindex.encoding.timing import Tempo, activity, estimated
 from lanindex.errors import NotationError, UsageError
 from lanindex.model import Motion
 from lanindex.perform import perform

@@ -19,7 +19,7 @@ from motions import RATES, body_of, motion_of, swung, with_gaps
 from lanindex.alphabet import ALWAYS, JOINTS
 from lanindex.encoding import encode, trace
 from lanindex.encoding.profile import BUILT_IN
-from lanindex.encoding.segment import candidates
+from lanindex.encoding.written import candidates
 from lanindex.errors import EncodeError
 from lanindex.formats import read
 from lanindex.model import Motion, Symbol

@@ -12,8 +12,8 @@ from motions import LEG, Do, walk
 from lanindex import encode
 from lanindex.alphabet import DIRECTIONS, JOINT_CODES, MOST_AMOUNT
 from lanindex.encoding.ground import grounds
-from lanindex.encoding.heading import heading
 from lanindex.encoding.joints import Body
+from lanindex.encoding.limbs import heading
 from lanindex.encoding.profile import load
 from lanindex.encoding.steps import BOTH_BOTH, BOTH_ONE, HOP, LEAP, ONE_BOTH
 from lanindex.encoding.whole import whole

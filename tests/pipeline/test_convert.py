@@ -8,7 +8,7 @@ import pytest
 
 import lanindex
 from lanindex.alphabet import JOINT_CODES, JOINTS
-from lanindex.encoding.heading import heading
+from lanindex.encoding.limbs import heading
 from lanindex.errors import ExportError, UsageError
 from lanindex.formats.animation import complete
 from lanindex.model import Skeleton, Span

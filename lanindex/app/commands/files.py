@@ -312,8 +312,8 @@ def _facts(motion: Motion) -> dict[str, Any]:
     import numpy as np
 
     from lanindex.alphabet import JOINTS
-    from lanindex.encoding.heading import heading
     from lanindex.encoding.joints import Body
+    from lanindex.encoding.limbs import heading
     from lanindex.encoding.profile import load
 
     turn = float(np.degrees(heading(motion, motion.rate)[motion.first]))

@@ -1,6 +1,6 @@
 """What each hand is nearest to, compiled (extra ``fast``).
 
-The same as `near` does with numpy, which is the truth: equal numbers.
+The same as `touch` does with numpy, which is the truth: equal numbers.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from math import cos, radians, sqrt
 import numba
 import numpy as np
 
-from lanindex.encoding.near import (
+from lanindex.encoding.touch import (
     CLASPED,
     FAR,
     HANGS,
@@ -32,7 +32,7 @@ def _size(x, y, z):
 
 @numba.njit(error_model="numpy")
 def _fill(points, joints, tips, far, trunk):
-    """Write palms and what else lines go through: see `lanindex.encoding.near.fill`."""
+    """Write palms and what else lines go through: see `lanindex.encoding.touch.fill`."""
     x, y, z = points
     for tip in range(len(far)):
         one, two, row = tips[0, tip], tips[1, tip], joints + tip
@@ -142,7 +142,7 @@ def _nearest(
 
 
 def nearest(points: Floats, plan: Plan, rate: float) -> Near:
-    """Return what hands are nearest to: see `lanindex.encoding.near.nearest`."""
+    """Return what hands are nearest to: see `lanindex.encoding.touch.nearest`."""
     found = empty(points.shape[2])
     numbers = np.array((STRAIGHT, cos(radians(HANGS)), LEAVES, FAR))
     made = len(plan.joints), plan.tips, plan.far, plan.trunk
