@@ -156,7 +156,7 @@ def test_two_formats_of_one_take_tell_the_same_palms(captures: Path):
 )
 def test_files_that_are_written_keep_palms(captures: Path, tmp_path: Path, name: str, form: str):
     motion = read(captures / name)
-    write = import_module(f"lanindex.formats.{form}.write").write
+    write = import_module(f"lanindex.formats.{form}").write
     path = tmp_path / {"bvh": "a.bvh", "gltf": "a.glb"}[form]
     path.write_bytes(write(motion))
     again = read(path)
