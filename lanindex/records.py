@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import MEASURES
-from lanindex.model import Capture, Hit, Span, Symbol
 
 if TYPE_CHECKING:
     from lanindex.compare import Difference, Timed
+    from lanindex.model import Capture, Hit, Span, Symbol
 
 HIT = (
     *("capture", "capture_id", "label", "fps", "start_frame", "end_frame", "start", "end"),
@@ -25,7 +25,7 @@ _MORE = ("passing", "swings", "margin", *MEASURES)
 
 
 def seconds(capture: Capture, frame: int) -> float:
-    """Return where a frame lies in time, in seconds."""
+    """Return the time of a frame, in seconds."""
     rate = capture.rate
     return round(int(frame) * rate.denominator / rate.numerator, 6)
 
@@ -86,7 +86,7 @@ def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
 
 
 def of_label(capture: Capture, symbols: Sequence[Symbol]) -> dict[str, Any]:
-    """Return what a label stands for: the times of all its symbols, the rest of the last one."""
+    """Return the symbols of a label as one: the times of all, the rest of the last one."""
     last = symbols[-1]
     start, stop = min(it.start for it in symbols), max(it.stop for it in symbols)
     return {
@@ -102,7 +102,7 @@ def of_label(capture: Capture, symbols: Sequence[Symbol]) -> dict[str, Any]:
 
 
 def of_matched(symbol: Symbol) -> dict[str, Any]:
-    """Return a symbol with how clearly it is what it is, as a line of ``search --why`` has it."""
+    """Return a symbol with its margin, as a line of ``search --why`` has it."""
     margin = round(symbol.margin, 3)
     return {**of_symbol(symbol), "margin": margin, "runner_up": _beside(symbol)}
 

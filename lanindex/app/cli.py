@@ -5,17 +5,17 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
 from lanindex.app import completion
-from lanindex.app.options import ungrouped
+from lanindex.app.options import flag, ungrouped
 from lanindex.app.output import end_progress, escaped, how_far, say_error
 from lanindex.errors import LanindexError, UsageError, did_you_mean
 
@@ -116,31 +116,25 @@ def _errors_reported(ctx: Any) -> Iterator[None]:
         lines = (error.message or "").split("\n")  # without arguments, the help is in it
         error.message = "\n".join(map(escaped, lines))
         raise
+    except BrokenPipeError:
+        end_progress()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise typer.Exit from None
     except (LanindexError, MemoryError, OSError, KeyboardInterrupt) as error:
         progress = how_far()
         end_progress()
-        raise typer.Exit(_report(error, ctx.invoked_subcommand, progress)) from error
+        say_error(error if isinstance(error, LanindexError) else _message(error, ctx, progress))
+        raise typer.Exit(130 if isinstance(error, KeyboardInterrupt) else 2) from error
 
 
-def _report(error: BaseException, verb: str | None, progress: str) -> int:
-    """Print what stopped a verb, and return its exit code."""
-    match error:
-        case LanindexError():
-            say_error(error)
-            return 2
-        case MemoryError():
-            say_error(f"out of memory{progress}. Do it in parts: --in, --where or fewer files.")
-            return 2
-        case BrokenPipeError():
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return 0
-        case OSError():
-            say_error(f"standard output: cannot be written ({error.strerror})")
-            return 2
-        case _:
-            kept = "; what was finished is kept" if verb == "ingest" else ""
-            say_error(f"interrupted{progress}{kept}")
-            return 130
+def _message(error: BaseException, ctx: Any, progress: str) -> str:
+    """Return what stopped a verb."""
+    if isinstance(error, MemoryError):
+        return f"out of memory{progress}. Do it in parts: --in, --where or fewer files."
+    if isinstance(error, OSError):
+        return f"standard output: cannot be written ({error.strerror})"
+    kept = "; what was finished is kept" if ctx.invoked_subcommand == "ingest" else ""
+    return f"interrupted{progress}{kept}"
 
 
 def _refuse_empty(words: Sequence[str]) -> None:
@@ -152,42 +146,31 @@ def _refuse_empty(words: Sequence[str]) -> None:
             raise UsageError("an empty argument", place=place, wanted="something in it")
 
 
-def _version() -> None:
-    import lanindex
-
-    print(f"lanindex {lanindex.__version__}")
-
-
-def _flag(name: str, action: Callable[[], None], help: str) -> Any:
-    """Return an option that acts and ends the program."""
-
-    def act(wanted: bool) -> None:
-        if wanted:
-            action()
-            raise typer.Exit
-
-    return typer.Option(name, callback=act, is_eager=True, help=help)
-
-
-app = typer.Typer(cls=Verbs, no_args_is_help=True, **SETTINGS)
+app = typer.Typer(cls=Verbs, no_args_is_help=True, invoke_without_command=True, **SETTINGS)
 
 
 @app.callback()
 def lanindex(
-    version: Annotated[bool, _flag("--version", _version, "Print the version.")] = False,
-    install_completion: Annotated[
-        bool,
-        _flag("--install-completion", completion.install, "Let your shell complete the command."),
-    ] = False,
-    show_completion: Annotated[
-        bool, _flag("--show-completion", completion.show, "Print what that installs.")
-    ] = False,
+    version: bool = flag("--version", "Print the version."),
+    install_completion: bool = flag("--install-completion", "Let your shell complete the command."),
+    show_completion: bool = flag("--show-completion", "Print what that installs."),
 ) -> None:
     """Find human movement by what it is.
 
     Motion captures are written as Labanotation; a pattern such as "r_arm right mid -> high"
     finds the clips, to the frame.
     """
+    if version:
+        from lanindex import __version__
+
+        print(f"lanindex {__version__}")
+    elif install_completion:
+        completion.install()
+    elif show_completion:
+        completion.show()
+    else:
+        return
+    raise typer.Exit
 
 
 def run(arguments: Sequence[str]) -> int:

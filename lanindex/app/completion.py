@@ -16,14 +16,12 @@ from lanindex.errors import LanindexError, UsageError
 if TYPE_CHECKING:
     from lanindex.pipeline import Library
 
-VARIABLE = "_LANINDEX_COMPLETE"
-"""The environment variable in which a shell asks for completions."""
+VARIABLE = "_LANINDEX_COMPLETE"  # the environment variable in which a shell asks for completions
 
 SHELLS = ("bash", "zsh", "fish", "powershell", "pwsh")
 
 _FRAGMENT = re.compile(r"[\w@]*\Z")
-_MOST = 200
-"""Captures offered at once; a longer list helps nobody."""
+_MOST = 200  # captures offered at once; a longer list helps nobody
 
 
 def install() -> None:

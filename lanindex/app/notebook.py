@@ -1,7 +1,7 @@
-"""How things look in a notebook: a score as its staff, a motion as poses, hits with pictures.
+"""HTML for notebooks: a score as its staff, a motion as poses, hits with pictures.
 
-The `_repr_html_` methods of these classes call it; nothing is loaded until one is
-shown. All is bounded, however long a score or a result is.
+The `_repr_html_` methods of these classes call it; nothing is loaded until one is shown. What is
+shown is bounded, however long a score or a result is.
 """
 
 from __future__ import annotations
@@ -15,14 +15,12 @@ if TYPE_CHECKING:
     from lanindex.model import Hit, Motion, Score
     from lanindex.search.hits import Hits
 
-SYMBOLS = 400
-"""Symbols of a staff that is shown."""
+SYMBOLS = 400  # symbols of a staff that is shown
 
 POSES, TALL = 5, 96
 """Poses of a figure that are shown, and how high each is, in pixels."""
 
-LARGE = 100_000_000
-"""Bytes of a file that is not read just to be looked at."""
+LARGE = 100_000_000  # bytes of a file that is not read just to be looked at
 
 
 def of_score(score: Score) -> str:
@@ -40,13 +38,13 @@ def of_score(score: Score) -> str:
     starts = sorted(
         int(start) for track in score.tracks.values() for start in track.symbols["start"]
     )
-    said, stop = escape(repr(score)), None
+    title, stop = escape(repr(score)), None
     if not starts:
-        return f"<p>{said}</p>"
+        return f"<p>{title}</p>"
     if len(starts) > SYMBOLS:
         stop = max(float((starts[SYMBOLS] + 1) / score.rate), 1.0)
-        said += f": the first {min(stop, float(score.frames / score.rate)):.1f} s"
-    return f"<p>{said}</p>{_wide(svg.write(draw(score, stop=stop, bars=None)))}"
+        title += f": the first {min(stop, float(score.frames / score.rate)):.1f} s"
+    return f"<p>{title}</p>{_wide(svg.write(draw(score, stop=stop, bars=None)))}"
 
 
 def of_motion(motion: Motion) -> str:
@@ -62,16 +60,16 @@ def of_motion(motion: Motion) -> str:
     from lanindex.errors import LanindexError
     from lanindex.film.figure import figure
 
-    said = f"<p>{escape(repr(motion))}</p>"
+    title = f"<p>{escape(repr(motion))}</p>"
     try:
-        return said + _poses(figure(motion), 0, len(motion), ())
+        return title + _poses(figure(motion), 0, len(motion), ())
     except LanindexError as error:
-        return f"{said}<p>{escape(str(error))}</p>"
+        return f"{title}<p>{escape(str(error))}</p>"
 
 
 def of_hit(hit: Hit) -> str:
     """Return a hit as HTML: some poses, if its file is there as it was, and what matched."""
-    return f"<p>{escape(repr(hit)[1:-1])}</p>{_seen(hit, {})}{_strip(hit)}"
+    return f"<p>{escape(repr(hit)[1:-1])}</p>{_shown(hit, {})}{_strip(hit)}"
 
 
 def of_hits(hits: Hits) -> str:
@@ -79,15 +77,13 @@ def of_hits(hits: Hits) -> str:
     from lanindex.search.hits import FEW
 
     figures: dict[str, Figure | str] = {}
-    table = hits.html_table()
-    pictures = [_seen(hit, figures) for hit in hits[:FEW]]
-    head, *rows = table.split("</tr>")
-    for number, picture in enumerate(pictures):
-        rows[number] += f"<td>{picture}</td>"
+    head, *rows = hits.html_table().split("</tr>")
+    for number, hit in enumerate(hits[:FEW]):
+        rows[number] += f"<td>{_shown(hit, figures)}</td>"
     return "</tr>".join([f"{head}<th>poses</th>", *rows])
 
 
-def _seen(hit: Hit, figures: dict[str, Figure | str]) -> str:
+def _shown(hit: Hit, figures: dict[str, Figure | str]) -> str:
     """Return poses of a hit; what stands in the way if its file cannot be shown."""
     from lanindex.errors import LanindexError
 
@@ -95,11 +91,11 @@ def _seen(hit: Hit, figures: dict[str, Figure | str]) -> str:
     if place not in figures:
         figures.clear()  # one capture at a time is held
         figures[place] = _figure(hit)
-    held = figures[place]
-    if isinstance(held, str):
-        return f"<small>{escape(held)}</small>"
+    figure = figures[place]
+    if isinstance(figure, str):
+        return f"<small>{escape(figure)}</small>"
     try:
-        return _poses(held, hit.start, hit.stop, dict.fromkeys(it.part for it in hit.symbols))
+        return _poses(figure, hit.start, hit.stop, dict.fromkeys(it.part for it in hit.symbols))
     except LanindexError as error:
         return f"<small>{escape(str(error))}</small>"
 
@@ -137,26 +133,27 @@ def _poses(body: Figure, start: int, stop: int, parts: Iterable[str]) -> str:
 
     tracks = list(parts)
     frames = np.unique(np.linspace(start, max(stop - 1, start), POSES).round().astype(int))
-    seen = view(body, tracks or None, start, stop).project(body.places[frames])[..., :2]
-    there = ~np.isnan(seen[..., :1])
-    middle = np.where(there, seen, 0).sum(axis=1) / np.maximum(there.sum(axis=1), 1)
-    seen = seen - middle[:, None] * [1, 0]  # poses stand side by side, wherever they were
-    known = seen[there[..., 0]]
-    low, high = (known.min(axis=0), known.max(axis=0)) if len(known) else (np.zeros(2), np.ones(2))
+    places = view(body, tracks or None, start, stop).project(body.places[frames])[..., :2]
+    known = ~np.isnan(places[..., 0])
+    middle = np.where(known[..., None], places, 0).sum(axis=1)
+    middle /= np.maximum(known.sum(axis=1), 1)[:, None]
+    places = places - middle[:, None] * [1, 0]  # poses stand side by side, wherever they were
+    low, high = np.zeros(2), np.ones(2)
+    if known.any():
+        low, high = places[known].min(axis=0), places[known].max(axis=0)
     scale = TALL / max(float(high[1] - low[1]), 1.0)
     step = float(high[0] - low[0]) * scale + 12
-    colored = body.shown(tracks) if tracks else np.zeros(len(body.bones), bool)
+    colored = body.shown(tracks).tolist() if tracks else [False] * len(body.bones)
     marks = []
-    for number, (frame, pose) in enumerate(zip(frames.tolist(), seen, strict=True)):
-        shift = np.array((number * step + 6, 0))
-        for (inner, outer), own in zip(body.bones.tolist(), colored.tolist(), strict=True):
-            ends = (pose[[inner, outer]] - low) * scale + shift
-            if np.isfinite(ends).all():
-                (x, y), (u, v) = ends.tolist()
-                color = ' stroke="#d95f02" stroke-width="3"' if own else ""
+    for number, (frame, pose) in enumerate(zip(frames.tolist(), places, strict=True)):
+        left = number * step + 6
+        bones = (pose[body.bones] - low) * scale + np.array((left, 0))  # (B, 2, 2)
+        for ((x, y), (u, v)), lit in zip(bones.tolist(), colored, strict=True):
+            if np.isfinite((x, y, u, v)).all():
+                color = ' stroke="#d95f02" stroke-width="3"' if lit else ""
                 line = f'x1="{x:.1f}" y1="{TALL - y:.1f}" x2="{u:.1f}" y2="{TALL - v:.1f}"'
                 marks.append(f"<line {line}{color}/>")
-        at = f'x="{number * step + 6:.0f}" y="{TALL + 14}" stroke="none" fill="currentColor"'
+        at = f'x="{left:.0f}" y="{TALL + 14}" stroke="none" fill="currentColor"'
         marks.append(f"<text {at}>{float(frame / body.rate):.2f} s</text>")
     width, height = len(frames) * step + 24, TALL + 20
     return (

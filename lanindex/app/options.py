@@ -6,93 +6,103 @@ import inspect
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import lanindex
 from lanindex.app import completion
 from lanindex.app.output import Output, choice
 from lanindex.errors import UsageError
 from lanindex.library.selection import Selection
 
-DB = "lanindex.db"
-"""The default library."""
+if TYPE_CHECKING:
+    from lanindex.pipeline import Library
 
-STDOUT = Path("-")
-"""The output file name that means standard output."""
+DB = "lanindex.db"  # the default library
+STDOUT = Path("-")  # the output file name that means standard output
 
 
-def option(metavar: str, help: str, *names: str, **settings: Any) -> Any:
+def option(default: Any, metavar: str | None, help: str, *names: str, **settings: Any) -> Any:
     """Return an option; without `names` it is called like its parameter."""
-    return typer.Option(*names, metavar=metavar, help=help, **settings)
+    return typer.Option(default, *names, metavar=metavar, help=help, **settings)
+
+
+def output(metavar: str, help: str, default: Path | None = None) -> Any:
+    """Return the option that says where to write."""
+    return option(default, metavar, help, "--output", "-o")
 
 
 def flag(name: str, help: str) -> Any:
-    """Return an option without a value."""
-    return typer.Option(name, help=help)
+    """Return an option that is on or off."""
+    return typer.Option(False, name, help=help)
 
 
-def captures(metavar: str, help: str) -> Any:
+def argument(default: Any, metavar: str | None, help: str, **settings: Any) -> Any:
+    """Return an argument."""
+    return typer.Argument(default, metavar=metavar, help=help, **settings)
+
+
+def captures(default: Any, metavar: str, help: str) -> Any:
     """Return an argument that names captures."""
-    return typer.Argument(metavar=metavar, help=help, autocompletion=completion.captures)
-
-
-def pattern(metavar: str, help: str) -> Any:
-    """Return an argument that is a pattern."""
-    return typer.Argument(metavar=metavar, help=help, autocompletion=completion.patterns)
-
-
-def file(metavar: str, help: str) -> Any:
-    """Return an argument that is a file or folder; who reads it says what is wrong with it."""
-    return typer.Argument(metavar=metavar, help=help, readable=False)
+    return argument(default, metavar, help, autocompletion=completion.captures)
 
 
 CaptureArgument = Annotated[
     str,
     captures(
+        ...,
         "CAPTURE|FILE|-",
         "A capture or file; NAME:FROM-TO for a stretch; - for a hit from search --json.",
     ),
 ]
-Db = Annotated[str, option("PATH|URL", "The library to use.", envvar="LANINDEX_DB")]
-Force = Annotated[bool, flag("--force", "Replace an existing file.")]
-Profile = Annotated[str, option("NAME|FOLDER", "default, paper, or a folder of yours.")]
-FileProfile = Annotated[str | None, option("NAME|FOLDER", "The profile to read a file with.")]
-Origin = Annotated[bool, flag("--origin", "Begin at the floor's origin, facing forward.")]
+Db = Annotated[str, option(..., "PATH|URL", "The library to use.", envvar="LANINDEX_DB")]
+Force = Annotated[bool, option(..., None, "Replace an existing file.", "--force")]
+Profile = Annotated[str, option(..., "NAME|FOLDER", "default, paper, or a folder of yours.")]
+FileProfile = Annotated[str | None, option(..., "NAME|FOLDER", "The profile to read a file with.")]
+Origin = Annotated[
+    bool, option(..., None, "Begin at the floor's origin, facing forward.", "--origin")
+]
 Jobs = Annotated[
     int | None,
-    typer.Option("--jobs", "-j", min=1, help="Processes to use; by default one per processor."),
+    option(..., None, "Processes to use; by default one per processor.", "--jobs", "-j", min=1),
 ]
-Parts = Annotated[str | None, option("PART,...", "Only these tracks.")]
-Part = Annotated[list[str] | None, option("PART", "Only this part; repeatable.")]
-FromSeconds = Annotated[float | None, option("SECONDS", "Where to begin.", "--from", min=0.0)]
-ToSeconds = Annotated[float | None, option("SECONDS", "Where to end.", "--to", min=0.0)]
-Bars = Annotated[int | None, option("N", "Bars (or five-second stretches) per staff: 4.", min=1)]
-Scale = Annotated[float | None, option("N", "Magnification: 1.", min=0.1, max=20.0)]
+Parts = Annotated[str | None, option(..., "PART,...", "Only these tracks.")]
+Part = Annotated[list[str] | None, option(..., "PART", "Only this part; repeatable.")]
+FromSeconds = Annotated[float | None, option(..., "SECONDS", "Where to begin.", "--from", min=0.0)]
+ToSeconds = Annotated[float | None, option(..., "SECONDS", "Where to end.", "--to", min=0.0)]
+Bars = Annotated[
+    int | None, option(..., "N", "Bars (or five-second stretches) per staff: 4.", min=1)
+]
+Scale = Annotated[float | None, option(..., "N", "Magnification: 1.", min=0.1, max=20.0)]
 Words = Annotated[
     Path | None,
     option(
-        "FILE", "Your own words for movement, added to the dictionary.", envvar="LANINDEX_WORDS"
+        *(..., "FILE", "Your own words for movement, added to the dictionary."),
+        envvar="LANINDEX_WORDS",
     ),
 ]
-Tolerance = Annotated[float, option("SECONDS", "How far apart matching edges may lie.")]
-Near = Annotated[bool, flag("--near", "Symbols near the border of a cell match from both sides.")]
-Fuzzy = Annotated[str | None, option("N|N%", "Edits a match may cost, in all or per step.")]
+Tolerance = Annotated[float, option(..., "SECONDS", "How far apart matching edges may lie.")]
+Near = Annotated[
+    bool, option(..., None, "Symbols near the border of a cell match from both sides.", "--near")
+]
+Fuzzy = Annotated[str | None, option(..., "N|N%", "Edits a match may cost, in all or per step.")]
 Limit = Annotated[
     int | None,
-    typer.Option("--limit", "-n", min=1, help="How many to show: 20 on a terminal, else all."),
+    option(..., None, "How many to show: 20 on a terminal, else all.", "--limit", "-n", min=1),
 ]
-Timeout = Annotated[float | None, option("SECONDS", "Give up after this many seconds.", min=0)]
+Timeout = Annotated[float | None, option(..., "SECONDS", "Give up after this many seconds.", min=0)]
 
 
 class Group:
-    """An annotation: the options that `make` takes, but some, arrive as the value it returns."""
+    """An annotation: the options of `make` that are not `fixed` arrive as the value it returns."""
 
-    def __init__(self, make: Callable[..., Any], *, but: Sequence[str] = ()) -> None:
-        self.make = make
+    def __init__(self, make: Callable[..., Any], **fixed: Any) -> None:
+        self.make = partial(make, **fixed)
         parameters = inspect.signature(make, eval_str=True).parameters
-        self.options = [one for name, one in parameters.items() if name not in but]
+        self.options = [one for name, one in parameters.items() if name not in fixed]
 
 
 def ungrouped(verb: Callable[..., None]) -> Callable[..., None]:
@@ -119,25 +129,19 @@ def ungrouped(verb: Callable[..., None]) -> Callable[..., None]:
 
 
 def _reading(
-    unit: Annotated[
-        str | None, option("mm|cm|m|inch|cmu", "Unit of the file, if you know it.")
-    ] = None,
-    up: Annotated[str | None, option("x|y|z|-x|-y|-z", "Vertical axis of the file.")] = None,
-    fps: Annotated[str | None, option("RATE", "Frames per second: 30, 29.97, 30000/1001.")] = None,
-    compose: Annotated[
-        str | None, option("parent|child", "Which rotation a BVH applies first.")
-    ] = None,
-    skeleton: Annotated[
-        str | None, option("FILE", "The ASF file for AMC files without one.")
-    ] = None,
-    body: Annotated[
-        str | None, option("FILE", 'Which name is which joint, a line each: RWrist = "hand_r".')
-    ] = None,
-    columns: Annotated[str | None, option("FILE", "What the columns of other tables mean.")] = None,
-    take: Annotated[str | None, option("NAME", "Which take to read, if several.")] = None,
-    tempo: Annotated[
-        str | None, option("auto|FILE", "Count beats: detect them, or read them from a file.")
-    ] = None,
+    unit: str | None = option(None, "mm|cm|m|inch|cmu", "Unit of the file, if you know it."),
+    up: str | None = option(None, "x|y|z|-x|-y|-z", "Vertical axis of the file."),
+    fps: str | None = option(None, "RATE", "Frames per second: 30, 29.97, 30000/1001."),
+    compose: str | None = option(None, "parent|child", "Which rotation a BVH applies first."),
+    skeleton: str | None = option(None, "FILE", "The ASF file for AMC files without one."),
+    body: str | None = option(
+        None, "FILE", 'Which name is which joint, a line each: RWrist = "hand_r".'
+    ),
+    columns: str | None = option(None, "FILE", "What the columns of other tables mean."),
+    take: str | None = option(None, "NAME", "Which take to read, if several."),
+    tempo: str | None = option(
+        None, "auto|FILE", "Count beats: detect them, or read them from a file."
+    ),
 ) -> Any:
     """Return the options for reading a file; the readers check the words themselves."""
     from lanindex.model import Reading
@@ -146,13 +150,10 @@ def _reading(
 
 
 def _selection(
-    within: Annotated[
-        str | None, option("GLOB", "Only captures whose path matches.", "--in")
-    ] = None,
-    where: Annotated[
-        list[str] | None,
-        option("KEY=GLOB", "Only captures whose label, format or other column matches."),
-    ] = None,
+    within: str | None = option(None, "GLOB", "Only captures whose path matches.", "--in"),
+    where: list[str] | None = option(
+        None, "KEY=GLOB", "Only captures whose label, format or other column matches."
+    ),
 ) -> Selection:
     """Return the captures that --in and --where select."""
     pairs = []
@@ -165,11 +166,11 @@ def _selection(
 
 
 def _matching(
-    overlaps: Annotated[str, option("none|all", "Whether to keep overlapping hits.")] = "none",
+    overlaps: str = option("none", "none|all", "Whether to keep overlapping hits."),
     tolerance: Tolerance = 0.1,
     near: Near = False,
     fuzzy: Fuzzy = None,
-    strict: Annotated[bool, flag("--strict", "Match the timing of pasted LND, too.")] = False,
+    strict: bool = flag("--strict", "Match the timing of pasted LND, too."),
 ) -> dict[str, Any]:
     """Return how patterns match, as the methods of a library take it."""
     choice("--overlaps", overlaps, ("none", "all"))
@@ -178,25 +179,14 @@ def _matching(
 
 
 Out = Annotated[Output, Group(Output)]
-"""--json, --quiet, --verbose and --color."""
-
-PlainOut = Annotated[Output, Group(Output, but=["json"])]
-ColorOut = Annotated[Output, Group(Output, but=["json", "quiet", "verbose"])]
-DbOut = Annotated[Output, Group(Output, but=["verbose"])]
-
+PlainOut = Annotated[Output, Group(Output, json=False)]
+ColorOut = Annotated[Output, Group(Output, json=False, quiet=False, verbose=False)]
+DbOut = Annotated[Output, Group(Output, verbose=False)]
 Reading = Annotated[Any, Group(_reading)]
-"""What a reader wants to know of a file: --unit, --up, --fps and so on."""
-
-FilmReading = Annotated[Any, Group(_reading, but=["fps"])]
-"""The same where --fps is that of a film."""
-
+FilmReading = Annotated[Any, Group(_reading, fps=None)]  # where --fps is that of a film
 Selected = Annotated[Selection, Group(_selection)]
-"""--in and --where."""
-
-Where = Annotated[Selection, Group(_selection, but=["within"])]
-
+Where = Annotated[Selection, Group(_selection, within=None)]
 Matching = Annotated[dict[str, Any], Group(_matching)]
-"""--overlaps, --tolerance, --near, --fuzzy and --strict."""
 
 
 def rate(text: str) -> Fraction:
@@ -223,6 +213,11 @@ def one_line(text: str) -> str:
     if len(lines) != 1:
         raise UsageError(f"{len(lines)} lines", place="standard input", wanted="one hit")
     return lines[0]
+
+
+def opened(db: str, out: Output, words: Path | None = None) -> Library:
+    """Open a library to be read; show its notes, and the progress of its jobs."""
+    return lanindex.open_library(db, readonly=True, words=words, note=out.note, progress=out.watch)
 
 
 def capture_id(text: str) -> int | str:

@@ -23,12 +23,12 @@ from lanindex.errors import PatternError, UsageError
 if TYPE_CHECKING:
     from rich.progress import Progress, Task
 
-_CONTROLS = (*range(0x20), *range(0x7F, 0xA0))
 _UNSEEN = (0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
-ESCAPED = {code: f"\\x{code:02x}" for code in _CONTROLS} | {
-    code: f"\\u{code:04x}" for code in _UNSEEN
+ESCAPED = {
+    **{code: f"\\x{code:02x}" for code in (*range(0x20), *range(0x7F, 0xA0))},
+    **{code: f"\\u{code:04x}" for code in _UNSEEN},
+    **{0xDC00 + byte: f"\\x{byte:02x}" for byte in range(0x80, 0x100)},
 }
-ESCAPED |= {0xDC00 + byte: f"\\x{byte:02x}" for byte in range(0x80, 0x100)}
 """Characters that would steer a terminal (C0, DEL, C1) or invisibly turn and break its lines
 (bidirectional marks, line and paragraph separators), and bytes of a file's name that are not UTF-8,
 each with what is shown instead."""
@@ -38,11 +38,8 @@ _IN_JSON = {code: f"\\u{code:04x}" for code in ESCAPED if code >= 0x7F}
 STYLES = {"path": "35", "place": "32", "match": "1;31", "dim": "2", "warn": "33"}
 """Terminal styles by meaning (ECMA-48)."""
 
-PATIENCE = 0.5
-"""Seconds before a job's progress is shown."""
-
-LEAST = 12
-"""Least cells of a column of words, however narrow the terminal is."""
+PATIENCE = 0.5  # seconds before a job's progress is shown
+LEAST = 12  # least cells of a column of words, however narrow the terminal is
 
 _bars: list[Progress] = []
 """The progress bars on the terminal."""
@@ -294,11 +291,10 @@ def _remove(bar: Progress) -> None:
         _bars.remove(bar)
 
 
-def choice(name: str, value: str, choices: Sequence[str]) -> str:
-    """Return `value` if it is one of the choices."""
+def choice(name: str, value: str, choices: Sequence[str]) -> None:
+    """Refuse a value that is none of the choices."""
     if value not in choices:
         raise UsageError(f'"{value}"', place=name, wanted=" or ".join(choices))
-    return value
 
 
 def _say(line: str, stream: TextIO) -> None:

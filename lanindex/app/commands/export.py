@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +12,7 @@ import typer
 
 from lanindex.app import completion, options
 from lanindex.app.commands.search import pattern_of
-from lanindex.app.options import option
+from lanindex.app.options import argument, option
 from lanindex.app.output import Output, counted, duration, end_progress
 from lanindex.errors import UsageError
 
@@ -27,14 +27,17 @@ if TYPE_CHECKING:
 class Source:
     """Arguments: a pattern, hits on standard input, or a stretch of a capture."""
 
-    what: Annotated[
-        str | None, options.pattern("PATTERN|-", "A pattern, or - for hits from search --json.")
-    ] = None
-    capture: Annotated[
-        str | None, option("PATH|ID", "Cut from this capture.", autocompletion=completion.captures)
-    ] = None
-    begin: Annotated[int | None, option("FRAME", "First frame.", "--from", min=0)] = None
-    end: Annotated[int | None, option("FRAME", "Frame after the last.", "--to", min=1)] = None
+    what: str | None = argument(
+        None,
+        "PATTERN|-",
+        "A pattern, or - for hits from search --json.",
+        autocompletion=completion.patterns,
+    )
+    capture: str | None = option(
+        None, "PATH|ID", "Cut from this capture.", autocompletion=completion.captures
+    )
+    begin: int | None = option(None, "FRAME", "First frame.", "--from", min=0)
+    end: int | None = option(None, "FRAME", "Frame after the last.", "--to", min=1)
 
     def requests(self, library: Library) -> list[Request] | None:
         """Return a stretch of a capture or the hits on standard input; None: of a pattern."""
@@ -52,43 +55,36 @@ class Source:
 class Clips:
     """Options of clips that a data set does not have."""
 
-    output: Annotated[Path | None, option("FOLDER", "Where to write: clips.", "--output", "-o")] = (
-        None
+    output: Path | None = options.output("FOLDER", "Where to write: clips.")
+    format: str = option(
+        "native", "native|bvh|c3d|...|lnd", "The format to write; --format ? lists them."
     )
-    format: Annotated[
-        str, option("native|bvh|c3d|...|lnd", "The format to write; --format ? lists them.")
-    ] = "native"
     origin: options.Origin = False
-    preview: Annotated[str | None, option("webp|gif|mp4", "Write a film beside each clip.")] = None
+    preview: str | None = option(None, "webp|gif|mp4", "Write a film beside each clip.")
 
 
 @dataclass(frozen=True)
 class Dataset:
     """Options of a data set that clips do not have."""
 
-    patterns: Annotated[
-        Path | None, option("FILE", "Its labels, each with its pattern, as for evaluate.")
-    ] = None
-    layout: Annotated[str | None, option("npz|humanml3d", "The files of a data set.")] = None
-    fps: Annotated[str | None, option("RATE", "Frame rate of a data set.")] = None
-    split: Annotated[str | None, option("80/10/10", "Per cent for training, validation, test.")] = (
-        None
+    patterns: Path | None = option(
+        None, "FILE", "Its labels, each with its pattern, as for evaluate."
     )
-    split_by: Annotated[str | None, option("COLUMN", "What must stay in one split: performer.")] = (
-        None
-    )
-    seed: Annotated[int | None, option("N", "Seed of the splits.")] = None
+    layout: str | None = option(None, "npz|humanml3d", "The files of a data set.")
+    fps: str | None = option(None, "RATE", "Frame rate of a data set.")
+    split: str | None = option(None, "80/10/10", "Per cent for training, validation, test.")
+    split_by: str | None = option(None, "COLUMN", "What must stay in one split: performer.")
+    seed: int | None = option(None, "N", "Seed of the splits.")
 
 
 def run(
     *,
     source: Annotated[Source, options.Group(Source)],
     clips: Annotated[Clips, options.Group(Clips)],
-    pad: Annotated[str, option("TIME", "Time around each hit: 0.5s, 200ms, 10f.")] = "0",
-    folder: Annotated[
-        Path | None,
-        option("FOLDER", "Write a data set to train on, instead of clips.", "--dataset"),
-    ] = None,
+    pad: str = option("0", "TIME", "Time around each hit: 0.5s, 200ms, 10f."),
+    folder: Path | None = option(
+        None, "FOLDER", "Write a data set to train on, instead of clips.", "--dataset"
+    ),
     dataset: Annotated[Dataset, options.Group(Dataset)],
     selection: options.Selected,
     matching: options.Matching,
@@ -106,14 +102,17 @@ def run(
     whole captures do.
     """
     if folder is None:
-        _refuse(dataset, "--dataset beside it")
+        wanted = "--dataset beside it"
+        given = [name for name, value in vars(dataset).items() if value is not None]
     else:
-        _refuse(clips, "nothing of the kind beside --dataset")
+        wanted = "nothing of the kind beside --dataset"
+        of_clips = {**vars(clips), "format": clips.format != "native"}
+        given = [name for name, value in of_clips.items() if value]
+    if given:
+        raise UsageError(f"--{given[0].replace('_', '-')}", wanted=wanted)
     _check_source(source, dataset.patterns, selection, whole=folder is not None)
     how = {**matching, "selection": selection}
-    from lanindex.pipeline import open_library
-
-    with open_library(db, readonly=True, words=words, note=out.note, progress=out.watch) as library:
+    with options.opened(db, out, words) as library:
         if folder is None:
             written = _clips(out, library, source, clips, how, pad, force)
         else:
@@ -122,13 +121,6 @@ def run(
             written = _dataset(out, library, groups, folder, dataset, how, pad, force)
     if library.refused or not written:
         raise typer.Exit(2 if library.refused else 1)
-
-
-def _refuse(group: Clips | Dataset, wanted: str) -> None:
-    """Refuse the first option that is given."""
-    for field in fields(group):
-        if getattr(group, field.name) != field.default:
-            raise UsageError(f"--{field.name.replace('_', '-')}", wanted=wanted)
 
 
 def _check_source(

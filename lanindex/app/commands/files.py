@@ -8,38 +8,32 @@ from collections import Counter
 from contextlib import nullcontext
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from lanindex.app import options
-from lanindex.app.options import flag, option
+from lanindex.app.options import argument, flag, option
 from lanindex.app.output import Output, counted, duration, say_error
 from lanindex.errors import UsageError
+from lanindex.pipeline.files import write_all
 
 if TYPE_CHECKING:
     from lanindex.model import Motion
     from lanindex.pipeline.prepare import Outcome
 
-MANY = 16
-"""Files from which on several processes are worth their start."""
+MANY = 16  # files from which on several processes are worth their start
 
 
 def ingest(
-    paths: Annotated[
-        list[str], typer.Argument(metavar="PATH...", help="Captures, scores, folders.")
-    ],
+    paths: list[str] = argument(..., "PATH...", "Captures, scores, folders."),
     jobs: options.Jobs = None,
     profile: options.Profile = "default",
-    labels: Annotated[
-        str | None, option("CSV", "A table with columns file, label and any others.")
-    ] = None,
+    labels: str | None = option(None, "CSV", "A table with columns file, label and any others."),
     *,
     reading: options.Reading,
-    force: Annotated[bool, flag("--force", "Read unchanged files again.")] = False,
-    dry_run: Annotated[
-        bool, flag("--dry-run", "Read and say what would be done; store nothing.")
-    ] = False,
+    force: bool = flag("--force", "Read unchanged files again."),
+    dry_run: bool = flag("--dry-run", "Read and say what would be done; store nothing."),
     db: options.Db = options.DB,
     out: options.Out,
 ) -> None:
@@ -174,21 +168,13 @@ def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_r
 
 
 def animate(
-    score: Annotated[Path, options.file("SCORE", "An .lnd file or another score.")],
-    output: Annotated[
-        Path | None,
-        option(
-            "FILE",
-            "Where to write (-: standard output); by default beside the score.",
-            "--output",
-            "-o",
-        ),
-    ] = None,
-    fps: Annotated[str, option("RATE", "Frames per second.")] = "30",
-    noise: Annotated[
-        float, option("MM", "Shake every joint by this standard deviation.", min=0.0)
-    ] = 0.0,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
+    score: Path = argument(..., "SCORE", "An .lnd file or another score.", readable=False),
+    output: Path | None = options.output(
+        "FILE", "Where to write (-: standard output); by default beside the score."
+    ),
+    fps: str = option("30", "RATE", "Frames per second."),
+    noise: float = option(0.0, "MM", "Shake every joint by this standard deviation.", min=0.0),
+    seed: int = option(0, None, "Seed of the noise.", min=0),
     force: options.Force = False,
     *,
     out: options.PlainOut,
@@ -197,7 +183,6 @@ def animate(
     from lanindex import notation
     from lanindex.formats import bvh
     from lanindex.perform import perform
-    from lanindex.pipeline.files import write_all
 
     rate = options.rate(fps)
     motion = perform(notation.read(str(score)), rate=rate, noise=noise, seed=seed)
@@ -213,19 +198,12 @@ def animate(
 
 
 def convert(
-    file: Annotated[Path, options.file("FILE", "A capture or score.")],
-    to: Annotated[
-        Path | None,
-        typer.Argument(metavar="[OUT]", help="The file to write; its ending gives the format."),
-    ] = None,
-    output: Annotated[
-        Path, option("FILE", "The same; - is standard output.", "--output", "-o")
-    ] = options.STDOUT,
-    form: Annotated[
-        str | None, option("lnd|bvh|c3d|...", "The format, whatever the ending.", "--to")
-    ] = None,
-    into: Annotated[Path | None, option("FILE", "Add tiers to an existing .eaf file.")] = None,
-    media: Annotated[Path | None, option("FILE", "A recording that the .eaf opens with.")] = None,
+    file: Path = argument(..., "FILE", "A capture or score.", readable=False),
+    to: Path | None = argument(None, "[OUT]", "The file to write; its ending gives the format."),
+    output: Path = options.output("FILE", "The same; - is standard output.", options.STDOUT),
+    form: str | None = option(None, "lnd|bvh|c3d|...", "The format, whatever the ending.", "--to"),
+    into: Path | None = option(None, "FILE", "Add tiers to an existing .eaf file."),
+    media: Path | None = option(None, "FILE", "A recording that the .eaf opens with."),
     origin: options.Origin = False,
     profile: options.Profile = "default",
     *,
@@ -240,7 +218,6 @@ def convert(
     """
     from lanindex.notation import NOTATIONS, WRITTEN, left_out
     from lanindex.pipeline import convert
-    from lanindex.pipeline.files import write_all
 
     target = to or (into if into and output == options.STDOUT else output)
     if form is None and target == options.STDOUT:
@@ -272,7 +249,7 @@ def convert(
 
 
 def inspect(
-    file: Annotated[Path, options.file("FILE", "A capture.")],
+    file: Path = argument(..., "FILE", "A capture.", readable=False),
     *,
     reading: options.Reading,
     out: options.Out,

@@ -7,12 +7,11 @@ import time
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from lanindex.app import options
-from lanindex.app.options import option
+import lanindex
+from lanindex.app import formatting, options
+from lanindex.app.options import argument, option
 from lanindex.app.output import Output, counted, cut, duration, room
 from lanindex.errors import LanindexError, UsageError, did_you_mean
 
@@ -47,22 +46,9 @@ TOPICS = {
 }
 """Topics: page in the package, and what it is about."""
 
-_MEASURED = {
-    "precision": "precision",
-    "recall": "recall",
-    "found_rightly": "right",
-    "found_wrongly": "wrong",
-    "missed": "missed",
-    "clips": "clips",
-    "collections": "collections",
-}
-"""Keys of a record, and the measured counts they hold."""
-
 
 def demo(
-    folder: Annotated[
-        Path | None, option("FOLDER", "Where to work; by default a temporary folder.")
-    ] = None,
+    folder: Path | None = option(None, "FOLDER", "Where to work; by default a temporary folder."),
     *,
     out: options.ColorOut,
 ) -> None:
@@ -70,14 +56,13 @@ def demo(
 
     Ingests them into a library of its own, searches three times and exports clips.
     """
-    from lanindex.pipeline import open_library
     from lanindex.search.hits import hits_in
 
     start = time.monotonic()
     place = folder or Path(tempfile.mkdtemp(prefix="lanindex-demo-"))
     place.mkdir(parents=True, exist_ok=True)
     db, source = place / "demo.db", corpus()
-    with open_library(db, create=True) as library:
+    with lanindex.open_library(db, create=True) as library:
         done = library.ingest(*sorted(source.glob("*.bvh")), labels=source / "labels.csv")
         stats = library.stats()
         out.line(
@@ -101,7 +86,6 @@ def demo(
 
 
 def _search(out: Output, library: Library, pattern: str, meaning: str) -> None:
-    from lanindex.app import formatting
     from lanindex.search.hits import hits_in
 
     hits = hits_in(library.search(pattern))
@@ -127,9 +111,7 @@ def language(*, out: options.ColorOut) -> None:
 
 
 def guide(
-    topic: Annotated[
-        str | None, typer.Argument(help="A topic; without one they are listed.")
-    ] = None,
+    topic: str | None = argument(None, None, "A topic; without one they are listed."),
     *,
     out: options.ColorOut,
 ) -> None:
@@ -148,9 +130,7 @@ def _page(topic: str) -> str:
 
 
 def words(
-    word: Annotated[
-        str | None, typer.Argument(metavar="WORD", help="Show this one: walk, hands_up.")
-    ] = None,
+    word: str | None = argument(None, "WORD", "Show this one: walk, hands_up."),
     words: options.Words = None,
     *,
     out: options.Out,
@@ -188,6 +168,8 @@ def _named(known: Mapping[str, Entry], word: str) -> Entry:
 def _record(entry: Entry, known: Mapping[str, Entry]) -> dict[str, Any]:
     from lanindex.search.dictionary import mirror_image
 
+    names = ("precision", "recall", "right", "wrong", "missed", "clips", "collections")
+    keys = {"right": "found_rightly", "wrong": "found_wrongly"}
     return {
         "name": entry.name,
         "names": list(entry.names),
@@ -195,7 +177,7 @@ def _record(entry: Entry, known: Mapping[str, Entry]) -> dict[str, Any]:
         "pattern": entry.pattern,
         "mirror_image": mirror_image(entry, known) or None,
         "labels": list(entry.labels),
-        **{key: getattr(entry.measured, name, None) for key, name in _MEASURED.items()},
+        **{keys.get(name, name): getattr(entry.measured, name, None) for name in names},
     }
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Annotated
+from typing import IO, TYPE_CHECKING
 
 import typer
 
-from lanindex.app import options
-from lanindex.app.options import dependent, exclusive, flag, option
+import lanindex
+from lanindex import records
+from lanindex.app import formatting, options
+from lanindex.app.options import captures, dependent, exclusive, flag
 from lanindex.app.output import Output, counted, duration, room
 from lanindex.errors import LibraryError, UsageError
 
@@ -20,24 +22,18 @@ if TYPE_CHECKING:
 
     Captures = Iterable[tuple[Capture, dict[str, Track]]]
 
-MEASURES_WIDTH = 94
-"""Columns of a terminal that has room for measures."""
+MEASURES_WIDTH = 94  # columns of a terminal that has room for measures
 
 
 def list_captures(
     *,
     selection: options.Selected,
-    doubts: Annotated[
-        bool, flag("--doubts", "Only those that were doubtful to read, and why.")
-    ] = False,
+    doubts: bool = flag("--doubts", "Only those that were doubtful to read, and why."),
     db: options.Db = options.DB,
     out: options.Out,
 ) -> None:
     """List the captures in the library."""
-    from lanindex import records
-    from lanindex.pipeline import open_library
-
-    with open_library(db, readonly=True) as library:
+    with lanindex.open_library(db, readonly=True) as library:
         captures = library.captures(selection)
     if doubts:
         captures = [capture for capture in captures if capture.warnings]
@@ -65,17 +61,13 @@ def list_captures(
 
 
 def show(
-    capture: Annotated[
-        str | None, options.captures("CAPTURE", "Its number, path or end of path.")
-    ] = None,
-    everything: Annotated[bool, flag("--all", "All captures.")] = False,
+    capture: str | None = captures(None, "CAPTURE", "Its number, path or end of path."),
+    everything: bool = flag("--all", "All captures."),
     part: options.Part = None,
-    staff: Annotated[bool, flag("--staff", "Draw a staff, time downwards.")] = False,
+    staff: bool = flag("--staff", "Draw a staff, time downwards."),
     *,
     selection: options.Where,
-    output: Annotated[
-        Path | None, option("FILE", "Write a table: .csv, .jsonl or .parquet.", "--output", "-o")
-    ] = None,
+    output: Path | None = options.output("FILE", "Write a table: .csv, .jsonl or .parquet."),
     force: options.Force = False,
     db: options.Db = options.DB,
     out: options.Out,
@@ -94,10 +86,9 @@ def show(
     if output is not None and (out.json or staff):
         raise UsageError("--output beside --json or --staff", wanted="one of them")
     from lanindex.notation import TABLES
-    from lanindex.pipeline import open_library
 
     form = options.ending(output, list(TABLES)) if output else ""
-    with open_library(db, readonly=True) as library:
+    with lanindex.open_library(db, readonly=True) as library:
         numbers = None
         if capture is not None:
             numbers = [library.capture(options.capture_id(capture)).id]
@@ -112,8 +103,6 @@ def show(
             symbols = _save(output, form, captures, force)
         for found, tracks in captures:  # none is left where they were saved
             if staff:
-                from lanindex.app import formatting
-
                 shown = [it for it in tracks if len(tracks[it]) and it in (part or tracks)]
                 if shown:
                     formatting.staff(out, found, tracks, part and shown)
@@ -147,7 +136,6 @@ def _save(output: Path, form: str, captures: Captures, force: bool) -> int:
 
 def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
     """List the symbols of a capture's tracks."""
-    from lanindex import records
     from lanindex.alphabet import MEASURES
 
     more = MEASURES if not out.terminal or room() >= MEASURES_WIDTH else ()
@@ -179,15 +167,13 @@ def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
 
 
 def remove(
-    captures: Annotated[
-        list[str] | None, options.captures("CAPTURE...", "Their numbers, paths or ends of paths.")
-    ] = None,
-    missing: Annotated[bool, flag("--missing", "All whose file is no longer there.")] = False,
+    captures: list[str] | None = captures(
+        None, "CAPTURE...", "Their numbers, paths or ends of paths."
+    ),
+    missing: bool = flag("--missing", "All whose file is no longer there."),
     *,
     selection: options.Selected,
-    dry_run: Annotated[
-        bool, flag("--dry-run", "Say what would be removed; change nothing.")
-    ] = False,
+    dry_run: bool = flag("--dry-run", "Say what would be removed; change nothing."),
     db: options.Db = options.DB,
     out: options.Out,
 ) -> None:
@@ -198,10 +184,7 @@ def remove(
     exclusive("captures", captures, {"--missing": missing})
     if not (captures or missing or selection.globs):
         raise UsageError("nothing to remove", wanted="captures, --in, --where or --missing")
-    from lanindex import records
-    from lanindex.pipeline import open_library
-
-    with open_library(db, readonly=dry_run) as library:
+    with lanindex.open_library(db, readonly=dry_run) as library:
         # a damaged capture can be removed by its number, but neither shown nor filtered
         readable = dry_run or bool(selection.globs)
         chosen, damaged = _named(library, captures or [], readable)
@@ -273,19 +256,9 @@ db = {"status": status, "upgrade": upgrade, "check": check}
 
 def _print_status(out: Output, status: Status) -> None:
     if out.json:
-        out.record(
-            {
-                "library": status.place,
-                "revision": status.found,
-                "newest": status.newest,
-                "state": status.state,
-                "segments": status.segments,
-                "symbols": status.symbols,
-                "pending": status.pending,
-                "fault": status.fault,
-            }
-        )
-        return
+        keys = ("newest", "state", "segments", "symbols", "pending", "fault")
+        values = {key: getattr(status, key) for key in keys}
+        return out.record({"library": status.place, "revision": status.found, **values})
     out.line(f"{status.place}: revision {status.found}, {status.state}")
     if status.state != "current":
         return

@@ -6,12 +6,14 @@ import os
 from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
+import lanindex
+from lanindex import records
 from lanindex.app import options
-from lanindex.app.options import dependent, exclusive, flag, option
+from lanindex.app.options import argument, dependent, exclusive, flag, option
 from lanindex.app.output import Output, counted, cut_note, duration, end_progress, say_error
 from lanindex.errors import UsageError
 
@@ -22,17 +24,14 @@ if TYPE_CHECKING:
     from lanindex.pipeline.motifs import Motifs, Recurring
     from lanindex.pipeline.movement import Movement
 
-MOTIFS_ON_TERMINAL = 20
-"""Motifs that a terminal shows without --limit."""
+MOTIFS_ON_TERMINAL = 20  # motifs that a terminal shows without --limit
 
 
 def stats(
-    by: Annotated[
-        str | None, option("COLUMN", "How movement is spread, by label or another column.")
-    ] = None,
-    compare: Annotated[tuple[str, str] | None, option("A B", "Only two of its values.")] = None,
+    by: str | None = option(None, "COLUMN", "How movement is spread, by label or another column."),
+    compare: tuple[str, str] | None = option(None, "A B", "Only two of its values."),
     part: options.Part = None,
-    plot: Annotated[Path | None, option("FILE.svg|png|pdf", "Draw it.", readable=False)] = None,
+    plot: Path | None = option(None, "FILE.svg|png|pdf", "Draw it.", readable=False),
     *,
     selection: options.Selected,
     force: options.Force = False,
@@ -46,9 +45,7 @@ def stats(
     """
     dependent("--compare", compare, on="--by", given=by)
     dependent("--force", force, on="--plot", given=plot)
-    from lanindex.pipeline import open_library
-
-    with open_library(db, readonly=True) as library:
+    with lanindex.open_library(db, readonly=True) as library:
         if not any((by, part, plot, selection.globs)):
             return _summarize(out, library.stats())
         movement = library.movement(
@@ -89,13 +86,9 @@ def _summarize(out: Output, stats: Stats) -> None:
         ("symbols", f"{stats.symbols}"),
         ("size", f"{stats.size / 1e6:.1f} MB"),
     ]
-    for name, counts in (
-        ("format", stats.formats),
-        ("profile", stats.profiles),
-        ("label", stats.labels),
-        ("part", stats.parts),
-    ):
-        rows += [(f"{name} {key or '(none)'}", f"{number}") for key, number in counts.items()]
+    for noun in ("format", "profile", "label", "part"):
+        counts = getattr(stats, f"{noun}s")
+        rows += [(f"{noun} {name or '(none)'}", f"{number}") for name, number in counts.items()]
     rows += [
         (f"coverage {part}", f"{share:.1%}") for part, share in stats.coverage.items() if share < 1
     ]
@@ -149,13 +142,11 @@ def _differences(out: Output, movement: Movement) -> None:
 
 
 def motifs(
-    min_count: Annotated[int, option("N", "How often one must occur.")] = 5,
-    length: Annotated[int, option("N", "How many symbols it must have.")] = 3,
+    min_count: int = option(5, "N", "How often one must occur."),
+    length: int = option(3, "N", "How many symbols it must have."),
     part: options.Part = None,
     limit: options.Limit = None,
-    everything: Annotated[
-        bool, flag("--all", "Look through all captures, not a sample of 5,000.")
-    ] = False,
+    everything: bool = flag("--all", "Look through all captures, not a sample of 5,000."),
     *,
     selection: options.Selected,
     timeout: options.Timeout = None,
@@ -168,42 +159,45 @@ def motifs(
     accounts for most symbols comes first, then the one that accounts for most of the rest. A
     sequence that occurs only within a longer motif is left out. Exits with 1 if nothing recurs.
     """
-    from lanindex.pipeline import open_library
     from lanindex.pipeline.motifs import SAMPLE
 
-    with open_library(db, readonly=True, note=out.note, progress=out.watch) as library:
-        found = library.motifs(
+    sample = None if everything else SAMPLE
+    with options.opened(db, out) as library:
+        result = library.motifs(
+            selection,
             min_count=min_count,
             length=length,
             parts=part,
-            sample=None if everything else SAMPLE,
-            selection=selection,
+            sample=sample,
             timeout=timeout,
         )
     end_progress()
-    motifs = found.found
+    motifs = result.found
     shown = motifs[: limit or (MOTIFS_ON_TERMINAL if out.terminal else None)]
     for motif in shown:
-        _motif(out, motif, found)
-    for line in found.notes:
+        _motif(out, motif, result)
+    for line in result.notes:
         out.note(line)
-    if found.captures < found.of:
-        sample = f"{found.captures:,} of {counted(found.of, 'capture')}"
-        out.note(f"{sample}, taken at random, were looked through: --all looks through all")
-    cut, captures = cut_note(len(shown), len(motifs)), counted(found.captures, "capture")
+    _note_sample(out, result, "were looked through: --all looks through all")
+    cut, captures = cut_note(len(shown), len(motifs)), counted(result.captures, "capture")
     out.note(f"{counted(len(motifs), 'motif')} in {captures}{cut}")
     if not motifs:
         raise typer.Exit(1)
 
 
-def _motif(out: Output, motif: Recurring, found: Motifs) -> None:
+def _note_sample(out: Output, result: Motifs | Groups, remedy: str) -> None:
+    """Say of how many captures a sample was taken, if it was."""
+    if result.captures < result.of:
+        sample = f"{result.captures:,} of {counted(result.of, 'capture')}"
+        out.note(f"{sample}, taken at random, {remedy}")
+
+
+def _motif(out: Output, motif: Recurring, result: Motifs) -> None:
     first = motif.places[0]
     span = f"[{first.span.start}, {first.span.stop})"
     if out.json:
-        from lanindex import records
-
         places = [(place.capture, place.span) for place in motif.places]
-        counts = motif.captures, places, found.captures, found.of
+        counts = motif.captures, places, result.captures, result.of
         out.record(records.of_motif(motif.pattern, motif.part, *counts))
     elif out.terminal:
         times = f"{counted(motif.hits, 'hit')} in {counted(motif.captures, 'capture')}"
@@ -214,11 +208,9 @@ def _motif(out: Output, motif: Recurring, found: Motifs) -> None:
 
 
 def similar(
-    groups: Annotated[int | None, typer.Option(min=1, help="How many groups to make.")] = None,
-    alike: Annotated[float | None, option("0..1", "Least mean likeness in a group: 0.4.")] = None,
-    everything: Annotated[
-        bool, flag("--all", "Compare all captures, not a sample of 2,000.")
-    ] = False,
+    groups: int | None = option(None, None, "How many groups to make.", min=1),
+    alike: float | None = option(None, "0..1", "Least mean likeness in a group: 0.4."),
+    everything: bool = flag("--all", "Compare all captures, not a sample of 2,000."),
     *,
     selection: options.Selected,
     timeout: options.Timeout = None,
@@ -231,23 +223,18 @@ def similar(
     is most like all its others. Exits with 1 if there are no groups.
     """
     exclusive("--groups", groups is not None, {"--alike": alike is not None})
-    from lanindex import records
-    from lanindex.pipeline import open_library
     from lanindex.pipeline.example import ALIKE, SAMPLE
 
-    with open_library(db, readonly=True, note=out.note, progress=out.watch) as library:
-        found = library.similar(
-            groups=groups,
-            alike=ALIKE if alike is None else alike,
-            sample=None if everything else SAMPLE,
-            selection=selection,
-            timeout=timeout,
+    sample, least = None if everything else SAMPLE, ALIKE if alike is None else alike
+    with options.opened(db, out) as library:
+        result = library.similar(
+            selection, groups=groups, alike=least, sample=sample, timeout=timeout
         )
     end_progress()
     rows = []
-    for number, group in enumerate(found.groups, 1):
+    for number, group in enumerate(result.groups, 1):
         if out.json:
-            counts = found.captures, found.of
+            counts = result.captures, result.of
             out.record(records.of_group(number, group.captures, group.likeness, *counts))
         elif out.terminal and len(group.captures) == 1:
             break  # so are all that follow; the summary counts them
@@ -255,8 +242,17 @@ def similar(
             rows.append(_group(out, group))
     if rows:
         out.table(("captures", "alike", "labels", "most like all", "others"), rows)
-    _similar_summary(out, found, groups)
-    if not found.groups:
+    alone = sum(len(group.captures) == 1 for group in result.groups)
+    out.detail(f"{result.pairs:,} pairs were compared: {'all' if result.every else 'the nearest'}")
+    _note_sample(out, result, "were compared: --all compares all")
+    if not result.every:
+        out.note("each capture was compared with those of like movements only, not with all")
+    count, single = len(result.groups), f", {alone:,} of them of one capture"
+    if groups is None:
+        count, single = count - alone, f"; {counted(alone, 'capture')} like no other"
+    captures = counted(result.captures, "capture")
+    out.note(f"{counted(count, 'group')} of {captures}{single if alone else ''}")
+    if not result.groups:
         raise typer.Exit(1)
 
 
@@ -272,34 +268,13 @@ def _group(out: Output, group: Similar) -> tuple[str, ...]:
     return (str(len(group.captures)), f"{group.likeness:.2f}", named, first, " ".join(others))
 
 
-def _similar_summary(out: Output, found: Groups, requested: int | None) -> None:
-    several = [group for group in found.groups if len(group.captures) > 1]
-    alone = len(found.groups) - len(several)
-    pairs = "all" if found.every else "the nearest"
-    out.detail(f"{found.pairs:,} pairs were compared: {pairs}")
-    if found.captures < found.of:
-        sample = f"{found.captures:,} of {counted(found.of, 'capture')}"
-        out.note(f"{sample}, taken at random, were compared: --all compares all")
-    if not found.every:
-        out.note("each capture was compared with those of like movements only, not with all")
-    captures = counted(found.captures, "capture")
-    if requested is not None:
-        single = f", {alone:,} of them of one capture" if alone else ""
-        out.note(f"{counted(len(found.groups), 'group')} of {captures}{single}")
-    else:
-        single = f"; {counted(alone, 'capture')} like no other" if alone else ""
-        out.note(f"{counted(len(several), 'group')} of {captures}{single}")
-
-
 def evaluate(
-    folder: Annotated[Path, options.file("FOLDER", "The captures.")],
-    labels: Annotated[str, option("CSV", "Columns file and label.")],
-    patterns: Annotated[str, option("TOML", "Patterns and their positives.")],
+    folder: Path = argument(..., "FOLDER", "The captures.", readable=False),
+    labels: str = option(..., "CSV", "Columns file and label."),
+    patterns: str = option(..., "TOML", "Patterns and their positives."),
     profile: options.Profile = "default",
     jobs: options.Jobs = None,
-    misses: Annotated[
-        bool, flag("--misses", "Say which clips were judged wrongly, and why.")
-    ] = False,
+    misses: bool = flag("--misses", "Say which clips were judged wrongly, and why."),
     near: options.Near = False,
     fuzzy: options.Fuzzy = None,
     timeout: options.Timeout = None,
@@ -340,7 +315,7 @@ def evaluate(
     for result in results:
         for line in too_rich(result.refused):
             say_error(f"{result.expectation.name}: {line}; it counts as not found")
-    _print(out, results, misses)
+    _results(out, results, misses)
     total = summary(results)
     mean, error = total["mean_f1"], total["standard_error"]
     if out.json:
@@ -356,21 +331,16 @@ def evaluate(
         raise typer.Exit(1)
 
 
-def _print(out: Output, results: list[Result], misses: bool) -> None:
+def _results(out: Output, results: list[Result], misses: bool) -> None:
+    """Print the figures of each pattern, and the clips that were judged wrongly if `misses`."""
     records = [result.record(misses=misses and out.json) for result in results]
     if out.json:
-        for record in records:
-            out.record(record)
-        return
-    figures = ("precision", "recall", "f1")
-    rows = [
-        (
-            record["name"],
-            *("-" if record[key] is None else f"{record[key]:.3f}" for key in figures),
-            *(record[key] for key in ("found_rightly", "found_wrongly", "missed")),
-        )
-        for record in records
-    ]
+        return out.records(records)
+    figures, counts = ("precision", "recall", "f1"), ("found_rightly", "found_wrongly", "missed")
+    rows = []
+    for record in records:
+        values = ("-" if record[key] is None else f"{record[key]:.3f}" for key in figures)
+        rows.append((record["name"], *values, *(record[key] for key in counts)))
     out.table(("pattern", *figures, "right", "wrong", "missed"), rows)
     for result in results if misses else ():
         _misses(out, result)

@@ -7,45 +7,39 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
+from lanindex import records
 from lanindex.app import options
-from lanindex.app.options import exclusive, flag, option
+from lanindex.app.options import captures, exclusive, flag, option
 from lanindex.app.output import Output, counted
 from lanindex.errors import LanindexError, UsageError
+from lanindex.pipeline.files import refuse, safe_stem, write_all
 
 if TYPE_CHECKING:
     from lanindex.compare import Comparison, Difference, Timed
     from lanindex.model import Reading, Score, Symbol
     from lanindex.pipeline.named import Named
 
-TRACKS_NAMED = 6
-"""Tracks that only one score has, as many as `diff` names."""
+TRACKS_NAMED = 6  # tracks that only one score has, as many as `diff` names
 
 
 def score(
     capture: options.CaptureArgument,
-    output: Annotated[
-        Path | None,
-        option(
-            "FILE.svg|png|pdf",
-            "Where to draw (-: SVG on standard output); by default an .svg file here.",
-            "--output",
-            "-o",
-        ),
-    ] = None,
+    output: Path | None = options.output(
+        "FILE.svg|png|pdf",
+        "Where to draw (-: SVG on standard output); by default an .svg file here.",
+    ),
     parts: options.Parts = None,
     start: options.FromSeconds = None,
     stop: options.ToSeconds = None,
     bars: options.Bars = None,
-    strip: Annotated[bool, flag("--strip", "Draw one long staff.")] = False,
+    strip: bool = flag("--strip", "Draw one long staff."),
     scale: options.Scale = None,
-    highlight: Annotated[
-        str | None, option("PATTERN", "Lay a band over its hits' symbols.")
-    ] = None,
-    legend: Annotated[bool, flag("--legend", "Explain the signs.")] = False,
+    highlight: str | None = option(None, "PATTERN", "Lay a band over its hits' symbols."),
+    legend: bool = flag("--legend", "Explain the signs."),
     words: options.Words = None,
     profile: options.FileProfile = None,
     *,
@@ -63,7 +57,6 @@ def score(
     exclusive("--strip", strip, {"--bars": bars})
     from lanindex.draw.staff import BARS, draw
     from lanindex.draw.svg import FORMS, rendered
-    from lanindex.pipeline.files import safe_stem, write_all
 
     target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.svg")
     form = "svg" if target == options.STDOUT else options.ending(target, FORMS)
@@ -116,27 +109,21 @@ def _marked(out: Output, named: Named, pattern: str | None, words: Path | None) 
 
 def play(
     capture: options.CaptureArgument,
-    output: Annotated[
-        Path | None,
-        option(
-            "FILE.webp|gif|mp4", "Where to write; by default a .webp file here.", "--output", "-o"
-        ),
-    ] = None,
-    highlight: Annotated[str | None, option("PATTERN", "Colour the limbs of its hits.")] = None,
+    output: Path | None = options.output(
+        "FILE.webp|gif|mp4", "Where to write; by default a .webp file here."
+    ),
+    highlight: str | None = option(None, "PATTERN", "Colour the limbs of its hits."),
     words: options.Words = None,
-    view: Annotated[
-        str,
-        option("auto|front|side|DEGREES", "Where to look from: auto sees most of the movement."),
-    ] = "auto",
+    view: str = option(
+        "auto", "auto|front|side|DEGREES", "Where to look from: auto sees most of the movement."
+    ),
     parts: options.Parts = None,
     start: options.FromSeconds = None,
     stop: options.ToSeconds = None,
-    fps: Annotated[
-        str | None, option("RATE", "Frames per second of the film: MP4 25, WebP, GIF 20.")
-    ] = None,
-    size: Annotated[str, option("WIDTHxHEIGHT", "Size of the film in pixels.")] = "640x480",
+    fps: str | None = option(None, "RATE", "Frames per second of the film: MP4 25, WebP, GIF 20."),
+    size: str = option("640x480", "WIDTHxHEIGHT", "Size of the film in pixels."),
     profile: options.FileProfile = None,
-    file_fps: Annotated[str | None, option("RATE", "Frames per second of the file.")] = None,
+    file_fps: str | None = option(None, "RATE", "Frames per second of the file."),
     *,
     reading: options.FilmReading,
     force: options.Force = False,
@@ -152,7 +139,6 @@ def play(
     from lanindex.film.figure import figure
     from lanindex.film.film import RATE, RATES, Film, form_of
     from lanindex.library.store import Store
-    from lanindex.pipeline.files import refuse, safe_stem, write_all
     from lanindex.pipeline.named import named as resolve
     from lanindex.pipeline.preview import motion_of
 
@@ -207,13 +193,9 @@ def _with_file_fps(text: str) -> str:
 
 
 def diff(
-    one: Annotated[
-        str, options.captures("A", "A capture or file; A:FROM-TO for a stretch, in frames.")
-    ],
-    other: Annotated[str, options.captures("B", "What to compare it with.")],
-    output: Annotated[
-        Path | None, option("FILE.svg|png|pdf", "Draw both staves.", "--output", "-o")
-    ] = None,
+    one: str = captures(..., "A", "A capture or file; A:FROM-TO for a stretch, in frames."),
+    other: str = captures(..., "B", "What to compare it with."),
+    output: Path | None = options.output("FILE.svg|png|pdf", "Draw both staves."),
     parts: options.Parts = None,
     tolerance: options.Tolerance = 0.1,
     bars: options.Bars = None,
@@ -235,7 +217,6 @@ def diff(
         raise UsageError("--bars and --scale", wanted="--output beside them")
     from lanindex.compare import compare
     from lanindex.notation.excerpt import excerpt
-    from lanindex.pipeline.files import write_all
 
     named = [_named(out, text, db, profile) for text in (one, other)]
     scores = [excerpt(it.score, it.span) for it in named]
@@ -244,8 +225,6 @@ def diff(
         content = _both(out, output, named, scores, compared, options.names(parts), bars, scale)
         write_all([(output, content)], force=force, sources=[it.path for it in named])
     if out.json:
-        from lanindex import records
-
         out.records(map(records.of_difference, compared.differences))
     elif compared.differences:
         rows = [

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lanindex.app import completion, options
-from lanindex.app.options import exclusive, flag, option
+from lanindex import records
+from lanindex.app import completion, formatting, options
+from lanindex.app.options import argument, exclusive, flag, option
 from lanindex.app.output import Output, choice, counted, cut_note, end_progress
 from lanindex.errors import UsageError, shown
 
@@ -21,17 +22,10 @@ if TYPE_CHECKING:
     from lanindex.search.explain import Trace
     from lanindex.search.hits import Counts, Hits
 
-ON_TERMINAL = 20
-"""Hits that a terminal shows without --limit."""
-
-LIKE_LIMIT = 100
-"""Captures that --like shows in a pipe without --limit."""
-
-TROUBLES = 10
-"""Hits that cannot be drawn, as many as are named."""
-
-TIER = "hits"
-"""The default name of a tier."""
+ON_TERMINAL = 20  # hits that a terminal shows without --limit
+LIKE_LIMIT = 100  # captures that --like shows in a pipe without --limit
+TROUBLES = 10  # hits that cannot be drawn, as many as are named
+TIER = "hits"  # the default name of a tier
 
 
 @dataclass(frozen=True)
@@ -39,22 +33,19 @@ class View:
     """Options: which hits are shown, and how."""
 
     limit: options.Limit = None
-    sort: Annotated[str, option("fit|time", "Best fit or earliest first.")] = "time"
-    count: Annotated[bool, flag("--count", "Count the hits in each capture.")] = False
-    context: Annotated[
-        str | None,
-        option("TIME", "Draw the staff of each hit and this much around it: 0, 0.5s, 10f."),
-    ] = None
-    into: Annotated[Path | None, option("FILE", "Add the hits to an existing .eaf file.")] = None
-    tier: Annotated[str | None, option("NAME", "The tier to add there: hits.")] = None
-    preview: Annotated[
-        Path | None,
-        option(
-            "FILE.png|svg|html",
-            "Draw the hits: poses and staves on a sheet, or a page on which they play.",
-        ),
-    ] = None
-    force: Annotated[bool, flag("--force", "Replace an existing tier or file.")] = False
+    sort: str = option("time", "fit|time", "Best fit or earliest first.")
+    count: bool = flag("--count", "Count the hits in each capture.")
+    context: str | None = option(
+        None, "TIME", "Draw the staff of each hit and this much around it: 0, 0.5s, 10f."
+    )
+    into: Path | None = option(None, "FILE", "Add the hits to an existing .eaf file.")
+    tier: str | None = option(None, "NAME", "The tier to add there: hits.")
+    preview: Path | None = option(
+        None,
+        "FILE.png|svg|html",
+        "Draw the hits: poses and staves on a sheet, or a page on which they play.",
+    )
+    force: bool = flag("--force", "Replace an existing tier or file.")
 
     def check(self, others: Mapping[str, object], rerank: bool) -> None:
         """Refuse options that cannot stand beside each other, and bad ones before the search."""
@@ -86,32 +77,28 @@ class View:
 
 
 def run(
-    patterns: Annotated[
-        list[str] | None, options.pattern("[PATTERN]", "r_arm right mid -> high")
-    ] = None,
-    like: Annotated[str | None, option("CLIP[:FROM-TO]", "Find what is like a capture.")] = None,
-    rerank: Annotated[bool, flag("--rerank", "With --like: compare joint positions, too.")] = False,
+    patterns: list[str] | None = argument(
+        None, "[PATTERN]", "r_arm right mid -> high", autocompletion=completion.patterns
+    ),
+    like: str | None = option(None, "CLIP[:FROM-TO]", "Find what is like a capture."),
+    rerank: bool = flag("--rerank", "With --like: compare joint positions, too."),
     *,
     selection: options.Selected,
     matching: options.Matching,
     timeout: options.Timeout = None,
-    memory: Annotated[
-        float | None,
-        option("MB", "Megabytes a search may use; by default a quarter of free memory.", min=64),
-    ] = None,
+    memory: float | None = option(
+        None, "MB", "Megabytes a search may use; by default a quarter of free memory.", min=64
+    ),
     words: options.Words = None,
-    explain: Annotated[
-        bool,
-        flag("--explain", "Say how the pattern is understood; --explain plan: how it is searched."),
-    ] = False,
-    why: Annotated[
-        str | None,
-        option(
-            "CAPTURE",
-            "Say what matched in one capture, or where matching failed.",
-            autocompletion=completion.captures,
-        ),
-    ] = None,
+    explain: bool = flag(
+        "--explain", "Say how the pattern is understood; --explain plan: how it is searched."
+    ),
+    why: str | None = option(
+        None,
+        "CAPTURE",
+        "Say what matched in one capture, or where matching failed.",
+        autocompletion=completion.captures,
+    ),
     view: Annotated[View, options.Group(View)],
     db: options.Db = options.DB,
     out: options.Out,
@@ -130,24 +117,22 @@ def run(
     if len(arguments) > 1:
         raise UsageError(f'"{arguments[1]}" behind the pattern', remedy="Quote the pattern.")
     typed = arguments[0] if arguments else None
-    verbs = {"--explain": explain, "--why": why}
-    view.check({"--like": like, **verbs, "--json": out.json}, rerank)
-    from lanindex.pipeline import open_library
-
+    explained = {"--explain": explain, "--why": why}
+    view.check({"--like": like, **explained, "--json": out.json}, rerank)
     if typed is None or like is not None or rerank:
         if like is None:
             found = "nothing to search for" if typed is None else "--rerank"
             raise UsageError(found, wanted="--like" if rerank else "a pattern or --like")
-        exclusive("--like", like, {"a pattern": typed, **verbs, "--count": view.count})
+        exclusive("--like", like, {"a pattern": typed, **explained, "--count": view.count})
         clip = options.one_line(like)
-        with open_library(db, readonly=True, note=out.note, progress=out.watch) as library:
+        with options.opened(db, out) as library:
             return _like(out, library, clip, rerank, view.limit, selection, timeout)
     exclusive("--why", why, {"--fuzzy": matching["fuzzy"] is not None})
     from lanindex.search.hits import Counts
     from lanindex.search.language.score import pattern_in
 
     pattern = pattern_in(typed)
-    with open_library(db, readonly=True, words=words, note=out.note, progress=out.watch) as library:
+    with options.opened(db, out, words) as library:
         pattern = pattern_of(out, library, pattern, words)
         if why is not None:
             del matching["fuzzy"]
@@ -215,8 +200,6 @@ def _note_labelled(out: Output, library: Library, name: str) -> None:
 
 def _hits(out: Output, library: Library, hits: Hits, view: View, best: int | None) -> None:
     """Print or draw hits; `best` is how many were searched for, if not all."""
-    from lanindex.app import formatting
-
     most = view.limit or (ON_TERMINAL if out.terminal else None)
     if view.limit is None and view.preview is not None:
         from lanindex.pipeline.preview import FORMS, form_of
@@ -320,7 +303,6 @@ def _write_tier(out: Output, hits: Hits, view: View, pattern: str) -> None:
 
 def _why(out: Output, trace: Trace) -> None:
     """Print how a pattern met one capture; exit with 1 if it has no hits there."""
-    from lanindex.app import formatting
     from lanindex.search.explain.why import records_of
 
     if trace.refused:
@@ -342,9 +324,6 @@ def _like(
     timeout: float | None,
 ) -> None:
     """Print what is like a clip; exit with 1 if nothing is."""
-    from lanindex import records
-    from lanindex.app import formatting
-
     most = limit or (ON_TERMINAL if out.terminal else LIKE_LIMIT)
     reach = max(most, LIKE_LIMIT) if rerank else most
     alike = library.like(clip, selection, limit=reach, rerank=rerank, timeout=timeout)
