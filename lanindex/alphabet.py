@@ -10,14 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 DIRECTIONS = (
-    "right",
-    "r_forward",
-    "forward",
-    "l_forward",
-    "left",
-    "l_back",
-    "back",
-    "r_back",
+    *("right", "r_forward", "forward", "l_forward", "left", "l_back", "back", "r_back"),
     "place",
 )
 """Names by code; code k < 8 points to azimuth 45 k degrees, 0 right and 90 forward."""
@@ -35,26 +28,9 @@ MIRRORED = tuple((4 - code) % 8 if code < PLACE else PLACE for code in range(len
 """The code of each direction's mirror image (left for right)."""
 
 JOINTS = (
-    "Pelvis",
-    "Chest",
-    "Neck",
-    "Head",
-    "RShoulder",
-    "RElbow",
-    "RWrist",
-    "RHand",
-    "RHip",
-    "RKnee",
-    "RAnkle",
-    "RToe",
-    "LShoulder",
-    "LElbow",
-    "LWrist",
-    "LHand",
-    "LHip",
-    "LKnee",
-    "LAnkle",
-    "LToe",
+    *("Pelvis", "Chest", "Neck", "Head"),
+    *("RShoulder", "RElbow", "RWrist", "RHand", "RHip", "RKnee", "RAnkle", "RToe"),
+    *("LShoulder", "LElbow", "LWrist", "LHand", "LHip", "LKnee", "LAnkle", "LToe"),
 )
 """The 20 joints of the body model.
 
@@ -64,16 +40,15 @@ Source: ``encoding/METHOD.md``, stage 0; Matsumoto and Hachimura (2001), figure 
 JOINT_CODES = {name: code for code, name in enumerate(JOINTS)}
 
 PALMS = {"RPalm": "RHand", "LPalm": "LHand"}
-"""Points in front of palms, no joints, and the hands that tell them where they face.
+"""The point in front of each palm (no joint), and the hand that says where the palm faces.
 
 Source: ``encoding/BODY.md``, "Palms".
 """
 
-
 FEET = ("spring", "hop", "leap", "assemble", "sissonne", "unseen")
-"""Which feet a jump leaves and lands on, by its amount.
+"""Which feet a jump leaves and lands on, by the symbol's amount.
 
-Both and both, one and the same, one and the other, one and both, both and one; or not seen.
+Both to both, one to the same, one to the other, one to both, both to one; or not seen.
 """
 
 
@@ -81,32 +56,31 @@ TOUCHED = ("hand", "head", "trunk", "arm", "thigh", "knee", "shank", "foot")
 """What a hand touches, by the symbol's amount."""
 
 CARRIERS = ("knee", "seat", "trunk", "hand", "other")
-"""What carries the body beside feet or instead of them, by the symbol's amount.
+"""What carries the body beside the feet or instead of them, by the symbol's amount.
 
-A knee, or both; the seat; the trunk of who lies; a hand, or both, whatever else does; or something
-that is not told.
+One knee or both; the seat; the trunk, lying; one hand or both, whatever else carries; or something
+unknown.
 """
 
 MOST_AMOUNT = (1 << 15) - 2
-"""The largest amount of a symbol: that many degrees are 91 turns, and so are more."""
-
+"""The largest amount of a symbol: that many degrees are 91 turns, and more are stored as this."""
 
 FASTEST = 40.94
-"""The highest speed of a symbol: what is faster has no room."""
+"""The highest speed that a symbol can store."""
 
 SIXTHS = 6
-"""How many degrees of bending there are: at the last one the ends of a limb meet."""
+"""The number of degrees of bending; at the last one the ends of a limb meet."""
 
 DEGREES_BENT = tuple(
     f"{way}{degree}" for way in ("bend", "stretch") for degree in range(SIXTHS + 1)
 )
-"""What a bend may be, by its amount: to which degree a limb is bent, or stretched."""
+"""To which degree a limb is bent or stretched, by the symbol's amount."""
 
 BENT = 2
-"""The degree from which on a limb is bent: arms that hang and legs that stand are by less."""
+"""The least degree that counts as bent: hanging arms and standing legs are bent by less."""
 
 HOW_BENT = ("",) * BENT + tuple(f"bent {degree}" for degree in range(BENT, SIXTHS + 1))
-"""What is said of an arm or a leg that points somewhere, by its amount."""
+"""How far an arm or a leg with a direction is bent, in words, by the symbol's amount."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,11 +94,10 @@ class Kind:
     # feet takes the weight. ``twist``: a part is turned against the one below. ``incline``: a part
     # leans out of the vertical
     name: str
-    # Which words of the pattern language can be said of it, by their kind: first those of its
-    # fields
+    # Kinds of words of the pattern language that fit it: first those of its fields
     words: tuple[str, ...]
     fields: tuple[str, ...]  # Which of a symbol's direction, level and amount it has
-    # What its lines in LND begin with; empty: they are made of those of other tracks
+    # What its lines in LND begin with; empty: its symbols come from those of other tracks
     keyword: str = ""
     directions: tuple[str, ...] = DIRECTIONS  # Those that it can have
     amounts: tuple[str, ...] = ()  # What its amounts are called, by number; empty: they are degrees
@@ -146,7 +119,7 @@ class Kind:
 _CELL = ("direction", "level")
 
 MEASURES = ("speed", "size", "straightness")
-"""What is measured of a movement and no notation writes: how fast, how far, how straight."""
+"""What is measured of a movement but written in no notation: how fast, how far, how straight."""
 
 KINDS = {
     kind.name: kind
@@ -187,7 +160,7 @@ KINDS = {
 """Every kind of track, by name; a library stores its place in this table."""
 
 LINES = {kind.keyword: kind for kind in KINDS.values() if kind.keyword}
-"""Every kind whose symbols have lines of their own in LND, by what those begin with."""
+"""Every kind whose symbols have lines of their own in LND, by the word those begin with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,10 +211,10 @@ PARTS: dict[str, Part] = {
 """Every part that is encoded as a limb, by name."""
 
 FACING = tuple(name for name, part in PARTS.items() if part.child in PALMS)
-"""Where palms face, which not every capture tells."""
+"""The tracks of palms, which not every capture has."""
 
 ALWAYS = tuple(name for name in PARTS if name not in FACING)
-"""Parts that any body may have."""
+"""The parts that any capture may have."""
 
 BODY = (
     *("r_support", "l_support", "step", "jump", "body_travel", "body_turn"),
@@ -250,36 +223,30 @@ BODY = (
 """The tracks of the whole body, in order."""
 
 BENDS = {part: f"{part}_bend" for part in PARTS if part[2:] in ("arm", "leg")}
-"""The tracks of elbows and knees, by the limb that they are of."""
+"""The tracks of elbows and knees, by the limb they belong to."""
 
 CONTACTS = ("r_stance", "l_stance", "other_support", "hands_touch", "r_hand_touch", "l_hand_touch")
-"""The tracks of what touches what: the body the ground, the hands each other and the body."""
+"""The tracks of contacts: of the body with the ground, of hands with each other and the body."""
 
 TRACKS = (*PARTS, *BODY, *BENDS.values(), *CONTACTS)
-"""Every track that there is, in the order in which they are shown."""
+"""Every track, in the order in which they are shown."""
 
 GROUPS = (*_PAIRED, *_SINGLE)
 """The groups of parts that share a profile's files."""
 
 
 def mirrored_part(name: str) -> str:
-    """Return the part on the other side: ``l_arm`` for ``r_arm``, ``head`` for ``head``.
-
-    What has no side is its own: of a jump, a way and a turn only the directions are mirrored.
-    """
+    """Return the part on the other side: ``l_arm`` for ``r_arm``, ``head`` for ``head``."""
     return {"r_": "l_", "l_": "r_"}.get(name[:2], name[:2]) + name[2:]
 
 
 def is_limb(part: str) -> bool:
-    """Return whether a part is always somehow: it points, carries or is bent, from the beginning.
-
-    What the body does as a whole just happens, and has no starting position.
-    """
+    """Return whether a part has a starting position: what the body does as a whole has none."""
     return kind_of(part) in ("gesture", "support", "bend")
 
 
 def amounts_of(part: str) -> tuple[str, ...]:
-    """Return what the amounts of a part's track may be; nothing where they are numbers."""
+    """Return the words for the amounts of a part's track; empty where they are numbers."""
     if part == "hands_touch":
         return TOUCHED[:1]
     kind = KINDS[kind_of(part)]
@@ -287,16 +254,14 @@ def amounts_of(part: str) -> tuple[str, ...]:
 
 
 _KIND_OF_GROUP = {
-    **{"support": "support", "step": "step", "jump": "jump"},
-    **{"body_travel": "travel", "body_turn": "turn"},
-    **{"arm_bend": "bend", "leg_bend": "bend"},
-    "stance": "stance",
-    **{"hands_touch": "touch", "hand_touch": "touch", "other_support": "carrier"},
+    **{kind: kind for kind in ("support", "step", "jump", "stance")},
+    **{"body_travel": "travel", "body_turn": "turn", "other_support": "carrier"},
+    **{"arm_bend": "bend", "leg_bend": "bend", "hands_touch": "touch", "hand_touch": "touch"},
     **{"torso_twist": "twist", "head_turn": "twist"},
     **{"torso_incline": "incline", "head_incline": "incline"},
 }
 
 
 def kind_of(part: str) -> str:
-    """Return of which kind a part's track is; of a part that nobody knows, a gesture."""
+    """Return the kind of a part's track; of an unknown part, ``gesture``."""
     return _KIND_OF_GROUP.get(part[2:] if part[:2] in ("r_", "l_") else part, "gesture")

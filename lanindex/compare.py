@@ -16,11 +16,8 @@ from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
 from lanindex.model.derived import STEP
 
-SECONDS = 0.1
-"""How far apart the edges of symbols at the same time may lie."""
-
-DEGREES = 5
-"""By how much equal turns, twists and inclines may differ."""
+SECONDS = 0.1  # how far apart the edges of symbols at the same time may lie
+DEGREES = 5  # by how much equal turns, twists and inclines may differ
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,28 +93,25 @@ def compare(
     if not tolerance >= 0:
         raise UsageError(f"a tolerance of {tolerance:g} s", wanted="0 or more")
     held = [{part for part in score.tracks if len(score.tracks[part])} for score in (one, other)]
-    order = [part for part in (*TRACKS, *sorted((held[0] | held[1]) - {*TRACKS})) if part != STEP]
-    asked = order if parts is None else parts
-    for part in asked:
-        if parts is not None and part not in held[0] | held[1]:
-            there = " ".join(it for it in order if it in held[0] | held[1])
-            raise UsageError(f'there is no part "{part}"', wanted=f"one of {there}")
-    both = [
-        part
-        for part in asked
-        if part in one.tracks and part in other.tracks and part in held[0] | held[1]
-    ]
+    either = held[0] | held[1]
+    order = [part for part in (*TRACKS, *sorted(either - {*TRACKS})) if part != STEP]
+    for part in parts or ():
+        if part not in either:
+            known = " ".join(it for it in order if it in either)
+            raise UsageError(f'there is no part "{part}"', wanted=f"one of {known}")
+    chosen = [part for part in (order if parts is None else parts) if part in either]
+    both = [part for part in chosen if part in one.tracks and part in other.tracks]
     if not both:
         raise UsageError("no track that both have", wanted="one at least")
-    found, same = list[Difference](), 0
+    differences, same = list[Difference](), 0
     for part in both:
         for pair in _beside(_timed(one, part), _timed(other, part)):
             if _differs(pair, tolerance):
-                found.append(_with_seen(pair, one, other))
+                differences.append(_with_seen(pair, one, other))
             else:
                 same += 1
-    only = [tuple(part for part in asked if part in own and part not in both) for own in held]
-    return Comparison(tuple(found), same, tuple(both), (only[0], only[1]))
+    only = [tuple(it for it in chosen if it in tracks and it not in both) for tracks in held]
+    return Comparison(tuple(differences), same, tuple(both), (only[0], only[1]))
 
 
 def _timed(score: Score, part: str) -> list[Timed]:

@@ -1,4 +1,4 @@
-"""What can go wrong, said so that a person can mend it.
+"""The errors that LanIndex raises, and how their messages show texts from outside.
 
 Every error names the place, what was found there, what was wanted, and (where there is one)
 the remedy::
@@ -15,12 +15,12 @@ from typing import Any
 
 
 def shown(text: str, most: int = 60) -> str:
-    """Return what a message shows of a text from outside: its beginning, where it is long."""
+    """Return a text from outside as a message shows it: of a long one the beginning."""
     return text if len(text) <= most else text[: most - 1] + "…"
 
 
 def quoted(value: object, most: int = 60) -> str:
-    """Return what a message shows of a value from outside, as Python writes it."""
+    """Return a value from outside as a message shows it: as Python writes it."""
     try:
         return shown(repr(value), most)
     except (ValueError, RecursionError):  # a number of too many digits, lists in lists in lists
@@ -28,7 +28,7 @@ def quoted(value: object, most: int = 60) -> str:
 
 
 def guess(word: str, known: Iterable[str]) -> str:
-    """Return the known word that is most like one, for "Did you mean"; empty where none is."""
+    """Return the known word most like `word`, for "Did you mean"; empty if none is like it."""
     from rapidfuzz import process
 
     near = process.extractOne(word, list(known), score_cutoff=60)
@@ -36,7 +36,7 @@ def guess(word: str, known: Iterable[str]) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return a remedy that names the known word that is most like one; empty where none is."""
+    """Return a remedy that names the known word most like `word`; empty if none is like it."""
     near = guess(word, known)
     return f"Did you mean {near}?" if near else ""
 

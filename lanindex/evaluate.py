@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 from lanindex import records
 from lanindex.errors import LanindexError, PatternError, UsageError, quoted, shown
 from lanindex.library.connect import Progress, no_progress
-from lanindex.model import Capture, Meter
+from lanindex.model import Capture, Meter, Score
 from lanindex.notation.text import read_toml
 from lanindex.pipeline.deadline import deadline
 from lanindex.pipeline.discover import discover
 from lanindex.pipeline.labels import Labels, key_of
-from lanindex.pipeline.prepare import Outcome, Task, prepared
+from lanindex.pipeline.prepare import Task, prepared
 from lanindex.pipeline.search import SearchOptions, searcher
 from lanindex.search.language import Query, parse
 from lanindex.search.language.score import pattern_in
@@ -32,8 +32,7 @@ if TYPE_CHECKING:
 
 BOUND_REMEDY = 'Bound what the patterns try: write "...[<5s]" for "...".'
 
-RESAMPLES = 2000
-"""Draws of the bootstrap that estimates the standard error."""
+RESAMPLES = 2000  # draws of the bootstrap that estimates the standard error
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +109,7 @@ class Result:
             "missed": missed,
             "positives": right + missed,
             "clips": len(self.found),
-            **({"misses": [self._miss(miss) for miss in self.misses]} if misses else {}),
+            **({"misses": [self._record(miss) for miss in self.misses]} if misses else {}),
         }
 
     def obstacle(self, miss: Miss) -> str:
@@ -119,7 +118,7 @@ class Result:
 
         return trace(self.expectation.query, miss.capture, miss.tracks).obstacle
 
-    def _miss(self, miss: Miss) -> dict[str, Any]:
+    def _record(self, miss: Miss) -> dict[str, Any]:
         clip = {"capture": miss.capture.path, "label": miss.capture.label}
         if miss.hit is None:
             return {**clip, "kind": "missed", "obstacle": self.obstacle(miss)}
@@ -138,29 +137,25 @@ def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:
             case {"pattern": str(text), "positives": [*positives]} if len(entry) == 2 and all(
                 isinstance(label, str) for label in positives
             ):
-                query = _parsed(text, Path(path), name)
-                expectations.append(Expectation(name, text, query, frozenset(positives)))
+                pass
             case _:
                 raise UsageError(
                     f"{shown(name)} = {quoted(entry)}",
                     place=str(path),
                     wanted='name = {pattern = "...", positives = ["label", ...]}',
                 )
+        place = f"{path}: {shown(name)}"
+        try:
+            query = parse(pattern_in(text, Path(path).parent))
+        except PatternError as error:
+            raise UsageError(f"the pattern is not understood\n{error}", place=place) from error
+        if query.stages:
+            found = f'"| {query.stages[0]}"'
+            raise UsageError(found, place=place, wanted="a pattern without a pipe: its hits count")
+        expectations.append(Expectation(name, text, query, frozenset(positives)))
     if not expectations:
         raise UsageError("no patterns", place=str(path), wanted="one at least")
     return expectations
-
-
-def _parsed(text: str, path: Path, name: str) -> Query:
-    place = f"{path}: {shown(name)}"
-    try:
-        query = parse(pattern_in(text, path.parent))
-    except PatternError as error:
-        raise UsageError(f"the pattern is not understood\n{error}", place=place) from error
-    if query.stages:
-        found = f'"| {query.stages[0]}"'
-        raise UsageError(found, place=place, wanted="a pattern without a pipe: its hits count")
-    return query
 
 
 def read_clips(
@@ -171,23 +166,13 @@ def read_clips(
     tasks = (Task(path, profile) for path in paths)
     for number, outcome in enumerate(prepared(tasks, jobs), 1):
         label, metadata = labels[key_of(outcome.path)]
-        yield _clip(number, outcome, label or "", metadata)
-
-
-def _clip(number: int, outcome: Outcome, label: str, metadata: Mapping[str, str]) -> Clip:
-    score = outcome.score
-    capture = Capture(
-        number,
-        outcome.path,
-        outcome.format,
-        outcome.sha256,
-        label,
-        score.rate if score else Fraction(1),
-        score.frames if score else 0,
-        score.meter if score else Meter(),
-        metadata=metadata,
-    )
-    return Clip(capture, score.tracks if score else {}, outcome.error)
+        score = outcome.score or Score(Fraction(1), 0, Meter(), {})
+        capture = Capture(
+            *(number, outcome.path, outcome.format, outcome.sha256, label or ""),
+            *(score.rate, score.frames, score.meter),
+            metadata=metadata,
+        )
+        yield Clip(capture, score.tracks, outcome.error)
 
 
 def evaluate(
@@ -216,9 +201,9 @@ def evaluate(
     >>> summary([bow])["mean_f1"]
     1.0
     """
-    how = SearchOptions.read(near=near, fuzzy=fuzzy)
+    options = SearchOptions.read(near=near, fuzzy=fuzzy)
     in_time = deadline(progress, timeout, "evaluation", BOUND_REMEDY)
-    search = searcher([clip.capture for clip in clips], [clip.tracks for clip in clips], how)
+    search = searcher([clip.capture for clip in clips], [clip.tracks for clip in clips], options)
     results = []
     for done, expectation in enumerate(expectations):
 
@@ -234,9 +219,9 @@ def evaluate(
         found = tuple(clip.capture.id in first for clip in clips)
         wanted = tuple(expectation.wants(clip.capture.label) for clip in clips)
         misses = tuple(
-            Miss(clip.capture, hits[first[clip.capture.id]] if got else None, clip.tracks)
-            for clip, got, should in zip(clips, found, wanted, strict=True)
-            if got != should
+            Miss(clip.capture, hits[first[clip.capture.id]] if is_found else None, clip.tracks)
+            for clip, is_found, is_wanted in zip(clips, found, wanted, strict=True)
+            if is_found != is_wanted
         )
         results.append(Result(expectation, found, wanted, misses, tuple(refused)))
     return results
