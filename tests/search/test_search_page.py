@@ -11,7 +11,7 @@ from query_cases import recordings_of
 import lanindex.search
 from lanindex.search.explain import planned
 from lanindex.search.language import parse
-from lanindex.search.match.backward import NONE, Backwards, end_of
+from lanindex.search.match.backward import NONE, Backwards, end_of, ending_values
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.finder import columns_in, find_in
 from lanindex.search.match.follow import Transitions
@@ -57,7 +57,7 @@ def test_the_arrays_of_the_example(recordings):
     table = PAGE[PAGE.index("event of state 0 ") :]
     assert re.search(r"low +([\d ]+)\n", table)[1].split() == list(map(str, transitions.low))
     assert re.search(r"high +([\d ]+)\n", table)[1].split() == list(map(str, transitions.high))
-    values = Backwards(batch, program).values
+    values = Backwards(batch, program, ending_values(batch, program)).values
     assert [end_of(it[it < NONE]).tolist() for it in values] == [[36], [36]]
     assert np.flatnonzero(values[0] < NONE).tolist() == [1]
     (hit,) = find_in(recordings, query)

@@ -45,14 +45,40 @@ def may_leave(batch: Batch, program: Program, leaving: Exit) -> BoolArray:
     return fits
 
 
+def ending_values(batch: Batch, program: Program) -> list[IntArray]:
+    """Return by state the values of the events at which a line ends, `NONE` elsewhere."""
+    found = []
+    for state, exits in zip(program.states, program.exits, strict=True):
+        events = batch.events(state)
+        fits = np.zeros(len(events), bool)
+        for leaving in exits:
+            fits |= may_leave(batch, program, leaving)
+        fits &= ~events.starting
+        if state.manner != "via":
+            fits &= ~events.passing
+        found.append(np.where(fits, value_of(events.end, events.cost), NONE))
+    return found
+
+
 class Backwards:
     """The values of all events of a program's states in a batch.
 
-    What a program remembers is left out. If it `runs_on`, a line goes on where it could end.
+    What a program remembers is left out. `own` are the values at which it ends, by state, as from
+    `ending_values`. No match enters the events that are `shut`, by state. If the line `runs_on`, it
+    goes on where it could end.
     """
 
-    def __init__(self, batch: Batch, program: Program, *, runs_on: bool = True) -> None:
+    def __init__(
+        self,
+        batch: Batch,
+        program: Program,
+        own: list[IntArray],
+        *,
+        shut: list[BoolArray] | None = None,
+        runs_on: bool = True,
+    ) -> None:
         self._batch, self._program, self._runs_on = batch, program, runs_on
+        self._own, self._shut = own, shut
         # by state, (N,): the value of each event, and that of going on from it, or `NONE`
         self.values: list[IntArray] = [np.empty(0, np.int64)] * len(program.states)
         self.beyond: list[IntArray] = list(self.values)
@@ -62,18 +88,8 @@ class Backwards:
             else:
                 (state,) = states
                 self.beyond[state], self.values[state] = self._combined(
-                    self._beyond(state), self.own(state), self._events(state).cost
+                    self._beyond(state), own[state], self._events(state).cost
                 )
-
-    def own(self, state: int) -> IntArray:
-        """Return the values of the events at which the line ends."""
-        events, fits = self._events(state), np.zeros(len(self._events(state)), bool)
-        for leaving in self._program.exits[state]:
-            fits |= may_leave(self._batch, self._program, leaving)
-        fits &= ~events.starting
-        if self._program.states[state].manner != "via":
-            fits &= ~events.passing
-        return np.where(fits, value_of(events.end, events.cost), NONE)
 
     def ahead(self, edge: Edge) -> tuple[IntArray, Transitions]:
         """Return the values that an edge enters, `NONE` if it does not, and where it leads."""
@@ -91,7 +107,7 @@ class Backwards:
         for arrow in edge.entry.from_start:
             fits = begins(self._batch, state, self._batch.events(state), arrow)
             values = np.where(fits, values, NONE)
-        return values
+        return np.where(self._shut[state.number], NONE, values) if self._shut else values
 
     def _beyond(self, state: int, within: frozenset[int] = frozenset()) -> IntArray:
         """Return the best values that a state's edges lead to, but for those among some states."""
@@ -129,7 +145,7 @@ class Backwards:
                     pairs, many = pairs + found, many + waiting
         none = [np.full(many - int(bounds[-1]), NONE)]
         beyond = np.concatenate([*(self._beyond(it, within) for it in states), *none])
-        own = np.concatenate([*(self.own(it) for it in states), *none])
+        own = np.concatenate([*(self._own[it] for it in states), *none])
         cost = np.concatenate([*costs, 0 * none[0]])
         beyond, values = self._solved(np.concatenate(pairs, axis=1), beyond, own, cost)
         for state, begin, end in zip(states, bounds, bounds[1:], strict=False):

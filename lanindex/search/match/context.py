@@ -10,7 +10,7 @@ import numpy as np
 
 from lanindex.search.language.clauses import Condition
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, Table
-from lanindex.search.match.backward import Backwards
+from lanindex.search.match.backward import Backwards, ending_values
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Facts
 from lanindex.search.match.follow import NONE, roots
@@ -194,7 +194,8 @@ class Context:
     def backwards(self, program: Program) -> Backwards:
         """Return the values of a line."""
         if program not in self._backwards:
-            self._backwards[program] = Backwards(self.batch, program)
+            own = ending_values(self.batch, program)
+            self._backwards[program] = Backwards(self.batch, program, own)
         return self._backwards[program]
 
     def alive(self, program: Program) -> list[BoolArray]:

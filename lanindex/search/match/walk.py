@@ -34,7 +34,14 @@ from lanindex.search.match.arrays import (
     starts_of,
     together,
 )
-from lanindex.search.match.backward import Backwards, cost_of, end_of, may_leave, value_of
+from lanindex.search.match.backward import (
+    Backwards,
+    cost_of,
+    end_of,
+    ending_values,
+    may_leave,
+    value_of,
+)
 from lanindex.search.match.conditions import MET
 from lanindex.search.match.context import Context, Decidable, Hulls, LineJoiner
 from lanindex.search.match.follow import NONE, Transitions, begins, roots
@@ -112,56 +119,30 @@ class BestEnds:
         self.best, self.ending = _best(context, program, wanted, end), starting
         self.on = [np.zeros(len(it), bool) for it in wanted]
         if any(it.any() for it in wanted):
-            self.on = [it < NONE for it in _Leading(context, program, wanted).beyond]
+            reachable = zip(wanted, context.alive(program), strict=True)
+            own = [np.where(one & other, 0, NONE) for one, other in reachable]
+            ahead = Backwards(context.batch, program, own, runs_on=False)
+            self.on = [it < NONE for it in ahead.beyond]  # a contested event follows
         self.entered = [one | other for one, other in zip(wanted, self.on, strict=True)]
         self.looked_up = [few and free for free in self.free]
 
 
 def _best(context: Context, program: Program, wanted: list[BoolArray], end: str) -> list[IntArray]:
     """Return by state and event the values of the matches that end first, or last, -1: none."""
-    found = []
     if end == FIRST and not any(it.any() for it in wanted):
-        ahead = context.backwards(program).values
+        ahead = context.backwards(program)
     else:
-        ahead = _Ahead(context, program, wanted, end).values
-    for values in ahead:
-        best = values if end == FIRST else value_of(LATEST - end_of(values), values * 0)
-        found.append(np.where(values < NONE, best, -1))
-    return found
+        own = ending_values(context.batch, program)
+        if end == LAST:
+            own = [_latest_first(it) for it in own]
+        ahead = Backwards(context.batch, program, own, shut=wanted)
+    best = ahead.values if end == FIRST else [_latest_first(it) for it in ahead.values]
+    return [np.where(it < NONE, it, -1) for it in best]
 
 
-class _Ahead(Backwards):
-    """The best ends of matches that claim nothing more."""
-
-    def __init__(
-        self, context: Context, program: Program, wanted: list[BoolArray], end: str
-    ) -> None:
-        self._wanted, self._end = wanted, end
-        super().__init__(context.batch, program)
-
-    def own(self, state: int) -> IntArray:
-        """Return the values of the events at which the line ends; for `LAST` later is less."""
-        values = super().own(state)
-        if self._end == FIRST:
-            return values
-        return np.where(values < NONE, value_of(LATEST - end_of(values), values * 0), NONE)
-
-    def _entered(self, edge: Edge, values: IntArray) -> IntArray:
-        values = super()._entered(edge, values)
-        return np.where(self._wanted[edge.entry.state], NONE, values)
-
-
-class _Leading(Backwards):
-    """Whether matches lead to a contested event."""
-
-    def __init__(self, context: Context, program: Program, wanted: list[BoolArray]) -> None:
-        alive = context.alive(program)
-        self._wanted = [one & other for one, other in zip(wanted, alive, strict=True)]
-        super().__init__(context.batch, program, runs_on=False)
-
-    def own(self, state: int) -> IntArray:
-        """Return 0 for contested events."""
-        return np.where(self._wanted[state], 0, NONE)
+def _latest_first(values: IntArray) -> IntArray:
+    """Return values of which a later end is the smaller one, without costs; or turn them back."""
+    return np.where(values < NONE, value_of(LATEST - end_of(values), values * 0), NONE)
 
 
 class Expiry:
