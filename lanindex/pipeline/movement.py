@@ -6,9 +6,9 @@ what counts as one observation: its symbols depend on each other.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +32,6 @@ PARTED = tuple(
     and KINDS[kind_of(part)].lasts
 )  # fmt: skip
 """The parts that can be counted: those that always are somewhere."""
-
-_TWO = "two different groups"
 
 BINS = 20
 """Into how many stretches a capture's time is cut."""
@@ -148,28 +146,34 @@ def movement(
     parts: Iterable[str] = (),
 ) -> Movement:
     """Count how movement is spread."""
-    wanted = list(dict.fromkeys(parts)) or list(USUAL)
-    if unknown := [part for part in wanted if part not in PARTED]:
+    counted = list(dict.fromkeys(parts)) or list(USUAL)
+    if unknown := [part for part in counted if part not in PARTED]:
         raise UsageError(f'no part "{shown(unknown[0])}"', wanted=f"one of {' '.join(PARTED)}")
     called = _values(store, numbers, by)
     names = sorted(set(called.values()))
     if compared:
         if compared[0] == compared[1]:
-            raise UsageError(f'"{shown(compared[0])}" twice', place=f"--by {by}", wanted=_TWO)
+            found, wanted = f'"{shown(compared[0])}" twice', "two different groups"
+            raise UsageError(found, place=f"--by {by}", wanted=wanted)
         if lacking := [name for name in compared if name not in names]:
             listed = ", ".join(map(shown, names[:20])) or "a capture"
             raise UsageError(f'no "{shown(lacking[0])}"', place=f"--by {by}", wanted=listed)
         names = list(compared)
-    chosen = sorted(number for number, value in called.items() if value in names)
     places = {name: place for place, name in enumerate(names)}
+    chosen = sorted(number for number, value in called.items() if value in places)
     group = np.array([places[called[number]] for number in chosen], np.int64)
-    table = _Table(names, group)
-    for part in wanted:
+    unit, sides = gathered(group)
+    moves: list[Moves] = []
+    measures: list[_Measure] = []
+    for part in counted:
         roster, columns = store.columns([part], chosen)
-        table.count(part, roster, columns[part])
-    ordered = [one for name in names for one in table.moves if one.group == name]
+        of_part, made = _moves(roster, columns[part], names, group)
+        moves += of_part
+        if len(names) == 2:
+            measures += _measures(part, made, group, unit)
+    moves.sort(key=lambda one: places[one.group])
     sizes = dict(zip(names, np.bincount(group, minlength=len(names)).tolist(), strict=True))
-    return Movement(by, sizes, tuple(ordered), table.differences())
+    return Movement(by, sizes, tuple(moves), _differences(measures, sides))
 
 
 def _values(store: Store, numbers: Sequence[int] | None, by: str) -> dict[int, str]:
@@ -186,104 +190,89 @@ def _values(store: Store, numbers: Sequence[int] | None, by: str) -> dict[int, s
     return {number: one.get(by, "") for number, one in metadata.items()}
 
 
-class _Table:
-    """Counts part by part, and what is compared of them."""
+_Made = tuple[IntArray, IntArray, Floats]
+"""The M movements of a part in C captures: of each its capture (M,) and its cell (M,), and the
+seconds (C,) in which the part is known."""
 
-    def __init__(self, names: Sequence[str], group: IntArray) -> None:
-        self.names, self.group = names, group
-        self.moves: list[Moves] = []
-        self.unit, self.units, self.sides = gathered(group)
-        self.shares: list[Floats] = []
-        self.seen: list[Floats] = []
-        self.columns: list[tuple[str, str, tuple[int, int]]] = []
 
-    def count(self, part: str, roster: Roster, columns: Columns) -> None:
-        """Count one part."""
-        rows = np.diff(columns.bounds)
-        capture = np.repeat(np.arange(len(rows)), rows)
-        direction, level = codes_of(columns.cell)
-        cell = direction.astype(np.int64) * len(LEVELS) + level
-        here = (columns.cell & PASSING == 0) & (direction >= 0) & (level >= 0)
-        moved = here & (columns.cell < STARTING)
-        known, lasts = _seconds(roster, rows > 0, columns.gaps)
-        steps = np.flatnonzero(here)
-        came, went = steps[:-1], steps[1:]
-        follow = moved[went] & (capture[came] == capture[went])
-        came, went = came[follow], went[follow]
-        of = self.group[capture]
-        size, groups = len(CELLS), len(self.names)
-        cells = np.bincount(of[moved] * size + cell[moved], minlength=groups * size)
-        pairs = (of[went] * size + cell[came]) * size + cell[went]
-        transitions = np.bincount(pairs, minlength=groups * size * size)
-        frames = np.maximum(roster.frames[capture[moved]], 1).astype(np.int64)
-        time = np.minimum(columns.start[moved].astype(np.int64) * BINS // frames, BINS - 1)
-        over = np.bincount(of[moved] * BINS + time, minlength=groups * BINS).reshape(-1, BINS)
-        for place, name in enumerate(self.names):
-            own = self.group == place
-            seconds = float(known[own].sum())
-            self.moves.append(
-                Moves(
-                    *(name, part, int((own & (known > 0)).sum()), seconds, float(lasts[own].sum())),
-                    cells.reshape(groups, size)[place],
-                    transitions.reshape(groups, size, size)[place],
-                    over[place] * BINS / seconds if seconds else np.zeros(BINS),
-                )
-            )
-        if groups == 2:
-            self._compared(part, capture[moved], cell[moved], known)
+def _moves(
+    roster: Roster, columns: Columns, names: Sequence[str], group: IntArray
+) -> tuple[list[Moves], _Made]:
+    """Count the movements of a part in each group; `group` is (C,) the group of each capture."""
+    rows = np.diff(columns.bounds)
+    capture = np.repeat(np.arange(len(rows)), rows)
+    direction, level = codes_of(columns.cell)
+    cell = direction.astype(np.int64) * len(LEVELS) + level
+    stops = (columns.cell & PASSING == 0) & (direction >= 0) & (level >= 0)
+    moved = stops & (columns.cell < STARTING)
+    known, lasts = _seconds(roster, rows > 0, columns.gaps)
+    steps = np.flatnonzero(stops)
+    came, went = steps[:-1], steps[1:]
+    follow = moved[went] & (capture[came] == capture[went])
+    came, went = came[follow], went[follow]
+    of = group[capture]
+    size, groups = len(CELLS), len(names)
+    cells = np.bincount(of[moved] * size + cell[moved], minlength=groups * size).reshape(-1, size)
+    pairs = (of[went] * size + cell[came]) * size + cell[went]
+    ways = np.bincount(pairs, minlength=groups * size * size).reshape(groups, size, size)
+    frames = np.maximum(roster.frames[capture[moved]], 1).astype(np.int64)
+    time = np.minimum(columns.start[moved].astype(np.int64) * BINS // frames, BINS - 1)
+    over = np.bincount(of[moved] * BINS + time, minlength=groups * BINS).reshape(-1, BINS)
+    moves = []
+    for place, name in enumerate(names):
+        own = group == place
+        seen, seconds = int((own & (known > 0)).sum()), float(known[own].sum())
+        times = over[place] * BINS / seconds if seconds else np.zeros(BINS)
+        counts = cells[place], ways[place], times
+        moves.append(Moves(name, columns.part, seen, seconds, float(lasts[own].sum()), *counts))
+    return moves, (capture[moved], cell[moved], known)
 
-    def _compared(self, part: str, capture: IntArray, cell: IntArray, known: Floats) -> None:
-        """Take note of what the observations say of one part: shares of cells, and the rate."""
-        size, made = len(CELLS), np.bincount(capture, minlength=len(known))
-        total = np.bincount(
-            self.unit[capture] * size + cell, 1 / made[capture], minlength=self.units * size
-        ).reshape(-1, size)
-        moving = np.bincount(self.unit[made > 0], minlength=self.units)
-        rates = np.divide(made, known, out=np.zeros(len(known)), where=known > 0)
-        there = np.bincount(self.unit[known > 0], minlength=self.units)
-        rate = np.bincount(self.unit, rates, minlength=self.units)
-        counts = np.bincount(self.group[capture] * size + cell, minlength=2 * size).reshape(2, -1)
-        used = np.flatnonzero(counts.sum(axis=0))
-        for column, name in ((total[:, it], CELLS[it]) for it in used.tolist()):
-            self._note(part, name, column, moving, counts[:, CELLS.index(name)], made > 0)
-        self._note(part, "rate", rate, there, counts.sum(axis=1), known > 0)
 
-    def _note(
-        self,
-        part: str,
-        what: str,
-        sums: NDArray[Any],
-        of: IntArray,
-        counts: NDArray[Any],
-        in_captures: Any,
-    ) -> None:
-        value = np.divide(sums, of, out=np.full(len(sums), np.nan), where=of > 0)
-        self.shares.append(value)
-        captures = np.bincount(self.group[in_captures], minlength=2)
-        self.columns.append((part, what, (int(captures[0]), int(captures[1]))))
-        self.seen.append(counts.astype(np.float64))
+class _Measure(NamedTuple):
+    """What two groups are compared in: a value of each observation (U,), NaN where unknown."""
 
-    def differences(self) -> tuple[Difference, ...]:
-        """Return what was compared, what matters most first."""
-        if not self.shares:
-            return ()
-        values = np.stack(self.shares, axis=1)
-        means, spread, p, wide = by_chance(values, self.sides)
-        found = []
-        for number, (part, what, captures) in enumerate(self.columns):
-            if min(captures) == 0:
-                continue
-            gap = means[1, number] - means[0, number]
-            reach = wide * spread[number]
-            counts = self.seen[number].astype(int).tolist()
-            found.append(
-                Difference(
-                    *(part, what, (float(means[0, number]), float(means[1, number])), captures),
-                    (counts[0], counts[1]),
-                    *(float(gap - reach), float(gap + reach), float(p[number])),
-                )
-            )
-        return tuple(sorted(found, key=lambda one: (one.p, -abs(one.values[1] - one.values[0]))))
+    part: str
+    what: str
+    values: Floats
+    captures: IntArray  # (2,)
+    movements: IntArray  # (2,)
+
+
+def _measures(part: str, made: _Made, group: IntArray, unit: IntArray) -> Iterator[_Measure]:
+    """Yield what the observations say of a part: the shares of cells, and the rate."""
+    (capture, cell, known), size, units = made, len(CELLS), int(unit.max()) + 1
+    count = np.bincount(capture, minlength=len(known))
+    counts = np.bincount(group[capture] * size + cell, minlength=2 * size).reshape(2, -1)
+    shares = np.bincount(unit[capture] * size + cell, 1 / count[capture], units * size)
+    rates = np.divide(count, known, out=np.zeros(len(known)), where=known > 0)
+
+    def measure(what: str, sums: NDArray[Any], there: Any, moved: NDArray[Any]) -> _Measure:
+        of = np.bincount(unit[there], minlength=units)
+        values = np.divide(sums, of, out=np.full(units, np.nan), where=of > 0)
+        return _Measure(part, what, values, np.bincount(group[there], minlength=2), moved)
+
+    for one in np.flatnonzero(counts.sum(axis=0)).tolist():
+        yield measure(CELLS[one], shares.reshape(-1, size)[:, one], count > 0, counts[:, one])
+    rate = np.bincount(unit, rates, minlength=units)
+    yield measure("rate", rate, known > 0, counts.sum(axis=1))
+
+
+def _differences(measures: Sequence[_Measure], sides: IntArray) -> tuple[Difference, ...]:
+    """Return what was compared, what matters most first."""
+    if not measures:
+        return ()
+    means, spread, p, wide = by_chance(np.stack([one.values for one in measures], axis=1), sides)
+    differences = []
+    for one, a, b, deviation, own_p in zip(measures, *means, spread, p, strict=True):
+        if one.captures.min() == 0:
+            continue
+        (few, many), (moves, more_moves) = one.captures.tolist(), one.movements.tolist()
+        gap, reach = float(b - a), float(wide * deviation)
+        numbers = (float(a), float(b)), (few, many), (moves, more_moves)
+        differences.append(
+            Difference(one.part, one.what, *numbers, gap - reach, gap + reach, float(own_p))
+        )
+    return tuple(sorted(differences, key=lambda it: (it.p, -abs(it.values[1] - it.values[0]))))
 
 
 def _seconds(roster: Roster, there: Any, gaps: NDArray[np.int32]) -> tuple[Floats, Floats]:
@@ -302,20 +291,19 @@ DRAWS, SURE, GATHERED = 999, 0.95, 400
 a group has at most: more captures are gathered by chance into so many."""
 
 
-def gathered(group: IntArray) -> tuple[IntArray, int, IntArray]:
-    """Return which observation each capture belongs to, how many there are, and each one's group.
+def gathered(group: IntArray) -> tuple[IntArray, IntArray]:
+    """Return which observation each capture belongs to (C,), and the group of each of these (U,).
 
     They are captures, or as many as `GATHERED` for a group, filled by chance.
     """
     random = np.random.default_rng(0)
-    unit, sides, first = np.zeros(len(group), np.int64), [], 0
+    unit, sides = np.zeros(len(group), np.int64), list[int]()
     for side in range(int(group.max()) + 1 if len(group) else 0):
         own = random.permutation(np.flatnonzero(group == side))
         many = min(len(own), GATHERED)
-        unit[own] = first + np.arange(len(own)) % max(many, 1)
+        unit[own] = len(sides) + np.arange(len(own)) % max(many, 1)
         sides += [side] * many
-        first += many
-    return unit, first, np.array(sides, np.int64)
+    return unit, np.array(sides, np.int64)
 
 
 def by_chance(values: Floats, sides: IntArray) -> tuple[Floats, Floats, Floats, float]:

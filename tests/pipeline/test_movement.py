@@ -116,8 +116,8 @@ def test_chance_is_told_as_chance() -> None:
 
 def test_many_captures_are_gatheredby_chance() -> None:
     group = np.repeat([0, 1], [3 * GATHERED + 5, 7])
-    unit, units, sides = gathered(group)
-    assert units == GATHERED + 7
+    unit, sides = gathered(group)
+    assert len(sides) == GATHERED + 7
     assert np.bincount(unit).max() == 4
     assert (sides[unit] == group).all()
 
