@@ -6,6 +6,7 @@ seen from above, forward up, with place in the middle.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.errors import UsageError, extra
-from lanindex.pipeline.movement import BINS, CELLS, Movement, Moves
+from lanindex.pipeline.movement import BINS, CELLS, Difference, Movement, Moves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,7 +67,11 @@ def charted(found: Movement, form: str) -> bytes:
         FigureCanvasAgg(figure)  # no display
         axes = figure.subplots(len(found.parts), columns, squeeze=False)
         for row, part in zip(axes, found.parts, strict=True):
-            _row(found, part, list(row), first=part == found.parts[0])
+            _row(found, part, list(row))
+        for axis, title in zip(axes[0], _titles(found), strict=True):
+            axis.set_title(title, fontsize=8)
+        if len(found.groups) > 1:
+            axes[0][-1].legend(fontsize=6, frameon=False)
         figure.suptitle(_title(found))
         content = BytesIO()
         metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(form)
@@ -83,30 +88,31 @@ def _title(found: Movement) -> str:
     return f"{said}\nlow, mid, high from left to right, forward up, place in the middle"
 
 
-def _row(found: Movement, part: str, axes: list[Axes], *, first: bool) -> None:
+def _titles(found: Movement) -> Iterator[str]:
+    for group in found.groups:
+        yield f"{group or '(none)'}: where to"
+        yield f"{group or '(none)'}: the {WAYS} most frequent ways"
+    if len(found.groups) == 2:
+        yield "second less first, % (mean of captures)"
+    yield "movements a second"
+
+
+def _row(found: Movement, part: str, axes: list[Axes]) -> None:
     """Draw a part: cells and ways of each group, the difference of two, and rates."""
     moves = [found.of(group, part) for group in found.groups]
     shares = [one.cells / max(int(one.cells.sum()), 1) for one in moves]
     top = max(float(max(it.max() for it in shares)), 1e-9)
-    for axis, one, share in zip(axes[0::2], moves, shares, strict=False):
-        _field(axis, share, "Blues", 0.0, top)
-        _titled(axis, f"{one.group or '(none)'}: where to" if first else "")
-        axis.set_xlabel(f"{int(one.cells.sum())} movements, {one.captures} captures")
-    for axis, one in zip(axes[1::2], moves, strict=False):
-        _ways(axis, one.transitions)
-        _titled(axis, f"{one.group or '(none)'}: the {WAYS} most frequent ways" if first else "")
-        axis.set_xlabel(f"known {one.coverage:.0%} of the time")
+    for place, (one, share) in enumerate(zip(moves, shares, strict=True)):
+        cells, ways = axes[2 * place : 2 * place + 2]
+        _field(cells, share, "Blues", 0.0, top)
+        cells.set_xlabel(f"{int(one.cells.sum())} movements, {one.captures} captures")
+        _ways(ways, one.transitions)
+        ways.set_xlabel(f"known {one.coverage:.0%} of the time")
     axes[0].set_ylabel(part)
+    differences = [one for one in found.differences if one.part == part]
     if len(moves) == 2:
-        _difference(axes[-2], found, part)
-        _titled(axes[-2], "second less first, % (mean of captures)" if first else "")
-    rate = next((it for it in found.differences if (it.part, it.what) == (part, "rate")), None)
-    _rates(axes[-1], moves, first=first, frame=rate is not None and rate.matters)
-
-
-def _titled(axis: Axes, text: str) -> None:
-    if text:
-        axis.set_title(text, fontsize=8)
+        _difference(axes[-2], [one for one in differences if one.what != "rate"])
+    _rates(axes[-1], moves, frame=any(one.matters for one in differences if one.what == "rate"))
 
 
 def _bare(axis: Axes) -> None:
@@ -122,19 +128,22 @@ def _bare(axis: Axes) -> None:
 def _field(axis: Axes, values: NDArray[Any], colors: str, least: float, most: float) -> None:
     """Draw a value in each cell; what is shown of it is in per cent."""
     from matplotlib import colormaps
-    from matplotlib.patches import Rectangle
 
     _bare(axis)
     for (x, y), value in zip(_SPOTS, values.tolist(), strict=True):
         share = (value - least) / (most - least)
         color = colormaps[colors](0.85 * share if least == 0 else share)
-        axis.add_patch(
-            Rectangle((x - 0.47, y - 0.47), 0.94, 0.94, facecolor=color, edgecolor="0.8")
-        )
+        _square(axis, x, y, facecolor=color, edgecolor="0.8")
         if abs(value) >= 0.005:
             dark = share > 0.6 if least == 0 else abs(share - 0.5) > 0.35
             shade = "white" if dark else "black"
             axis.text(x, y, f"{value * 100:.0f}", ha="center", va="center", color=shade, fontsize=6)
+
+
+def _square(axis: Axes, x: float, y: float, **style: Any) -> None:
+    from matplotlib.patches import Rectangle
+
+    axis.add_patch(Rectangle((x - 0.47, y - 0.47), 0.94, 0.94, **style))
 
 
 def _ways(axis: Axes, transitions: NDArray[Any]) -> None:
@@ -157,23 +166,19 @@ def _ways(axis: Axes, transitions: NDArray[Any]) -> None:
             axis.annotate("", _SPOTS[went[it]], _SPOTS[came[it]], arrowprops=style)
 
 
-def _difference(axis: Axes, found: Movement, part: str) -> None:
+def _difference(axis: Axes, differences: list[Difference]) -> None:
     """Draw how much more of a capture's movements go to a cell in the second group."""
-    from matplotlib.patches import Rectangle
-
-    own = [one for one in found.differences if one.part == part and one.what != "rate"]
     gaps = np.zeros(len(CELLS))
-    for one in own:
+    for one in differences:
         gaps[CELLS.index(one.what)] = one.values[1] - one.values[0]
     top = max(float(np.abs(gaps).max()), 0.25)
     _field(axis, gaps, "PuOr_r", -top, top)
-    for one in own:
+    for one in differences:
         if one.matters:
-            x, y = _SPOTS[CELLS.index(one.what)]
-            axis.add_patch(Rectangle((x - 0.47, y - 0.47), 0.94, 0.94, fill=False, linewidth=1.6))
+            _square(axis, *_SPOTS[CELLS.index(one.what)], fill=False, linewidth=1.6)
 
 
-def _rates(axis: Axes, moves: list[Moves], *, first: bool, frame: bool) -> None:
+def _rates(axis: Axes, moves: list[Moves], *, frame: bool) -> None:
     """Draw movements a second over the captures' time."""
     time = (np.arange(BINS) + 0.5) / BINS * 100
     for one in moves:
@@ -183,6 +188,3 @@ def _rates(axis: Axes, moves: list[Moves], *, first: bool, frame: bool) -> None:
         side.set_linewidth(1.8 if frame else 0.5)
     axis.tick_params(labelsize=6)
     axis.set_xlabel("% of the capture", fontsize=6)
-    _titled(axis, "movements a second" if first else "")
-    if first and len(moves) > 1:
-        axis.legend(fontsize=6, frameon=False)
