@@ -18,7 +18,7 @@ from lanindex import formats
 from lanindex.alphabet import JOINT_CODES, kind_of
 from lanindex.encoding.profile import load
 from lanindex.errors import AbsentError, LanindexError, NotationError, UsageError, shown
-from lanindex.library.connect import Progress, no_progress
+from lanindex.library.connect import Progress
 from lanindex.library.rows import Encoding
 from lanindex.library.selection import is_number
 from lanindex.library.store import Store
@@ -34,9 +34,6 @@ from lanindex.search.example.nearest import Near, nearest
 from lanindex.search.hits import Hits, ListedHits
 
 Floats = NDArray[np.float32]
-
-BEST = 100
-"""How many captures are told where no limit is set."""
 
 RERANKED = 100
 """Hits of which files are read."""
@@ -108,11 +105,7 @@ class Alike:
 
 
 def alike(
-    store: Store,
-    clip: Named,
-    numbers: Iterable[int] | None,
-    limit: int = BEST,
-    watch: Progress = no_progress,
+    store: Store, clip: Named, numbers: Iterable[int] | None, limit: int, watch: Progress
 ) -> Alike:
     """Return the captures of a library that are most like a clip; its own is left out."""
     query = _laid_out(clip)
@@ -164,7 +157,7 @@ def _hull(clip: Clips, matched: list[list[Pair]], one: Near) -> Span:
     return Span(int(moves.starts.min()), int(moves.stops.max()))
 
 
-def reranked(store: Store, found: Alike, watch: Progress = no_progress) -> Alike:
+def reranked(store: Store, found: Alike, watch: Progress) -> Alike:
     """Return what is like an example, the best hundred by how far their joints lie from its own."""
     clip, hits, known = found.example, found.hits, store.known()
     capture = clip.capture
@@ -293,10 +286,10 @@ def similar(
     store: Store,
     numbers: Iterable[int] | None,
     *,
-    least: float = ALIKE,
-    wanted: int | None = None,
-    sample: int | None = None,
-    watch: Progress = no_progress,
+    least: float,
+    wanted: int | None,
+    sample: int | None,
+    watch: Progress,
 ) -> Groups:
     """Return the captures of a library in groups."""
     if not 0 < least <= 1:

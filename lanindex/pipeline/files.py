@@ -45,7 +45,7 @@ def write_all(
     kept = {_identity(source) for source in sources}
     try:
         for path, content in files:
-            _check(path, force, kept)
+            refuse(path, force=force, kept=kept)
             drafts.append((_draft(path, content), path))
         if replaced := [path for _, path in drafts if path.exists()]:
             kept = {_identity(source) for source in suspects(replaced)}
@@ -61,13 +61,6 @@ def write_all(
             Path(draft).unlink(missing_ok=True)
 
 
-def refuse(
-    path: Path, *, force: bool = False, sources: Iterable[str | os.PathLike[str]] = ()
-) -> None:
-    """Refuse, before the work, what `write_all` would refuse after it."""
-    _check(path, force, {_identity(source) for source in sources})
-
-
 def _identity(path: str | os.PathLike[str]) -> tuple[int, int] | None:
     """Return what tells a file apart, however it is spelt or linked to; None: it is not there."""
     try:
@@ -77,7 +70,10 @@ def _identity(path: str | os.PathLike[str]) -> tuple[int, int] | None:
     return found.st_dev, found.st_ino
 
 
-def _check(path: Path, force: bool, kept: Container[tuple[int, int] | None]) -> None:
+def refuse(
+    path: Path, *, force: bool = False, kept: Container[tuple[int, int] | None] = ()
+) -> None:
+    """Refuse, before the work, a place that no file can be written to."""
     for folder in path.parents:
         if folder.exists() and not folder.is_dir():
             raise ExportError("is a file", place=str(folder), wanted="a folder")

@@ -14,7 +14,7 @@ from lanindex.library.rows import Encoding
 from lanindex.library.selection import absolute, is_gone
 from lanindex.library.store import Store
 from lanindex.model import Reading
-from lanindex.pipeline.labels import key_of
+from lanindex.pipeline.labels import Labels, key_of
 from lanindex.pipeline.prepare import Held, Outcome, Task, companions, encoding_of, prepared
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def ingest(
     profile: Profile,
     *,
     reading: Reading | None = None,
-    labels: Mapping[str, tuple[str | None, Mapping[str, str]]] | None = None,
+    labels: Labels | None = None,
     jobs: int = 1,
     force: bool = False,
     dry_run: bool = False,
@@ -63,11 +63,7 @@ def _noticed(outcome: Outcome, place: str, first: dict[tuple[str, str, str], str
     return replace(outcome, warnings=(*outcome.warnings, f"the same content as {other}"))
 
 
-def _store(
-    store: Store | None,
-    outcome: Outcome,
-    labels: Mapping[str, tuple[str | None, Mapping[str, str]]],
-) -> Outcome:
+def _store(store: Store | None, outcome: Outcome, labels: Labels) -> Outcome:
     if store is None or outcome.status == "failed":
         return outcome
     place = absolute(outcome.path)

@@ -33,8 +33,10 @@ def key_of(path: str | os.PathLike[str]) -> str:
     return unicodedata.normalize("NFC", absolute(path))
 
 
-def read_labels(path: str | os.PathLike[str]) -> Labels:
-    """Read labels and other columns."""
+def read_labels(
+    path: str | os.PathLike[str], files: Iterable[str | os.PathLike[str]] | None = None
+) -> Labels:
+    """Read labels and other columns; refuse a table that speaks of none of the files."""
     place = Path(path)
     (first, names), *rows = _rows(place) or [(1, [])]
     head = [name.lower() for name in names]
@@ -44,13 +46,16 @@ def read_labels(path: str | os.PathLike[str]) -> Labels:
         row += [""] * (len(head) - len(row))
         _check_row(row, head, f"{place}:{line}")
         cells = dict(zip(head, row, strict=True))
-        named = key_of(_meant(place.parent, cells.pop("file")))
+        key = key_of(_meant(place.parent, cells.pop("file")))
         label = cells.pop("label", "") or None
         entry = label, {name: cell for name, cell in cells.items() if cell}
-        if labels.setdefault(named, entry) != entry:
-            raise UsageError(
-                f"{named} stands twice", place=f"{place}:{line}", wanted="one line a file"
-            )
+        if labels.setdefault(key, entry) != entry:
+            found = f"{key} stands twice"
+            raise UsageError(found, place=f"{place}:{line}", wanted="one line a file")
+    if labels and files is not None:
+        held = {key_of(on_disk(os.fspath(file))) for file in files}
+        if not any(key_of(on_disk(key)) in held for key in labels):
+            raise UsageError(unfitting(labels, held), place=os.fspath(path))
     return labels
 
 
@@ -58,15 +63,6 @@ def _meant(folder: Path, named: str) -> str:
     """Return the path that a row names: from the table's folder, else from where we are."""
     beside = os.path.join(folder, named)
     return named if is_gone(beside) and not is_gone(named) else beside
-
-
-def check_fit(
-    labels: Labels, files: Iterable[str | os.PathLike[str]], table: str | os.PathLike[str]
-) -> None:
-    """Refuse a table that speaks of none of the files."""
-    held = {key_of(on_disk(os.fspath(file))) for file in files}
-    if labels and not any(key_of(on_disk(key)) in held for key in labels):
-        raise UsageError(unfitting(labels, held), place=os.fspath(table))
 
 
 def unfitting(labels: Labels, files: Iterable[str | os.PathLike[str]]) -> str:
@@ -96,18 +92,18 @@ def _rows(place: Path) -> list[tuple[int, list[str]]]:
     """Return the rows that hold anything, each with its line."""
     text = read_text(place)
     head = next((line for line in text.splitlines() if line.strip()), "")
-    delimiter = max(_DELIMITERS, key=lambda one: ("file" in _columns(head, one), head.count(one)))
+
+    def fits(delimiter: str) -> tuple[bool, int]:
+        names = [name.strip(' "').lower() for name in head.split(delimiter)]
+        return "file" in names, len(names)
+
+    delimiter = max(_DELIMITERS, key=fits)
     table = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     try:
         rows = [(table.line_num, [cell.strip() for cell in row]) for row in table]
     except csv.Error as error:
         raise UsageError(str(error), place=f"{place}:{table.line_num}", wanted="CSV") from error
     return [(line, row) for line, row in rows if any(row)]
-
-
-def _columns(head: str, delimiter: str) -> list[str]:
-    """Return the names in a first line, if it is cut there."""
-    return [name.strip(' "').lower() for name in head.split(delimiter)]
 
 
 def _check_head(head: list[str], place: str) -> None:

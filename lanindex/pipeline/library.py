@@ -206,17 +206,14 @@ class Library:
         from lanindex.encoding.profile import load
         from lanindex.pipeline.discover import discover
         from lanindex.pipeline.ingest import ingest
-        from lanindex.pipeline.labels import check_fit, read_labels
+        from lanindex.pipeline.labels import read_labels
 
         lists = ([path] if isinstance(path, str | os.PathLike) else path for path in paths)
-        found = list(discover(chain.from_iterable(lists), apart=False))
-        named = {}
-        if labels is not None:
-            named = read_labels(labels)
-            check_fit(named, found, labels)
+        files = list(discover(chain.from_iterable(lists), apart=False))
+        table = None if labels is None else read_labels(labels, files)
         chosen = load(os.fspath(profile))
         return list(
-            ingest(self.store, found, chosen, reading=reading, labels=named, jobs=jobs, force=force)
+            ingest(self.store, files, chosen, reading=reading, labels=table, jobs=jobs, force=force)
         )
 
     def search(

@@ -9,7 +9,7 @@ from typing import overload
 import numpy as np
 
 from lanindex.errors import UsageError
-from lanindex.library.connect import Progress, no_progress
+from lanindex.library.connect import Progress
 from lanindex.library.store import Store
 from lanindex.model import Capture, Span
 from lanindex.pipeline.example import sampled
@@ -83,8 +83,8 @@ def recurring(
     *,
     least: int,
     shortest: int,
-    sample: int | None = None,
-    watch: Progress = no_progress,
+    sample: int | None,
+    watch: Progress,
 ) -> Motifs:
     """Return the sequences that recur in the captures of a library."""
     names = list(parts or store.parts(checked=False))

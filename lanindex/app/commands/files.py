@@ -47,7 +47,7 @@ def ingest(
     from lanindex.library.store import Store
     from lanindex.pipeline.discover import discover
     from lanindex.pipeline.ingest import ingest
-    from lanindex.pipeline.labels import check_fit, read_labels, unfitting
+    from lanindex.pipeline.labels import read_labels, unfitting
 
     chosen = load(profile)
     check(reading)
@@ -58,9 +58,7 @@ def ingest(
         but = f", but {left_out}" if left_out else ""
         out.note(f"no capture or score in {' '.join(paths)}{but}")
         raise typer.Exit(1)
-    table = {} if labels is None else read_labels(labels)
-    if labels is not None:
-        check_fit(table, files, labels)
+    table = {} if labels is None else read_labels(labels, files)
     jobs = _processes(out, files, jobs)
     tally, read, beside = Counter[str](), list[str](), set[str]()
     start, division = time.monotonic(), chosen.meter.division
