@@ -72,35 +72,37 @@ def together(pieces: Sequence[Derived]) -> Derived:
 
 def of_rows(wanted: read.Tracks, symbols: NDArray[np.int64]) -> Derived:
     """Return the columns of captures whose rows have been read."""
-    codes_of = {part: code for code, part in enumerate(dict.fromkeys(wanted.part))}
-    few = np.min_scalar_type(len(codes_of))  # numpy sorts small numbers by counting
-    whose = np.array([codes_of[part] for part in wanted.part], few)
-    counts = np.array(wanted.symbols, np.int64)
-    gaps, rows_whose = _gaps(wanted), np.repeat(whose, counts)
-    order = np.argsort(rows_whose, kind="stable")
-    by_part = {name: symbols[:, COLUMNS.index(name)][order] for name in _READ}
-    ends = np.cumsum(np.bincount(rows_whose, minlength=len(codes_of))).tolist()
-    columns = {}
-    for (part, code), first, last in zip(codes_of.items(), [0, *ends], ends, strict=False):
-        own = whose == code
-        bounds = np.zeros(len(wanted.chosen) + 1, np.int64)
-        bounds[wanted.place[own] + 1] = counts[own]
-        held = np.array(gaps.get(part, []), np.int32).reshape(-1, 3)
-        rows = {name: column[first:last] for name, column in by_part.items()}
-        columns[part] = _columns(part, np.cumsum(bounds), held, **rows)
+    tracks, columns, first = tracks_by_part(wanted), dict[str, Columns](), 0
+    codes = {part: code for code, part in enumerate(tracks)}
+    few = np.min_scalar_type(len(codes))  # numpy sorts small numbers by counting
+    whose = np.array([codes[part] for part in wanted.part], few)
+    order = np.argsort(np.repeat(whose, np.array(wanted.symbols, np.int64)), kind="stable")
+    fields = {name: symbols[:, COLUMNS.index(name)][order] for name in _READ}
+    for part, (counts, gaps) in tracks.items():
+        bounds = np.concatenate([[0], np.cumsum(counts)])
+        last = first + bounds[-1].item()
+        rows = {name: column[first:last] for name, column in fields.items()}
+        columns[part] = _columns(part, bounds, gaps, **rows)
+        first = last
     return roster_of([one.capture for one in wanted.chosen]), columns
 
 
-def _gaps(wanted: read.Tracks) -> dict[str, list[tuple[int, int, int]]]:
-    """Return by part the stretches in which it was seen, of the captures where not always."""
-    gaps: dict[str, list[tuple[int, int, int]]] = {}
-    for track, known in enumerate(wanted.known):
+def tracks_by_part(
+    wanted: read.Tracks,
+) -> dict[str, tuple[NDArray[np.int64], NDArray[np.int32]]]:
+    """Return by part how many symbols each capture has, (C,), and gaps as in `Columns`, (G, 3)."""
+    counts = {part: np.zeros(len(wanted.chosen), np.int64) for part in dict.fromkeys(wanted.part)}
+    gaps: dict[str, list[tuple[int, int, int]]] = {part: [] for part in counts}
+    tracks = zip(wanted.place.tolist(), wanted.part, wanted.symbols, wanted.known, strict=True)
+    for place, part, symbols, known in tracks:
+        counts[part][place] = symbols
         if known is not None:
-            place, part = int(wanted.place[track]), wanted.part[track]
             capture = wanted.chosen[place].capture
             spans = gaps_of(read.known_of(capture, part, known), capture.frames)
-            gaps.setdefault(part, []).extend((place, *span) for span in spans)
-    return gaps
+            gaps[part] += [(place, *span) for span in spans]
+    return {
+        part: (counts[part], np.array(own, np.int32).reshape(-1, 3)) for part, own in gaps.items()
+    }
 
 
 def _columns(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import compress
@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from lanindex.library import columns, read, segments
 from lanindex.library.connect import MOST, Link
-from lanindex.library.segments import Segment, Spine
-from lanindex.model.columns import Roster
+from lanindex.library.segments import Spine
+from lanindex.library.selection import Texts
+from lanindex.model.columns import Roster, roster_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +41,26 @@ def count(connection: Link, spine: Spine, size: int) -> Stats:
     rosters, _ = columns.read_rosters(connection, spine)
     columns.check_pending(read.read_numbers(connection, spine.pending), spine.pending)
     for segment, roster in zip(spine.segments, rosters, strict=True):
-        tally.add_segment(connection, spine, segment, roster)
-    tally.add_rows(connection, spine.pending)
+        alive = np.zeros(len(roster), np.bool_)
+        alive[columns.alive(spine, segment, roster)] = True
+        tracks = {
+            part: (
+                segments.read_counts(connection, segment, part),
+                segments.read_column(connection, segment, part, "gaps"),
+            )
+            for part in segment.parts
+        }
+        tally.add(roster, alive, segments.read_texts(connection, segment, _TEXTS), tracks)
+    for first in range(0, len(spine.pending), MOST):
+        chosen = read.read_captures(connection, spine.pending[first : first + MOST])
+        wanted = read.read_wanted(connection, chosen)
+        roster = roster_of([one.capture for one in chosen])
+        texts = {name: columns.texts_of(name, chosen, wanted) for name in _TEXTS}
+        tally.add(roster, np.ones(len(roster), np.bool_), texts, columns.tracks_by_part(wanted))
     return tally.stats(size)
 
+
+_TEXTS = ("label", "profile", "format", "still")
 
 _Rate = tuple[int, int]
 """Frames a second, as a fraction."""
@@ -60,30 +77,17 @@ class _Tally:
     profiles: Counter[str] = field(default_factory=Counter)
     formats: Counter[str] = field(default_factory=Counter)
 
-    def add_rows(self, connection: Link, numbers: Sequence[int]) -> None:
-        """Count captures by their rows and those of their tracks."""
-        for first in range(0, len(numbers), MOST):
-            chosen = read.read_captures(connection, numbers[first : first + MOST])
-            for one in chosen:
-                self.frames[one.capture.rate.as_integer_ratio()] += one.capture.frames
-            self.labels.update(one.capture.label for one in chosen)
-            self.profiles.update(one.encoding.profile for one in chosen)
-            self.formats.update(one.capture.format for one in chosen)
-            own = read.read_wanted(connection, chosen)
-            for capture, part, known, symbols in zip(
-                own.owners, own.part, own.known, own.symbols, strict=True
-            ):
-                frames = sum(map(len, read.known_of(capture, part, known)))
-                self._add_track(part, symbols, {capture.rate.as_integer_ratio(): frames})
+    def add(
+        self,
+        roster: Roster,
+        alive: NDArray[np.bool_],
+        texts: Texts,
+        tracks: Mapping[str, tuple[NDArray[Any], NDArray[Any]]],
+    ) -> None:
+        """Count those captures of a roster that are `alive`, (C,).
 
-    def _add_track(self, part: str, symbols: int, known: Mapping[_Rate, int]) -> None:
-        self.parts[part] += symbols
-        self.known.setdefault(part, Counter()).update(known)
-
-    def add_segment(self, connection: Link, spine: Spine, segment: Segment, roster: Roster) -> None:
-        """Count those captures of a segment that count."""
-        alive = np.zeros(len(roster), np.bool_)
-        alive[columns.alive(spine, segment, roster)] = True
+        `tracks` are by part the symbols of each capture, (C,), and gaps as in `Columns`, (G, 3).
+        """
         rates, codes = np.unique(roster.rate, axis=0, return_inverse=True)
         codes, ratios = codes.reshape(-1), [(one, two) for one, two in rates.tolist()]
 
@@ -92,16 +96,13 @@ class _Tally:
             return Counter(dict(zip(ratios, sums, strict=True)))
 
         self.frames += by_rate(alive, roster.frames[alive])
-        names = {"label": self.labels, "profile": self.profiles, "format": self.formats}
-        texts = segments.read_texts(connection, segment, (*names, "still"))
-        for name, counter in names.items():
-            counter.update(compress(texts[name], alive))
-        for part in segment.parts:
-            counts = segments.read_counts(connection, segment, part)
-            gaps = segments.read_column(connection, segment, part, "gaps").astype(np.int64)
+        self.labels.update(compress(texts["label"], alive))
+        self.profiles.update(compress(texts["profile"], alive))
+        self.formats.update(compress(texts["format"], alive))
+        for part, (counts, gaps) in tracks.items():
             whole = alive & (counts > 0)
             whole[gaps[:, 0]] = False
-            gaps = gaps[alive[gaps[:, 0]]]
+            gaps = gaps[alive[gaps[:, 0]]].astype(np.int64)
             if len(gaps) or whole.any():
                 known = by_rate(whole, roster.frames[whole])
                 known.update(by_rate(gaps[:, 0], gaps[:, 2] - gaps[:, 1]))
@@ -113,6 +114,10 @@ class _Tally:
         for (parts, code), many in frames.items():
             for part in parts:
                 self._add_track(part, 0, {ratios[code]: many})
+
+    def _add_track(self, part: str, symbols: int, known: Mapping[_Rate, int]) -> None:
+        self.parts[part] += symbols
+        self.known.setdefault(part, Counter()).update(known)
 
     def stats(self, size: int) -> Stats:
         """Return the counts, with seconds in place of frames."""
