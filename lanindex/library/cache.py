@@ -11,7 +11,7 @@ step leaves the library as it was before it; no step changes what the rows say.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import AbstractContextManager, closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from functools import partial
 from typing import Any, TypeVar
 
@@ -151,10 +151,11 @@ class ColumnCache:
         An interruption loses nothing. Where the segments cannot be written, a note says so, and
         searches take longer.
         """
-        with self._session.reading() as connection:
-            idle = is_compacted(connection)
-        if not idle:
-            self._mend("")
+        with self._session.reading() as connection, suppress(Distrust):
+            spine = segments.read_spine(connection)
+            if not spine.pending and _first_to_join(spine) >= len(spine.segments):
+                return
+        self._mend("")
 
     def _note(self, fault: str) -> None:
         self._session.note(f"the library's columns {fault}: they are made of its symbols now")
@@ -213,15 +214,6 @@ class ColumnCache:
             waiting(0)
         while step(join):
             pass
-
-
-def is_compacted(connection: Link) -> bool:
-    """Return whether there is nothing to write for `cover` and `join`."""
-    try:
-        spine = segments.read_spine(connection)
-    except Distrust:
-        return False
-    return not spine.pending and _first_to_join(spine) >= len(spine.segments)
 
 
 def verify(connection: Link) -> None:

@@ -29,10 +29,6 @@ _MOST = 5
 _BATCH = 1024
 """Captures whose rows are read at once."""
 
-_NO_VIEW = (
-    "the view symbol does not show what the library holds. It is made anew by: lanindex db upgrade"
-)
-
 
 def check_connection(connection: Link) -> list[str]:
     """Return what is wrong, a sentence each."""
@@ -41,11 +37,26 @@ def check_connection(connection: Link) -> list[str]:
         return [f"the file is damaged: {line}" for line in pages]
     findings = _Findings()
     findings.go_through(connection)
+    tables = ["capture", "metadata", "track"]
+    ((symbols,),) = ask(connection, "SELECT count(*) FROM symbol_code")
+    if findings.damaged or symbols != findings.symbols:  # looked at only then, for they are many
+        tables.append("symbol_code")
+    bonds = [bond for table in tables for bond in loose_rows(connection, table)]
+    loose = "a row of {0} hangs on a row of {2} that does not exist"
+    profiles = (
+        "SELECT name FROM profile WHERE NOT EXISTS "
+        "(SELECT 1 FROM capture WHERE capture.profile_id = profile.id)"
+    )
+    spare = [printable(str(name)) for name in first_values(ask(connection, profiles))]
+    view = (
+        "the view symbol does not show what the library holds. "
+        "It is made anew by: lanindex db upgrade"
+    )
     lines = [
-        _loose(connection, findings),
+        [loose.format(*bond) for bond in bonds],
         findings.sentences(),
-        list(_spare_profiles(connection)),
-        [] if has_view(connection, VIEW, view_sql()) else [_NO_VIEW],
+        [f"the profile {name} wrote nothing down" for name in spare],
+        [] if has_view(connection, VIEW, view_sql()) else [view],
         findings.unlike,
     ]
     return [line for some in lines for line in _cut(some)]
@@ -53,21 +64,6 @@ def check_connection(connection: Link) -> list[str]:
 
 def _cut(lines: list[str]) -> list[str]:
     return lines[:_MOST] + ([f"… and {len(lines) - _MOST} more like it"] if lines[_MOST:] else [])
-
-
-def _loose(connection: Link, findings: _Findings) -> list[str]:
-    """Return which rows hang on others that do not exist.
-
-    Rows of symbols, which are many, are asked only where there are others than those of whole
-    tracks.
-    """
-    ((symbols,),) = ask(connection, "SELECT count(*) FROM symbol_code")
-    names = ["capture", "metadata", "track"]
-    if findings.damaged or symbols != findings.symbols:
-        names.append("symbol_code")
-    bonds = [bond for name in names for bond in loose_rows(connection, name)]
-    loose = "a row of {0} hangs on a row of {2} that does not exist"
-    return [loose.format(*bond) for bond in bonds]
 
 
 class _Piece(NamedTuple):
@@ -187,12 +183,3 @@ def _nonsense(
         for part, track in every[capture.id].items():
             for row in np.flatnonzero(rows.wrong(track.symbols, capture.frames)):
                 yield capture.id, f"{capture.path}: {part}, symbol {row} is {track.symbols[row]}"
-
-
-def _spare_profiles(connection: Link) -> Iterator[str]:
-    unused = (
-        "SELECT name FROM profile WHERE NOT EXISTS "
-        "(SELECT 1 FROM capture WHERE capture.profile_id = profile.id)"
-    )
-    for name in first_values(ask(connection, unused)):
-        yield f"the profile {printable(str(name))} wrote nothing down"

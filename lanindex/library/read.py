@@ -18,7 +18,7 @@ from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import rows
 from lanindex.library.connect import MOST, Link, among, ask, first_values, is_sqlite
 from lanindex.library.rows import COLUMNS, ENCODED, KIND_NAMES, Encoding, checksum, damaged
-from lanindex.model import Capture, Meter, Score, Span, Track
+from lanindex.model import Capture, Meter, Span, Track
 
 _FACTS = len(ENCODED) + 2
 """Columns of `_CAPTURES` that a capture's checksum is over: `ENCODED`, and its profile."""
@@ -385,14 +385,6 @@ def _fields_by_row(connection: Link, wanted: Tracks, chosen: str) -> NDArray[np.
             raise damaged(capture.id, capture.location, f"its track {part}")
         tables.append(table)
     return np.concatenate(tables)[:, 2:]
-
-
-def read_score(connection: Link, stored: Stored) -> Score:
-    """Return the score of a capture."""
-    capture = stored.capture
-    ((heading, other),) = read_contents(connection, [stored])
-    tracks = read_tracks(connection, [stored])[capture.id]
-    return Score(capture.rate, capture.frames, capture.meter, tracks, heading, other)
 
 
 def read_contents(

@@ -286,7 +286,11 @@ class Store:
     def score(self, which: int | str) -> Score:
         """Return the score of a capture, field by field as it was stored."""
         with self.session.reading() as connection:
-            return read.read_score(connection, self._stored(connection, which))
+            stored = self._stored(connection, which)
+            ((heading, other),) = read.read_contents(connection, [stored])
+            tracks = read.read_tracks(connection, [stored])[stored.capture.id]
+        rate, frames, meter = stored.capture.rate, stored.capture.frames, stored.capture.meter
+        return Score(rate, frames, meter, tracks, heading, other)
 
     def parts(self, *, checked: bool = True) -> list[str]:
         """Return the parts that any capture has, in the order of the alphabet."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import BENDS, KINDS, MEASURES, PARTS, is_limb, kind_of
+from lanindex.alphabet import BENDS, KINDS, MEASURES, PARTS, kind_of
 from lanindex.model.capture import Capture
 from lanindex.model.score import Track
 from lanindex.model.symbol import FIELDS, Span, frozen, joined
@@ -109,23 +109,6 @@ def parted(capture: NDArray[Any], start: NDArray[Any], gaps: NDArray[Any]) -> ND
     own = np.searchsorted(stretches, capture.astype(np.int64) << 32 | start, side="right")
     apart: NDArray[np.bool_] = np.diff(own, prepend=own[:1]) != 0
     return apart
-
-
-def begins_of(
-    part: str,
-    cell: NDArray[np.uint8],
-    bounds: NDArray[np.int64],
-    start: NDArray[np.int32],
-    gaps: NDArray[np.int32],
-) -> NDArray[np.bool_]:
-    """Return which rows of `Columns` begin a known stretch, (S + 1,) bool."""
-    begins = np.zeros(len(cell) + 1, np.bool_)
-    np.greater_equal(cell, STARTING, out=begins[:-1])
-    begins[bounds] = True
-    if len(gaps) and not is_limb(part):
-        capture = np.repeat(np.arange(len(bounds) - 1), np.diff(bounds))
-        begins[:-1] |= parted(capture, start, gaps)
-    return begins
 
 
 def cell_of(direction: int, level: int) -> int:
