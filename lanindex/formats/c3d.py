@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from lanindex.body.mapping import Declared
 from lanindex.body.markers import marker_set_of
 from lanindex.errors import CaptureError, shown
-from lanindex.formats.file import PIECE, Content, File, Wanted, holding
+from lanindex.formats.file import PIECE, Content, File, Wanted, holding, text_of
 from lanindex.formats.people import named, subject_points
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import rate_by
@@ -33,16 +33,26 @@ from lanindex.model import Motion, Reading, Span
 
 BLOCK = 512  # bytes in which a file counts
 FULL = 0xFFFF  # the most that one integer of a file counts
-TEXT = -1  # the kind of a parameter; 1 bytes, 2 integers, 4 floats
+TEXT, BYTE, INT, FLOAT = -1, 1, 2, 4  # kinds of parameters: the bytes of one value
 TURN = 17  # floats of one rotation: a 4 x 4 matrix, column by column, and how well it is known
 LARGEST = 1e7  # units of the file: nobody is farther away, and damaged numbers are mostly larger
 INTEL = 84
+# lists of POINT that name points which are no places, but what a model tells of the body
+NO_PLACES = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
+TURNED = "_4X4"  # ends the name of a segment
 
+_CODES = {BYTE: "u1", INT: "i2", FLOAT: "f4"}
 _PADDING = 2 * BLOCK  # less than this may stand behind the last frame
 _ALIKE = 1e-3  # of a rate: what header and parameters may differ by
 _TRANSLATION = 12  # where it begins in a matrix
 _END = "TRIAL:ACTUAL_END_FIELD"
+_PLACES = {"MODELED_MARKER", "MARKER", "VIRTUAL_MARKER"}
 _EVENTS = (300, 304, 376)  # in the header: how many events, and where their times begin and end
+_LIST = 255  # texts in one parameter
+_WIDEST = 127  # bytes of a text
+_FLOATS = -1.0  # a scale below 0: numbers are floats
+_UNKNOWN = -1.0
+_NEXT_TO_ZERO = 1e-6  # millimetres: where a point at zero is put, which would be taken as unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,25 +64,20 @@ class Processor:
     # whether its floats are those of the VAX: halves exchanged, exponents greater by two
     dec: bool = False
 
-    def ints(self, data: Any, count: int = -1, offset: int = 0) -> NDArray[np.int16]:
-        """Return integers of 16 bits, a view."""
-        return np.frombuffer(data, self.order + "i2", count, offset)
-
-    def floats(self, data: Any, count: int = -1, offset: int = 0) -> NDArray[np.float32]:
-        """Return floats of 32 bits, a view unless they are DEC's."""
-        if not self.dec:
-            return np.frombuffer(data, self.order + "f4", count, offset)
-        return from_dec(np.frombuffer(data, "<u4", count, offset))
+    def numbers(self, data: Any, kind: int, count: int = -1, offset: int = 0) -> NDArray[Any]:
+        """Return numbers of a parameter's kind: a view unless they are DEC's floats."""
+        if kind == FLOAT and self.dec:
+            return from_dec(np.frombuffer(data, "<u4", count, offset))
+        return np.frombuffer(data, self.order + _CODES[kind], count, offset)
 
     def written(self, values: Any, kind: int) -> bytes:
-        """Return numbers as bytes, of a parameter's kind: 1 and 2, integers; 4, floats."""
-        if kind == 4 and self.dec:
-            return to_dec(np.asarray(values, np.float32)).tobytes()
-        code = {1: "u1", 2: "i2", 4: "f4"}[kind]
+        """Return numbers of a parameter's kind as bytes."""
         array = np.asarray(values)
-        if kind == 2:
+        if kind == FLOAT and self.dec:
+            return to_dec(array.astype(np.float32)).tobytes()
+        if kind == INT:
             array = array.astype(np.int64).astype(np.uint16).view(np.int16)
-        return array.astype(self.order + code).tobytes()
+        return array.astype(self.order + _CODES[kind]).tobytes()
 
 
 PROCESSORS: Mapping[int, Processor] = {
@@ -102,7 +107,7 @@ def to_dec(values: NDArray[np.float32]) -> NDArray[np.uint32]:
 class Parameter:
     """Where a parameter's values lie."""
 
-    kind: int  # the bytes of one value, or `TEXT`
+    kind: int  # `TEXT`, `BYTE`, `INT` or `FLOAT`
     # of its dimensions, the first running fastest; of text the first is its width
     sizes: tuple[int, ...]
     at: int  # the first byte, in the section
@@ -151,7 +156,7 @@ class Parameters:
         first = link + 4 + self.data[link + 3]
         kind = (self.data[link + 2] ^ 128) - 128
         one = Parameter(kind, tuple(self.data[link + 4 : first]), first)
-        if kind in (TEXT, 1, 2, 4) and first + one.count * abs(kind) <= len(self.data):
+        if kind in (TEXT, *_CODES) and first + one.count * abs(kind) <= len(self.data):
             return one
         if (doubt := f"its parameter {key} is damaged") not in self.doubts:
             self.doubts.append(doubt)
@@ -162,11 +167,7 @@ class Parameters:
         one = self.find(key)
         if one is None or one.kind == TEXT or not one.count:
             return ()
-        if one.kind == 4:
-            return tuple(self.processor.floats(self.data, one.count, one.at).tolist())
-        if one.kind == 2:
-            return tuple(self.processor.ints(self.data, one.count, one.at).tolist())
-        return tuple(self.data[one.at : one.at + one.count])
+        return tuple(self.processor.numbers(self.data, one.kind, one.count, one.at).tolist())
 
     def count(self, key: str) -> int | None:
         """Return a number of things, of 32 bits where two integers of 16 tell it; else None."""
@@ -185,8 +186,8 @@ class Parameters:
             one = self.find(f"{key}{number}" if number > 1 else key)
             if one is None or one.kind != TEXT:
                 break
-            width = one.sizes[0] if one.sizes else 1
-            found += texts(self.data[one.at : one.at + one.count], width)
+            width, stop = (one.sizes[0] if one.sizes else 1), one.at + one.count
+            found += (text(self.data[at : at + width]) for at in range(one.at, stop, width or 1))
         return tuple(found)
 
     def put(self, data: bytearray, key: str, values: Sequence[float]) -> None:
@@ -201,24 +202,12 @@ class Parameters:
         one = self.find(key)
         if one is not None:
             halves = (count & 0xFFFF, count >> 16) if one.count > 1 else (min(count, FULL),)
-            self.put(data, key, (float(count),) if one.kind == 4 else halves)
-
-
-def texts(data: bytes, width: int) -> list[str]:
-    """Return texts of one width."""
-    if data.isascii() and b"\0" not in data:
-        whole = data.decode()
-        return [whole[at : at + width].strip() for at in range(0, len(whole), width or 1)]
-    return [text(data[at : at + width]) for at in range(0, len(data), width or 1)]
+            self.put(data, key, (float(count),) if one.kind == FLOAT else halves)
 
 
 def text(data: bytes) -> str:
     """Return a text without the blanks that fill it up."""
-    stripped = data.partition(b"\0")[0].strip()
-    try:
-        return stripped.decode()
-    except UnicodeDecodeError:
-        return stripped.decode("latin-1")
+    return text_of(data.partition(b"\0")[0].strip())
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,9 +227,9 @@ class C3dLayout:
     doubts: list[str]  # what was contradicted or corrected
 
     @property
-    def number(self) -> int:
-        """Bytes of a number."""
-        return 4 if self.scale < 0 else 2
+    def kind(self) -> int:
+        """Of its numbers: how many bytes each has."""
+        return FLOAT if self.scale < 0 else INT
 
     @property
     def segments(self) -> Turns | None:
@@ -250,7 +239,7 @@ class C3dLayout:
     @property
     def frame(self) -> int:
         """Bytes of a frame."""
-        return (4 * self.points + self.analog) * self.number
+        return (4 * self.points + self.analog) * self.kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,8 +261,8 @@ def scan(file: File) -> C3dLayout:
     size = len(file.content)
     section, processor = _section(file)
     head = file.content[:BLOCK]
-    words = [word & FULL for word in processor.ints(head, 12).tolist()]
-    scale, rate = (processor.floats(head, 1, at).tolist()[0] for at in (12, 20))
+    words = [word & FULL for word in processor.numbers(head, INT, 12).tolist()]
+    scale, rate = (float(processor.numbers(head, FLOAT, 1, at)[0]) for at in (12, 20))
     blocks = max(file.content[section + 2 : section + 3][0], words[8] - section // BLOCK - 1)
     parameters = Parameters(file.content[section : section + BLOCK * blocks], processor)
     channels = parameters.count("ANALOG:USED")
@@ -292,12 +281,22 @@ def scan(file: File) -> C3dLayout:
     first, said, vague = _said(words, parameters)
     counts = list(said.values())
     believed, frames = _believed(list(options.values()), counts, vague, turns, size)
-    doubts = _contradictions(options, believed, said, frames)
-    seconds = _rate(parameters, rate, doubts)
+    doubts = [
+        f"says {what} {' or '.join(f'{it:g}' for it in choices)}: {chosen:g} believed"
+        for (what, choices), chosen in zip(options.items(), believed, strict=True)
+        if len(choices) > 1
+    ]
+    if {*counts, frames} != {frames}:
+        sayers = ", ".join(f"{who}: {count}" for who, count in said.items())
+        doubts.append(f"says different numbers of frames ({sayers}): {frames} believed")
+    rates = [it for it in (*parameters.numbers("POINT:RATE")[:1], rate) if 0 < it < math.inf]
+    if len(rates) > 1 and abs(rates[0] - rates[1]) > _ALIKE * rates[0]:
+        twice = f"POINT:RATE says {rates[0]:g} frames a second, the header {rates[1]:g}"
+        doubts.append(f"{twice}: the first believed")
     start, points, analog, step = believed
     layout = C3dLayout(
         *(parameters, section, int(start), int(points), int(analog), step, frames, first),
-        *(seconds, turns, doubts),
+        *(rates[0] if rates else None, turns, doubts),
     )
     if not (points or turns):
         raise _error(file, "has no points")
@@ -382,42 +381,11 @@ def _believed(
     return one, int(there // frame) if frame else turned
 
 
-def _contradictions(
-    options: Mapping[str, list[float]],
-    believed: tuple[float, ...],
-    said: Mapping[str, int],
-    frames: int,
-) -> list[str]:
-    """Return what the file says in two ways, and which of them was believed."""
-    doubts = [
-        f"says {what} {' or '.join(f'{it:g}' for it in choices)}: {chosen:g} believed"
-        for (what, choices), chosen in zip(options.items(), believed, strict=True)
-        if len(choices) > 1
-    ]
-    if {*said.values(), frames} != {frames}:
-        sayers = ", ".join(f"{who}: {count}" for who, count in said.items())
-        doubts.append(f"says different numbers of frames ({sayers}): {frames} believed")
-    return doubts
-
-
 def _turns(parameters: Parameters, size: int) -> Turns | None:
     """Return where rotations lie, if there are any."""
     start, count = _byte(parameters.count("ROTATION:DATA_START")), parameters.count("ROTATION:USED")
     turns = Turns(start, count or 0, max(parameters.count("ROTATION:RATIO") or 1, 1))
     return turns if start > 0 and turns.frame and start + turns.frame <= size else None
-
-
-def _rate(parameters: Parameters, header: float, doubts: list[str]) -> float | None:
-    """Return the frames a second, which the parameters tell better than the header."""
-    rates = [
-        rate
-        for rate in (*parameters.numbers("POINT:RATE")[:1], header)
-        if math.isfinite(rate) and rate > 0
-    ]
-    if len(rates) > 1 and abs(rates[0] - rates[1]) > _ALIKE * rates[0]:
-        said = f"POINT:RATE says {rates[0]:g} frames a second, the header {rates[1]:g}"
-        doubts.append(f"{said}: the first believed")
-    return rates[0] if rates else None
 
 
 def _error(file: File, found: str) -> CaptureError:
@@ -458,10 +426,9 @@ def _needed(names: dict[int, str]) -> dict[int, str]:
     if made is None:
         return names
     used = {numbers[it]: names[numbers[it]] for it in sorted(made.used)}
-    again = marker_set_of(tuple(used.values()))
-    same = again is not None and again.sources(tuple(used.values())) == made.sources(
-        tuple(names.values())
-    )
+    alone = tuple(used.values())
+    again = marker_set_of(alone)
+    same = again is not None and again.sources(alone) == made.sources(tuple(names.values()))
     return used if same else names
 
 
@@ -472,14 +439,6 @@ def _declared(layout: C3dLayout) -> Declared:
     screen = next(iter(parameters.texts("POINT:Y_SCREEN")), "").lower()
     up = screen.removeprefix("+") if screen.strip("+-") in ("x", "y", "z") else None
     return Declared(unit, up)
-
-
-NO_PLACES = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
-"""Lists of POINT that name points which are no places, but what a model tells of the body."""
-
-_PLACES = {"MODELED_MARKER", "MARKER", "VIRTUAL_MARKER"}
-TURNED = "_4X4"
-"""Ends the name of a segment."""
 
 
 def names_of(layout: C3dLayout) -> dict[int, str]:
@@ -513,11 +472,10 @@ def people(layout: C3dLayout, names: Mapping[int, str]) -> dict[str, dict[int, s
     called = parameters.texts("SUBJECTS:NAMES")
     before = parameters.texts("SUBJECTS:LABEL_PREFIXES")
     subject = {prefix: name for prefix, name in zip(before, called, strict=False) if prefix}
-    groups: dict[str, dict[int, str]] = {}
+    groups = dict[str, dict[int, str]]()
     for number, name in names.items():
-        prefix = next((it for it in subject if name.startswith(it)), None)
-        if prefix is None:
-            prefix = name[: name.rfind(":") + 1]
+        colon = name[: name.rfind(":") + 1]
+        prefix = next((it for it in subject if name.startswith(it)), colon)
         groups.setdefault(prefix, {})[number] = name
     found: dict[str, dict[int, str]] = {}
     for prefix, points in groups.items():
@@ -539,58 +497,39 @@ def subjects(file: File) -> tuple[str, ...]:
 def places(
     content: Content, layout: C3dLayout, chosen: NDArray[np.int64] | None = None
 ) -> NDArray[np.float32]:
-    """Return where points are.
-
-    Takes `chosen` (K,); returns (T, K, 3).
-    """
-    turns = layout.segments
-    width = turns.count if turns else layout.points
-    there = np.empty((layout.frames, width if chosen is None else len(chosen), 3), np.float32)
+    """Return where points are, (T, K, 3): all, or those that are chosen, (K,)."""
+    turns, points = layout.segments, layout.points
+    kind, column = (FLOAT, _TRANSLATION) if turns else (layout.kind, 0)
     start, size = (turns.start, turns.frame) if turns else (layout.start, layout.frame)
+    width = turns.count if turns else points
+    there = np.empty((layout.frames, width if chosen is None else len(chosen), 3), np.float32)
     step = max(1, PIECE // size)
     for first in range(0, layout.frames, step):
-        stop = min(first + step, layout.frames)
-        data, offset = holding(content, start + first * size, start + stop * size)
-        at = start + first * size - offset
-        _read(data, at, layout, chosen, there[first:stop])
+        out = there[first : first + step]
+        count = len(out)
+        begin = start + first * size
+        data, offset = holding(content, begin, begin + count * size)
+        processor = layout.parameters.processor
+        numbers = processor.numbers(data, kind, count * size // kind, begin - offset)
+        if turns:  # of several in a frame, the first
+            rows = numbers.reshape(count, turns.ratio, turns.count, TURN)[:, 0]
+        else:
+            rows = numbers.reshape(count, -1)[:, : 4 * points].reshape(count, points, 4)
+        rows = rows if chosen is None else rows.take(chosen, axis=1)
+        behind = rows[..., -1]
+        with np.errstate(invalid="ignore", over="ignore"):  # of damaged files
+            for axis in range(3):  # one after the other: five times as fast as three at a time
+                if kind == INT:
+                    np.multiply(rows[..., axis], np.float32(layout.scale), out=out[..., axis])
+                else:
+                    out[..., axis] = rows[..., column + axis]
+            if not (out.max(initial=0) <= LARGEST and out.min(initial=0) >= -LARGEST):
+                _take_out(out, np.asarray(~(np.abs(out) <= LARGEST).all(axis=2)))
+            _take_out(out, behind < 0)
+        nothing = (behind == 0) & (out[..., 0] == 0)
+        if not turns and nothing.any():
+            _take_out(out, nothing & (out[..., 1] == 0) & (out[..., 2] == 0))
     return there
-
-
-def _read(
-    data: bytes,
-    at: int,
-    layout: C3dLayout,
-    chosen: NDArray[np.int64] | None,
-    out: NDArray[np.float32],
-) -> None:
-    """Read the places in some frames, (T, K, 3), of which the first begins at a byte."""
-    processor, turns, count = layout.parameters.processor, layout.segments, len(out)
-    rows: NDArray[Any]
-    if turns:  # of several in a frame, the first
-        numbers = processor.floats(data, count * turns.frame // 4, at)
-        rows = numbers.reshape(count, turns.ratio, turns.count, TURN)[:, 0]
-        column, scaled = _TRANSLATION, False
-    else:
-        column, scaled = 0, layout.scale >= 0
-        read = processor.ints if scaled else processor.floats
-        table = read(data, count * layout.frame // layout.number, at).reshape(count, -1)
-        rows = table[:, : 4 * layout.points].reshape(count, layout.points, 4)
-    rows = rows if chosen is None else rows.take(chosen, axis=1)
-    behind = rows[..., -1]
-    with np.errstate(invalid="ignore", over="ignore"):  # of damaged files
-        for axis in range(3):  # one after the other: five times as fast as three at a time
-            if scaled:
-                np.multiply(rows[..., axis], np.float32(layout.scale), out=out[..., axis])
-            else:
-                out[..., axis] = rows[..., column + axis]
-        if not (out.max(initial=0) <= LARGEST and out.min(initial=0) >= -LARGEST):
-            _take_out(out, np.asarray(~(np.abs(out) <= LARGEST).all(axis=2)))
-        _take_out(out, behind < 0)
-    if turns:
-        return
-    nothing = (behind == 0) & (out[..., 0] == 0)
-    if nothing.any():
-        _take_out(out, nothing & (out[..., 1] == 0) & (out[..., 2] == 0))
 
 
 def _take_out(out: NDArray[np.float32], unknown: NDArray[np.bool_]) -> None:
@@ -630,13 +569,13 @@ def _head(content: Content, layout: C3dLayout, span: Span, begin: int) -> bytes:
     first = layout.first + span.start
     later = 0
     room = parameters.find(_END)
-    if first + frames - 1 > FULL and (room is None or (room.count < 2 and room.kind != 4)):
+    if first + frames - 1 > FULL and (room is None or (room.count < 2 and room.kind != FLOAT)):
         first, later = 1, first - 1
     last = first + frames - 1
     head = bytearray(content[: layout.start])
     counts = (layout.points, layout.analog, min(first, FULL), min(last, FULL))
-    head[2:10] = write(counts, 2)
-    head[16:18] = write([start], 2)
+    head[2:10] = write(counts, INT)
+    head[16:18] = write([start], INT)
     data = bytearray(parameters.data[: layout.start - layout.section])
     for key, count in {
         "POINT:USED": layout.points,
@@ -648,8 +587,8 @@ def _head(content: Content, layout: C3dLayout, span: Span, begin: int) -> bytes:
         "ROTATION:DATA_START": begin,
     }.items():
         parameters.put_count(data, key, count)
-    if max(parameters.processor.floats(head, 1, 12)[0], -1.0) != layout.scale:
-        head[12:16] = write([layout.scale], 4)
+    if max(parameters.processor.numbers(head, FLOAT, 1, 12)[0], -1.0) != layout.scale:
+        head[12:16] = write([layout.scale], FLOAT)
     if any(max(it, -1.0) != layout.scale for it in parameters.numbers("POINT:SCALE")):
         parameters.put(data, "POINT:SCALE", [layout.scale])
     if later and layout.rate:
@@ -669,23 +608,16 @@ def _move_events(layout: C3dLayout, seconds: float, head: bytearray, data: bytea
     ]
     parameters.put(data, "EVENT:TIMES", moved)
     count, start, stop = _EVENTS
-    number = min(int(parameters.processor.ints(head, 1, count)[0]), (stop - start) // 4)
+    number = min(int(parameters.processor.numbers(head, INT, 1, count)[0]), (stop - start) // 4)
     if number > 0:
-        earlier = parameters.processor.floats(head, number, start) - seconds
-        head[start : start + 4 * number] = parameters.processor.written(earlier, 4)
+        earlier = parameters.processor.numbers(head, FLOAT, number, start) - seconds
+        head[start : start + 4 * number] = parameters.processor.written(earlier, FLOAT)
 
 
 def _frames(content: Content, start: int, size: int, span: Span) -> bytes:
     """Return some frames, the last block filled up but where readers count many frames by it."""
     data = content[start + span.start * size : start + span.stop * size]
     return data + bytes(-len(data) % BLOCK if len(span) <= FULL else 0)
-
-
-_LIST = 255  # texts in one parameter
-_WIDEST = 127  # bytes of a text
-_FLOATS = -1.0  # a scale below 0: numbers are floats
-_UNKNOWN = -1.0
-_NEXT_TO_ZERO = 1e-6  # millimetres: where a point at zero is put, which would be taken as unknown
 
 
 def write(motion: Motion) -> bytes:
@@ -782,6 +714,6 @@ def _value(value: float | Sequence[str] | NDArray[Any]) -> bytes:
         data = b"".join(text.ljust(width) for text in texts)
     else:
         array = np.asarray(value)
-        kind, sizes = (4 if array.dtype.kind == "f" else 2), array.shape
+        kind, sizes = (FLOAT if array.dtype.kind == "f" else INT), array.shape
         data = PROCESSORS[INTEL].written(array, kind)
     return struct.pack("<bB", kind, len(sizes)) + bytes(sizes) + data + b"\0"
