@@ -83,11 +83,6 @@ class Performance:
         """Return where joints are in some frames, (T, J, 3), and how they are turned."""
         return placed(self.nodes, self.person.joints, self.tracks, frames)
 
-    def human(self) -> bool:
-        """Tell whether the joints make a body."""
-        poses, _ = self.placed(sampled(self.clock.count))
-        return is_human(self.person.names, self.person.parents, poses)
-
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a glTF or GLB file: see `lanindex.formats.read_file`.
@@ -214,11 +209,16 @@ def performers(document: Document, take: str | None) -> dict[str, Performance]:
             "no animation moves a skeleton", place=path, wanted="one that moves its joints"
         )
     if len(found) > 1:
-        found = [one for one in found if one[1].human()] or found[:1]
+        found = [one for one in found if _human(one[1])] or found[:1]
     numbers = range(1, len(found) + 1)
     names = [name or str(number) for number, (name, _) in zip(numbers, found, strict=True)]
     ones = (one for _, one in found)
     return named(dict(zip(distinct(names, numbers), ones, strict=True)))
+
+
+def _human(found: Performance) -> bool:
+    poses, _ = found.placed(sampled(found.clock.count))
+    return is_human(found.person.names, found.person.parents, poses)
 
 
 def _performance(
@@ -296,10 +296,10 @@ class _Cutter:
         root: dict[str, Any] = self.document.root.value
         self.other = {key: value for key, value in root.items() if key != "animations"}
         self.free = sorted(_samplers(self.document) - _accessors(self.other))
-        self.pack, self.free_views = self._rest(root)
+        self.pack = self._rest(root)
 
-    def _rest(self, root: dict[str, Any]) -> tuple[Pack, list[int]]:
-        """Lay down what is not animation; return it, and which buffer views are free then."""
+    def _rest(self, root: dict[str, Any]) -> Pack:
+        """Lay down what is not animation."""
         accessors: list[Any] = deepcopy(root.get("accessors") or [])
         others = [one for number, one in enumerate(accessors) if number not in set(self.free)]
         used = {
@@ -308,17 +308,18 @@ class _Cutter:
             if isinstance(it.get("bufferView"), int)
         }
         views: list[Any] = deepcopy(root.get("bufferViews") or [])
-        pack = Pack(views, accessors)
+        unused = [number for number in range(len(views)) if number not in used]
+        pack = Pack(views, accessors, unused[::-1], self.free[::-1])
         for number in sorted(used):
             where = Value(number, "a bufferView", self.document.file.name)
             buffer, first, length, _ = self.document.view(where)
             views[number] |= pack.lay(self.document.bytes(buffer, first, first + length))
-        return pack, [number for number in range(len(views)) if number not in used]
+        return pack
 
     def cut(self, span: Span) -> bytes:
         """Return the clip of some frames."""
         frames = np.arange(span.start, span.stop)
-        pack = self.pack.copy(self.free, self.free_views)
+        pack = self.pack.copy()
         seconds = np.arange(len(span)) / float(rate_of(self.found))
         every = pack.accessor(seconds, bounds=True)
         once = pack.accessor(seconds[:1], bounds=True)
@@ -345,8 +346,8 @@ class _Cutter:
             "buffers": [{"byteLength": pack.size}],
         }
         if self.document.is_glb:
-            return glb(root, pack.numbers())
-        data = base64.b64encode(pack.numbers()).decode()
+            return glb(root, pack)
+        data = base64.b64encode(b"".join(pack.parts)).decode()
         root["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{data}"
         return json.dumps(root, allow_nan=False).encode()
 
@@ -429,43 +430,41 @@ def write(motion: Motion) -> bytes:
     turns, offsets = _turned(motion, points, parents)
     ways, turned = _within(points, turns, parents)
     pack = Pack()
+    children = [np.flatnonzero(parents == joint).tolist() for joint in range(len(parents))]
     nodes: list[dict[str, Any]] = [
-        {"name": name, "translation": _rounded(offset / METRE)}
-        for name, offset in zip(skeleton.names, offsets, strict=True)
+        {"name": name, "translation": offset, **({"children": below} if below else {})}
+        for name, offset, below in zip(
+            skeleton.names, (offsets / METRE).astype(np.float32).tolist(), children, strict=True
+        )
     ]
-    for joint, parent in enumerate(parents.tolist()):
-        if parent >= 0:
-            nodes[parent].setdefault("children", []).append(joint)
     roots: list[int] = np.flatnonzero(parents < 0).tolist()
     if len(roots) > 1:
         nodes.append({"name": "roots", "children": roots})
         roots = [len(nodes) - 1]
-    mesh = _mesh(pack, offsets / METRE, parents)
     nodes.append({"name": "bones", "mesh": 0, "skin": 0})
+    standing = offsets / METRE  # at rest
+    for joint, parent in enumerate(parents.tolist()):
+        if parent >= 0:
+            standing[joint] += standing[parent]
+    mesh = _mesh(pack, standing, parents.tolist())
     animation = _animation(pack, motion, ways / METRE, turned, offsets / METRE)
-    animation |= _extras(motion, unknown)
+    animation["extras"] = _extras(motion, unknown)
+    binding = np.tile(np.eye(4), (len(parents), 1, 1))  # from the mesh into each joint's own axes
+    binding[:, 3, :3] = -standing  # column after column
+    joints = {"joints": list(range(len(parents))), "inverseBindMatrices": pack.accessor(binding)}
     root = {
         "asset": {"version": "2.0", "generator": "LanIndex"},
         "scene": 0,
         "scenes": [{"nodes": [*roots, len(nodes) - 1]}],
         "nodes": nodes,
         "meshes": [mesh],
-        "skins": [
-            {
-                "joints": list(range(len(parents))),
-                "inverseBindMatrices": _binding(pack, offsets / METRE, parents),
-            }
-        ],
+        "skins": [joints],
         "animations": [animation],
         "accessors": pack.accessors,
         "bufferViews": pack.views,
         "buffers": [{"byteLength": pack.size}],
     }
-    return glb(root, pack.numbers())
-
-
-def _rounded(values: Floats) -> list[float]:
-    return [float(np.float32(value)) for value in values]
+    return glb(root, pack)
 
 
 def _held(motion: Motion, parents: NDArray[np.int_]) -> tuple[Floats, NDArray[np.bool_]]:
@@ -559,27 +558,11 @@ def _extras(motion: Motion, unknown: NDArray[np.bool_]) -> dict[str, Any]:
     for joint in np.flatnonzero(unknown.any(axis=0)).tolist():
         edges = np.flatnonzero(np.diff(unknown[:, joint].astype(np.int8), prepend=0, append=0))
         gaps[motion.skeleton.names[joint]] = edges.reshape(-1, 2).tolist()
-    return {"extras": {**extras, "unknown": gaps} if gaps else extras}
+    return {**extras, "unknown": gaps} if gaps else extras
 
 
-def _binding(pack: Pack, offsets: Floats, parents: NDArray[np.int_]) -> int:
-    """Lay down what takes the mesh at rest into each joint's own axes."""
-    matrix = np.tile(np.eye(4), (len(parents), 1, 1))
-    matrix[:, 3, :3] = -_standing(offsets, parents)  # column after column
-    return pack.accessor(matrix)
-
-
-def _standing(offsets: Floats, parents: NDArray[np.int_]) -> Floats:
-    """Return where joints are at rest."""
-    places = offsets.copy()
-    for joint, parent in enumerate(parents.tolist()):
-        if parent >= 0:
-            places[joint] += places[parent]
-    return places
-
-
-def _mesh(pack: Pack, offsets: Floats, parents: NDArray[np.int_]) -> dict[str, Any]:
-    corners, joints, faces = octahedra(_standing(offsets, parents), parents.tolist())
+def _mesh(pack: Pack, standing: Floats, parents: Sequence[int]) -> dict[str, Any]:
+    corners, joints, faces = octahedra(standing, parents)
     follows = np.zeros((len(corners), 4), int)
     follows[:, 0] = joints
     weights = np.tile([1.0, 0, 0, 0], (len(corners), 1))

@@ -8,11 +8,10 @@ from __future__ import annotations
 import base64
 import binascii
 import json
-import math
 import struct
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
 from typing import Any, NoReturn
 from urllib.parse import unquote_to_bytes
@@ -124,12 +123,8 @@ class Value:
 
 
 def _finite(value: object) -> bool:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    try:
-        return math.isfinite(float(value)) and abs(value) < 1e30
-    except OverflowError:
-        return False
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and abs(value) < 1e30
 
 
 @dataclass(slots=True)
@@ -154,9 +149,9 @@ class Document:
         buffer = view.get("buffer").one_of(self.root.get("buffers"))
         offset, length = view.get("byteOffset", 0).whole(), view.get("byteLength").whole(1)
         stride = view.get("byteStride").whole(1, 252) if "byteStride" in view else None
-        size = self.size(buffer)
-        if offset + length > size:
-            self._short(f"{view.where} ends at byte {offset + length}", f"at most {size}")
+        _, first, stop = self._bytes(buffer)
+        if offset + length > stop - first:
+            self._short(f"{view.where} ends at byte {offset + length}", f"at most {stop - first}")
         return buffer, offset, length, stride
 
     def spend(self, count: int, what: Value) -> None:
@@ -165,11 +160,6 @@ class Document:
         most = SPARE + 2 * sum(stop - first for _, first, stop in self._buffers.values())
         if self.spent > most:
             self._short(f"{what.where} is the same bytes once more", "bytes that are used once")
-
-    def size(self, buffer: int) -> int:
-        """Return how many bytes a buffer has."""
-        _, first, stop = self._bytes(buffer)
-        return stop - first
 
     def bytes(self, buffer: int, start: int, stop: int) -> bytes | memoryview:
         """Return a stretch of a buffer that lies in it: what is in memory, not once more."""
@@ -193,10 +183,8 @@ class Document:
             if number == 0 and self.binary[1] > self.binary[0]:
                 return self.file.content, *self.binary
             packed = _PACKED in (it.value for it in self.root.get("extensionsUsed", []))
-            buffer.wrong(
-                "bytes in the file, or a uri",
-                f"It is packed by {_PACKED}: write it without that." if packed else "",
-            )
+            remedy = f"It is packed by {_PACKED}: write it without that." * packed
+            buffer.wrong("bytes in the file, or a uri", remedy)
         uri = buffer.get("uri")
         if uri.text()[:5].lower() == "data:":
             data = _decoded(uri)
@@ -210,20 +198,17 @@ class Document:
         return content, 0, len(content)
 
     def _short(self, found: str, wanted: str) -> NoReturn:
-        raise CaptureError(
-            found, place=self.file.name, wanted=wanted, remedy="The file may be cut short."
-        )
+        remedy = "The file may be cut short."
+        raise CaptureError(found, place=self.file.name, wanted=wanted, remedy=remedy)
 
 
 def _decoded(uri: Value) -> bytes:
     head, comma, data = uri.text().partition(",")
-    try:
+    with suppress(binascii.Error, ValueError):
         if comma and head.lower().endswith(";base64"):
             return base64.b64decode(data if "%" not in data else unquote_to_bytes(data))
         if comma:
             return unquote_to_bytes(data)
-    except (binascii.Error, ValueError):
-        pass
     uri.wrong("data:...;base64, and bytes as base64")
 
 
@@ -337,11 +322,8 @@ def numbers(document: Document, number: Value) -> NDArray[Any]:
         code.wrong(" or ".join(map(str, TYPES)))
     sparse = accessor.get("sparse")
     if "bufferView" in accessor:
-        found = _elements(
-            document, accessor, accessor.get("bufferView"), kind, count, width, strided=True
-        )
-    else:
-        # all are 0 but those that are named: no more than twice as many as that
+        found = _elements(document, accessor, kind, count, width, True)
+    else:  # all are 0 but those that are named: no more than twice as many as that
         named = sparse.get("count").whole(1) if sparse.value is not None else 1
         if count > 2 * named + 16:
             accessor.get("count").wrong("elements that are somewhere")
@@ -361,30 +343,21 @@ def numbers(document: Document, number: Value) -> NDArray[Any]:
 
 
 def _elements(
-    document: Document,
-    accessor: Value,
-    view: Value,
-    kind: np.dtype[Any],
-    count: int,
-    width: int,
-    *,
-    strided: bool = False,
+    document: Document, one: Value, kind: np.dtype[Any], count: int, width: int, strided: bool
 ) -> NDArray[Any]:
     """Return (N, width) numbers out of a buffer view."""
-    buffer, first, length, stride = document.view(view)
+    buffer, first, length, stride = document.view(one.get("bufferView"))
     size = kind.itemsize * width
     step = stride if strided and stride is not None else size
-    offset = accessor.get("byteOffset", 0).whole()
+    offset = one.get("byteOffset", 0).whole()
     if step < size or offset + step * (count - 1) + size > length:
         raise CaptureError(
-            f"{accessor.where} needs {count} elements of {size} bytes, "
-            f"{step} apart from {offset} on",
+            f"{one.where} needs {count} elements of {size} bytes, {step} apart from {offset} on",
             place=document.file.name,
             wanted=f"what lies in the {length} bytes of its bufferView",
         )
-    start = first + offset
-    document.spend(size * count, accessor)
-    data = document.bytes(buffer, start, start + step * (count - 1) + size)
+    document.spend(size * count, one)
+    data = document.bytes(buffer, first + offset, first + offset + step * (count - 1) + size)
     return np.ndarray((count, width), kind, data, strides=(step, kind.itemsize))
 
 
@@ -396,58 +369,46 @@ def _replaced(document: Document, sparse: Value, found: NDArray[Any]) -> NDArray
     if code.value not in (5121, 5123, 5125):
         code.wrong("5121 or 5123 or 5125")
     index = np.dtype(TYPES[code.whole()])
-    places = _elements(document, where, where.get("bufferView"), index, count, 1)[:, 0]
+    places = _elements(document, where, index, count, 1, False)[:, 0]
     if int(places.max()) >= len(found):
         where.wrong(f"indices below {len(found)}")
     result = found.copy()
-    result[places.astype(np.int64)] = _elements(
-        document, what, what.get("bufferView"), found.dtype, count, found.shape[1]
-    )
+    values = _elements(document, what, found.dtype, count, found.shape[1], False)
+    result[places.astype(np.int64)] = values
     return result
 
 
+@dataclass(slots=True)
 class Pack:
     """Numbers, and the accessors and buffer views that tell of them."""
 
-    def __init__(self, views: list[Any] | None = None, accessors: list[Any] | None = None) -> None:
-        self.views: list[Any] = [] if views is None else views
-        self.accessors: list[Any] = [] if accessors is None else accessors
-        self.size = 0
-        self.free: tuple[list[int], list[int]] = ([], [])
-        self._parts: list[bytes | memoryview] = []
+    views: list[Any] = field(default_factory=list)
+    accessors: list[Any] = field(default_factory=list)
+    free_views: list[int] = field(default_factory=list)  # those that may be overwritten
+    free_accessors: list[int] = field(default_factory=list)
+    size: int = 0  # bytes
+    parts: list[bytes | memoryview] = field(default_factory=list)
 
-    def copy(self, accessors: list[int], views: list[int]) -> Pack:
-        """Return the same once more, some of whose accessors and views may be overwritten."""
-        made = Pack(list(self.views), list(self.accessors))
-        made.size, made._parts = self.size, list(self._parts)
-        made.free = (accessors[::-1], views[::-1])
-        return made
+    def copy(self) -> Pack:
+        """Return the same once more."""
+        lists = ("views", "accessors", "free_views", "free_accessors", "parts")
+        return replace(self, **{name: list(getattr(self, name)) for name in lists})
 
     def fill(self, number: int) -> None:
         """Let what is free yet be the same as an accessor."""
         entry = self.accessors[number]
-        for free in self.free[0]:
+        for free in self.free_accessors:
             self.accessors[free] = entry
-        for free in self.free[1]:
+        for free in self.free_views:
             self.views[free] = self.views[entry["bufferView"]]
-
-    def numbers(self) -> bytes:
-        """Return the numbers."""
-        return b"".join(self._parts)
 
     def lay(self, data: bytes | memoryview) -> dict[str, int]:
         """Lay bytes behind the others; return where, as a buffer view tells it."""
         gap = -self.size % 4
-        self._parts += [b"\0" * gap, data]
+        self.parts += [b"\0" * gap, data]
         place = {"buffer": 0, "byteOffset": self.size + gap, "byteLength": len(data)}
         self.size += gap + len(data)
         return place
-
-    def view(self, data: bytes, target: int | None = None) -> int:
-        """Add a buffer view; return its number."""
-        entry = self.lay(data)
-        entry = entry if target is None else {**entry, "target": target}
-        return _put(self.views, entry, self.free[1])
 
     def accessor(
         self,
@@ -459,15 +420,16 @@ class Pack:
     ) -> int:
         """Add an accessor of (N, width) numbers; return its number."""
         rows = np.ascontiguousarray(values, kind).reshape(len(values), -1)
+        view = self.lay(rows.tobytes()) | ({} if target is None else {"target": target})
         entry: dict[str, Any] = {
-            "bufferView": self.view(rows.tobytes(), target),
+            "bufferView": _put(self.views, view, self.free_views),
             "componentType": _CODES[kind],
             "count": len(rows),
             "type": _KINDS[rows.shape[1]],
         }
         if bounds:
             entry |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
-        return _put(self.accessors, entry, self.free[0])
+        return _put(self.accessors, entry, self.free_accessors)
 
 
 def _put(things: list[Any], thing: Any, free: list[int]) -> int:
@@ -479,8 +441,9 @@ def _put(things: list[Any], thing: Any, free: list[int]) -> int:
     return len(things) - 1
 
 
-def glb(root: dict[str, Any], data: bytes) -> bytes:
+def glb(root: dict[str, Any], pack: Pack) -> bytes:
     """Return a GLB of its JSON and its numbers."""
+    data = b"".join(pack.parts)
     text = json.dumps(root, separators=(",", ":"), allow_nan=False).encode()
     text += b" " * (-len(text) % 4)
     rest = -len(data) % 4
