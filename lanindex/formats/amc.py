@@ -16,7 +16,7 @@ import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache, partial
 from pathlib import PurePath
@@ -130,21 +130,12 @@ class _Line(NamedTuple):
 Fields = dict[bytes, _Line]
 
 
-@dataclass(slots=True)
-class _Sections:
-    units: Fields = field(default_factory=dict)
-    root: Fields = field(default_factory=dict)
-    bones: list[Fields] = field(default_factory=list)
-    hierarchy: list[_Line] = field(default_factory=list)
-
-
 def parse(file: File) -> Bones:
     """Read a skeleton."""
     if len(file.content) > LARGEST_FILE:
         found = f"a skeleton of {len(file.content)} bytes"
         raise CaptureError(found, place=file.name, wanted=f"at most {LARGEST_FILE}")
-    sections = _sections(file)
-    units, root = sections.units, sections.root
+    units, root, each, hierarchy = _sections(file)
     degrees = True
     if b"angle" in units:
         unit = "".join(units[b"angle"].rest(1)).lower()[:3]
@@ -153,24 +144,25 @@ def parse(file: File) -> Bones:
         degrees = unit == "deg"
     top = _root(root)
     bones = {ROOT: top}
-    for fields in sections.bones:
+    for fields in each:
         bone = _bone(fields)
         if bone.name in bones:
             raise fields[b"name"].error("a name of its own")
         bones[bone.name] = bone
-    return Bones(
-        _in_order(bones, sections.hierarchy, file.name),
-        units[b"length"].numbers(1)[0] if b"length" in units else 0.0,
-        degrees,
-        (_TURNED,) if any(top.axis) else (),
-    )
+    ordered = _in_order(bones, hierarchy, file.name)
+    inches = units[b"length"].numbers(1)[0] if b"length" in units else 0.0
+    return Bones(ordered, inches, degrees, (_TURNED,) if any(top.axis) else ())
 
 
-def _sections(file: File) -> _Sections:
-    """Sort lines into what they are about; a line with a colon in front begins the next part."""
+def _sections(file: File) -> tuple[Fields, Fields, list[Fields], list[_Line]]:
+    """Return the lines of units, of the root, of each bone, and of the hierarchy.
+
+    A line with a colon in front begins the next part.
+    """
     data = file.content[:].removeprefix(b"\xef\xbb\xbf")
-    sections, section, fields = _Sections(), b"", None
-    line = _Line(f"{file.name}:1", [])
+    fields: dict[bytes, Fields] = {b":units": {}, b":root": {}}
+    bones, hierarchy = list[Fields](), list[_Line]()
+    section, line = b"", _Line(f"{file.name}:1", [])
     for number, text in enumerate(data.splitlines(), 1):
         words = text.split()
         if not words or words[0].startswith(b"#"):
@@ -179,28 +171,24 @@ def _sections(file: File) -> _Sections:
         key = words[0].lower()
         if key.startswith(b":"):
             section = key
-        elif section == b":units":
-            sections.units[key] = line
-        elif section == b":root":
-            sections.root[key] = line
+        elif section in fields:
+            fields[section][key] = line
         elif section == b":hierarchy" and key not in (b"begin", b"end"):
-            sections.hierarchy.append(line)
+            hierarchy.append(line)
         elif section == b":bonedata" and key == b"begin":
-            fields = {key: line}
-            sections.bones.append(fields)
-        elif section == b":bonedata" and fields is not None:
-            fields[key] = line
+            bones.append({key: line})
+        elif section == b":bonedata" and bones:
+            bones[-1][key] = line
         elif not section:
             raise line.error("an ASF file, which begins with :version")
-    if not sections.bones or not sections.hierarchy:
-        part = ":hierarchy" if sections.bones else ":bonedata"
-        raise CaptureError(
-            f"ends without {part}", place=line.place, wanted=":root, :bonedata and :hierarchy"
-        )
-    if len(sections.bones) > MOST_BONES:
-        found = f"{len(sections.bones)} bones"
-        raise CaptureError(found, place=file.name, wanted=f"at most {MOST_BONES}, a body's")
-    return sections
+    if not bones or not hierarchy:
+        found = f"ends without {':hierarchy' if bones else ':bonedata'}"
+        wanted = ":root, :bonedata and :hierarchy"
+        raise CaptureError(found, place=line.place, wanted=wanted)
+    if len(bones) > MOST_BONES:
+        found, wanted = f"{len(bones)} bones", f"at most {MOST_BONES}, a body's"
+        raise CaptureError(found, place=file.name, wanted=wanted)
+    return fields[b":units"], fields[b":root"], bones, hierarchy
 
 
 def _root(fields: Fields) -> Bone:
@@ -272,7 +260,10 @@ def skeleton_of(file: File, options: Reading) -> tuple[File, tuple[str, ...]]:
     """Return the skeleton of a motion, and what is doubtful about it."""
     if options.skeleton is not None:
         return opened(options.skeleton), ()
-    stems = _stems(PurePath(file.name).stem)
+    words = PurePath(file.name).stem.split("_")
+    begun = ("_".join(words[:count]) for count in range(len(words) - 1, 0, -1))
+    # as its motion is called, or that up to an underscore
+    stems = [PurePath(file.name).stem, *[name for name in begun if name][:_MOST_STEMS]]
     any_name = os.path.join(os.path.dirname(file.name), "_")
     found = _skeletons(any_name, _changed(any_name))
     for stem in stems:
@@ -294,13 +285,6 @@ def skeleton_of(file: File, options: Reading) -> tuple[File, tuple[str, ...]]:
 def companions(file: File, options: Reading) -> tuple[File, ...]:
     """Return the skeleton of a motion."""
     return (skeleton_of(file, options)[0],)
-
-
-def _stems(stem: str) -> list[str]:
-    """Return what a skeleton may be called: as its motion, or that up to an underscore."""
-    words = stem.split("_")
-    begun = ("_".join(words[:count]) for count in range(len(words) - 1, 0, -1))
-    return [stem, *[name for name in begun if name][:_MOST_STEMS]]
 
 
 def _changed(path: str) -> int:

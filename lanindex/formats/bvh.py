@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import chain
 
@@ -263,67 +264,58 @@ class BvhLayout:
     time_line: tuple[int, int]  # bytes of that line, without its end; empty where there is none
     first: int  # the byte behind the header: the line after ``Frame Time:``
     # (T, 2) int64, first byte of each frame's line and the one after its last, without line end
-    frames: NDArray[np.int64]
-    ends: NDArray[np.int64]  # (T,) int64, the byte behind each line's end
+    frames: Places = field(default_factory=lambda: np.zeros((0, 2), np.int64))
+    ends: Places = field(default_factory=lambda: np.zeros(0, np.int64))  # (T,) behind line ends
 
 
 def scan(data: Content, path: str = "") -> BvhLayout:
     """Find the frames of a BVH file without reading their numbers."""
-    hierarchy, count, time, first = _header(data, path)
-    frames, ends = _lines(data, first, hierarchy.width)
+    header = _header(data, path)
+    width = header.hierarchy.width
+    frames, ends = _lines(data, header.first, width)
     if not len(frames):
-        raise CaptureError(
-            "no frames",
-            place=f"{path}:{line_of(data, first)}",
-            wanted=f"lines of {hierarchy.width} numbers behind MOTION",
-        )
-    return BvhLayout(
-        hierarchy,
-        count.span(1),
-        int(count.group(1)),
-        text_of(time.group(2)) if time else None,
-        time.span(1) if time else (count.end(), count.end()),
-        first,
-        frames,
-        ends,
-    )
+        place = f"{path}:{line_of(data, header.first)}"
+        wanted = f"lines of {width} numbers behind MOTION"
+        raise CaptureError("no frames", place=place, wanted=wanted)
+    return replace(header, frames=frames, ends=ends)
 
 
-_Header = tuple[Hierarchy, re.Match[bytes], re.Match[bytes] | None, int]
-
-
-def _header(data: Content, path: str) -> _Header:
+def _header(data: Content, path: str) -> BvhLayout:
     """Read what stands before the frames, of a large file as little as tells it for certain."""
     size = HEADER
     while size < len(data):
         head = data[:size]
-        try:
+        with suppress(CaptureError):  # it may be we who cut it short
             found = _parsed(head, path)
-        except CaptureError:  # it may be we who cut it short
-            found = None
-        if found is not None and len(head[found[-1] :].lstrip()) > BEYOND:
-            return found
+            if len(head[found.first :].lstrip()) > BEYOND:
+                return found
         size *= 8
     return _parsed(data[:], path)
 
 
-def _parsed(data: bytes, path: str) -> _Header:
+def _parsed(data: bytes, path: str) -> BvhLayout:
+    """Return the layout of what stands before the frames, which it does not look for."""
     hierarchy, motion = parse(data, path)
     if not hierarchy.width:
         raise CaptureError(
             "no joint has CHANNELS, nothing can move", place=path, wanted="a ROOT with channels"
         )
     count = _COUNT.match(data, motion)
-    if count is None or not re.fullmatch(rb"[+-]?\d{1,30}", count.group(1)):
-        found = "no Frames: line" if count is None else f"Frames: {text_of(count.group(1))[:40]!r}"
-        line = line_of(data, motion if count is None else count.start(1))
-        raise CaptureError(
-            found, place=f"{path}:{line}", wanted="Frames: and a whole number behind MOTION"
-        )
+    if count is None or not re.fullmatch(rb"[+-]?\d{1,30}", count[1]):
+        found = "no Frames: line" if count is None else f"Frames: {text_of(count[1])[:40]!r}"
+        place = f"{path}:{line_of(data, motion if count is None else count.start(1))}"
+        wanted = "Frames: and a whole number behind MOTION"
+        raise CaptureError(found, place=place, wanted=wanted)
     time = _TIME.match(data, count.end())
     behind = _LINE_END.match(data, (time or count).end())
-    first = behind.end() if behind else len(data)
-    return hierarchy, count, time, first
+    return BvhLayout(
+        hierarchy,
+        count.span(1),
+        int(count[1]),
+        text_of(time[2]) if time else None,
+        time.span(1) if time else (count.end(), count.end()),
+        behind.end() if behind else len(data),
+    )
 
 
 def _lines(data: Content, first: int, width: int) -> tuple[Places, Places]:
@@ -407,15 +399,9 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
         found.oriented(places, positions[part], kept)
         for name, own in turning.items():
             axes[name][part] = found.turned(positions_of(own, values)[:, -2:])
-    source = Source(
-        path,
-        "bvh",
-        found.unit,
-        found.scale,
-        found.up,
-        compose=f"{order} first ({reason})",
-        joints=joints.names,
-    )
+    composed = f"{order} first ({reason})"
+    about = ("bvh", found.unit, found.scale, found.up)
+    source = Source(path, *about, compose=composed, joints=joints.names)
     axes, made_up = measured_palms(axes, positions, skeleton.body)
     count, declared = len(layout.frames), layout.declared
     miscounted = (f"Frames: says {declared}, the file has {count}",) * (declared != count)

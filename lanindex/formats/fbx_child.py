@@ -13,11 +13,8 @@ from array import array
 from typing import Any
 
 MOVED = ("Lcl Translation", "Lcl Rotation", "Lcl Scaling")
-MARGIN = 512 << 20
-"""Bytes of memory beside what the file needs."""
-
-UNPACKED = 64
-"""Times its size that a file may grow to."""
+MARGIN = 512 << 20  # bytes of memory beside what the file needs
+UNPACKED = 64  # times its size that a file may grow to
 
 
 def main() -> None:
@@ -101,19 +98,17 @@ def _told(node: Any) -> list[Any]:
 
 def _moving(ufbx: Any, take: Any, nodes: list[Any]) -> set[int]:
     """Return the nodes that a take moves."""
-    layers = take.layers
-    held = [layers[number] for number in range(len(layers))]
+    layers = _listed(take.layers)
     return {
         place
         for place, node in enumerate(nodes)
-        if any(ufbx.find_anim_prop(layer, node, name) for layer in held for name in MOVED)
+        if any(ufbx.find_anim_prop(layer, node, name) for layer in layers for name in MOVED)
     }
 
 
 def _keyed(scene: Any) -> tuple[float, float]:
     """Return the times of the first and the last key, where a take does not say its own."""
-    found = scene.anim_curves
-    curves = [found[number] for number in range(len(found))]
+    curves = _listed(scene.anim_curves)
     times = [(curve.min_time, curve.max_time) for curve in curves if len(curve.keyframes)]
     return min(time for time, _ in times), max(time for _, time in times)
 
