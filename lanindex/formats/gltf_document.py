@@ -11,7 +11,7 @@ import json
 import struct
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any, NoReturn
 from urllib.parse import unquote_to_bytes
@@ -123,8 +123,7 @@ class Value:
 
 
 def _finite(value: object) -> bool:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return number and abs(value) < 1e30
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e30
 
 
 @dataclass(slots=True)
@@ -391,8 +390,8 @@ class Pack:
 
     def copy(self) -> Pack:
         """Return the same once more."""
-        lists = ("views", "accessors", "free_views", "free_accessors", "parts")
-        return replace(self, **{name: list(getattr(self, name)) for name in lists})
+        free = (list(self.free_views), list(self.free_accessors))
+        return Pack(list(self.views), list(self.accessors), *free, self.size, list(self.parts))
 
     def fill(self, number: int) -> None:
         """Let what is free yet be the same as an accessor."""
