@@ -383,10 +383,7 @@ class Numbers:
                 self.width += len(bone.dof)
 
     def read(self, data: bytes, stops: Places, ends: Places, place: Callable[[int], str]) -> Floats:
-        """Read some frames.
-
-        Takes `stops, ends` (T,); returns (T, W).
-        """
+        """Return the numbers (T, W) of frames that lie between `stops` and `ends`, (T,)."""
         values = self._alike(data, stops, ends)
         return self._each(data, stops, ends, place) if values is None else values
 
@@ -490,11 +487,7 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read an AMC file with the skeleton beside it: see `lanindex.formats.read_file`.
-
-    A joint is where a bone begins, and has its name; where the last ones end there is one
-    more, ``head End``.
-    """
+    """Read an AMC file with the skeleton beside it: the joints of `joints_of`."""
     layout = scan(file.content, file.name)
     asf, doubts = skeleton_of(file, options)
     skeleton = parse(asf)
@@ -572,10 +565,7 @@ def _count_doubt(layout: AmcLayout) -> tuple[str, ...]:
 
 
 def joints_of(bones: Sequence[Bone]) -> tuple[tuple[str, ...], tuple[int, ...], Floats]:
-    """Return a skeleton's joints: where each bone begins, by its name, then where the last end.
-
-    Returns (J, 3).
-    """
+    """Return names, parents and offsets (J, 3) of joints: where bones begin, then last ends."""
     names = [bone.name.decode("utf-8", "replace") for bone in bones]
     above = {bone.parent for bone in bones}
     last = [index for index in range(1, len(bones)) if index not in above]

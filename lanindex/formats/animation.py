@@ -123,10 +123,9 @@ def axes_at_rest(
     poses: Floats,
     turned: Callable[[int], Floats],
 ) -> dict[str, tuple[int, Floats]]:
-    """Return the axes of hands and head at rest, (2, 3), and the joints that they turn with.
+    """Return by hand and head the joint that it turns with, and its axes at rest, (2, 3).
 
-    Takes `offsets` (J, 3), `poses` (S, J, 3); `turned` gives a joint's rotations in these,
-    (S, 3, 3).
+    `offsets` (J, 3); `poses` (S, J, 3), in which `turned` gives a joint's rotations (S, 3, 3).
     """
     found = rest_palms(names, parents, offsets, body)
     played = {name: int(body[JOINT_CODES[name]]) for name in TURNING}
@@ -141,10 +140,7 @@ def axes_at_rest(
 def rest_of_axes(
     motion: Motion, offsets: NDArray[Any], turned: Floats
 ) -> dict[str, tuple[int, Floats]]:
-    """Return the axes at rest that a motion tells in frames, and the joints that they turn with.
-
-    Takes `offsets` (J, 3), `turned` (S, J, 3, 3).
-    """
+    """Return `axes_at_rest` of what has axes in a motion, by sampled rotations (S, J, 3, 3)."""
     skeleton = motion.skeleton
     poses = motion.positions[sampled(len(motion))].astype(np.float64)
     parents = skeleton.parents.tolist()

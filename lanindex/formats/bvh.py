@@ -373,10 +373,7 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read a BVH file: see `lanindex.formats.read_file`.
-
-    Every joint and End Site, or those of the body.
-    """
+    """Read a BVH file: every joint and End Site, or those of the body."""
     path, layout = file.name, scan(file.content, file.name)
     place = f"{path}:{line_of(file.content, layout.time_line[0])}"
     rate = rate_of(layout.time, place, options.rate)

@@ -331,9 +331,9 @@ def _choices(values: Iterable[float | None]) -> list[float]:
 
 
 def _said(words: list[int], parameters: Parameters) -> tuple[int, dict[str, int], list[int]]:
-    """Return the number of the first frame, and how many there are by whoever says it.
+    """Return the number of the first frame, counts of frames by who says them, and vague ones.
 
-    Last come the counts that may mean as many or more, for there is no room for more.
+    A vague count is the largest that has room: there may be more.
     """
     first, last = words[3:5]
     counts = {who: parameters.count(f"POINT:{who}") or 0 for who in ("LONG_FRAMES", "FRAMES")}
@@ -393,14 +393,11 @@ def _error(file: File, found: str) -> CaptureError:
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read a C3D file: see `lanindex.formats.read_file`.
+    """Read a C3D file: joints made of its markers, or its points where these are joints.
 
-    Points that are no places, as a model's angles and forces are, are left out. Of several
-    subjects the one is read that the file's name tells behind ``#``, else the first that makes a
-    body.
-
-    Joints made of markers or, where the points are joints, these; of a file that has only
-    the rotations of segments, these where each begins.
+    Of a file that has only rotations of segments, the joints are where the segments begin. Of
+    several subjects, the one that the file's name tells behind ``#`` is read, else the first that
+    makes a body.
     """
     layout = file.once(scan)
     rate, _ = rate_by(options, file.name, "" if layout.rate is None else str(layout.rate))
@@ -442,10 +439,7 @@ def _declared(layout: C3dLayout) -> Declared:
 
 
 def names_of(layout: C3dLayout) -> dict[int, str]:
-    """Return the names of the points that are places, by their number in a frame.
-
-    A point that has no name is called by its number, a segment without what ends its name.
-    """
+    """Return the names of points or segments by their number in a frame, but of model outputs."""
     parameters = layout.parameters
     if layout.segments:
         called = parameters.texts("ROTATION:LABELS")

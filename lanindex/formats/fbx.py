@@ -134,12 +134,10 @@ def _scene(answer: Mapping[str, Any], numbers: Floats, file: File) -> Scene:
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read an FBX file: see `lanindex.formats.read_file`.
+    """Read an FBX file: the bones and the nodes below them, in frames of the file's rate.
 
-    Of several people the one is read that the file's name tells behind ``#``, else the first; of
+    Of several people, the one that the file's name tells behind ``#`` is read, else the first; of
     several takes the one that is named, else the first that moves something.
-
-    The bones and the nodes below them, in frames of the file's rate.
     """
     scene = file.once(_first) if options.take is None else run_child(file, options.take)
     found = _people(scene)

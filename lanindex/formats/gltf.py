@@ -85,14 +85,11 @@ class Performance:
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read a glTF or GLB file: see `lanindex.formats.read_file`.
+    """Read a glTF or GLB file: the joints of a skin, or the nodes that move.
 
-    Of several people the one is read that the file's name tells behind ``#``, else the first; of
-    several animations the one that is named, else the first that moves them. At rest joints are as
-    the nodes stand while nothing is animated. A GLB that LanIndex wrote tells where joints were
-    unknown.
-
-    The joints of a skin, or the nodes that move.
+    Of several people, the one that the file's name tells behind ``#`` is read, else the first; of
+    several animations the one that is named, else the first that moves them. The rest pose is that
+    of the nodes without animation. A GLB that LanIndex wrote tells where joints were unknown.
     """
     found, doubts = chosen(file, options.take)
     whose, ticks = found.person, found.clock
@@ -249,10 +246,7 @@ def placed(
     frames: NDArray[np.int64] | None = None,
     rest: Floats | None = None,
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return where joints are and how they are turned, in the axes of the scene.
-
-    Takes `frames` (T,), `rest` (J, 4); returns (T, J, 3), (T, J, 4).
-    """
+    """Return positions (T, J, 3) and rotations (T, J, 4) in frames (T,), from rest (J, 4)."""
     by_path = {(track.node, track.path): track for track in tracks}
     shape = 1 if frames is None else len(frames), len(joints)
     kind = np.float64 if rest is None else np.float32
@@ -583,10 +577,7 @@ _FACES = np.array(
 def octahedra(
     places: Floats, parents: Sequence[int]
 ) -> tuple[Floats, NDArray[np.int64], NDArray[np.int64]]:
-    """Return the bones of a skeleton as octahedra.
-
-    Takes `places` (J, 3); returns (6 B, 3), (8 B, 3).
-    """
+    """Return bones as octahedra: corners (6 B, 3), the joint of each, and faces (8 B, 3)."""
     bones = [
         (parent, places[parent], places[joint])
         for joint, parent in enumerate(parents)

@@ -240,10 +240,7 @@ class MovementArray:
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read an array, or a file of arrays: see `lanindex.formats.read_file`.
-
-    Every joint; with its rotations where the file has them (AMASS).
-    """
+    """Read an array, or a file of arrays: every joint, with its rotations in AMASS."""
     found = arrays(file)
     movement = movement_of(found)
     form = "npz" if file.content[:2] == b"PK" else "npy"

@@ -123,10 +123,7 @@ ORDERS = (  # all that are known
 
 
 def order_of(places: NDArray[Any]) -> Order | None:
-    """Return the one order in which places make a body.
-
-    Takes `places` (T, J, 3).
-    """
+    """Return the one order in which places (T, J, 3) make a body."""
     poses = places[sampled(len(places))].astype(np.float64)
     fitting = [one for one in ORDERS if len(one.names) == places.shape[1] and _fits(one, poses)]
     return fitting[0] if len(fitting) == 1 else None
@@ -179,10 +176,7 @@ BLOCK = 4096  # frames that are turned at a time
 
 
 def posed(poses: NDArray[Any], shift: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return where the joints of `SMPL` are, and how they are turned.
-
-    Takes `poses` (T, 66), `shift` (T, 3); returns (T, 24, 3), (T, 24, 4).
-    """
+    """Return positions (T, 24, 3) and rotations (T, 24, 4) of poses (T, 66) and shifts (T, 3)."""
     places = np.empty((len(poses), len(SMPL), 3), np.float32)
     turns = np.empty((len(poses), len(SMPL), 4), np.float32)
     joints = range(len(SMPL))
@@ -249,20 +243,14 @@ _SMOOTH = 20  # frames: the deviation by which the heading is smoothed
 
 
 def grounded(places: NDArray[Any]) -> Floats:
-    """Return places whose lowest is on the floor, whose first root is above the origin, facing z.
-
-    Takes `places` (T, 22, 3).
-    """
+    """Return places (T, 22, 3) on the floor, the first root above the origin and facing z."""
     places = places - [places[0, 0, 0], places[..., 1].min(), places[0, 0, 2]]
     ahead = _ahead(places[:1])
     return _facing(places, np.arctan2(ahead[:, 0], ahead[:, 1]))
 
 
 def features(places: NDArray[Any]) -> NDArray[np.float32]:
-    """Return HumanML3D's features.
-
-    Takes `places` (T, 22, 3); returns (T - 1, 263).
-    """
+    """Return HumanML3D's features (T - 1, 263) of places (T, 22, 3)."""
     heading = _heading(places)
     turns = np.angle(np.exp(1j * np.diff(heading))) / -2
     moved = _facing(np.diff(places, axis=0), heading[:-1])

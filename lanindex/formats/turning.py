@@ -70,10 +70,7 @@ def unit(turns: NDArray[Any]) -> Floats:
 
 
 def between(start: Floats, stop: Floats, part: Floats) -> Floats:
-    """Return turns on the shortest way from some to others, evenly.
-
-    Takes `start, stop` (T, 4), `part` (T,); returns (T, 4).
-    """
+    """Return the turns (T, 4) that are a part (T,) of the shortest way from some to others."""
     cosine = (start * stop).sum(axis=1)
     stop = np.where(cosine[:, None] < 0, -stop, stop)
     angle = np.arccos(np.clip(np.abs(cosine), 0, 1))
@@ -136,10 +133,7 @@ def joint_tree(
     parents: Sequence[int],
     passed: Container[int] = (),
 ) -> JointTree:
-    """Return a tree of some nodes, whose names and parents are told by node.
-
-    A joint hangs on the node above it, or the first above that is none of those that are passed by.
-    """
+    """Return the tree of some nodes, by names and parents of all; nodes passed by are left out."""
     place, above = dict[int, int](), list[int]()
     for number, joint in enumerate(joints):
         node = parents[joint]
