@@ -143,12 +143,13 @@ def _posed(first: int) -> str:
 
 
 def body_of(skeleton: Skeleton) -> tuple[NDArray[np.int64], Skeleton]:
-    """Leave out the joints that play no part in the body.
-
-    returned (K,) int64, the joints that stay, in their order; and the skeleton that they make, each
-    joined to the nearest above it that stays.
-    """
+    """Return the joints (K,) that play a part in the body, in their order, and their skeleton."""
     kept = np.unique(skeleton.body[skeleton.body >= 0]).astype(np.int64)
+    return kept, skeleton_of(skeleton, kept)
+
+
+def skeleton_of(skeleton: Skeleton, kept: NDArray[np.int64]) -> Skeleton:
+    """Return the skeleton of some joints (K,), each joined to the nearest above it that is kept."""
     place = np.full(len(skeleton.names) + 1, -1, np.int16)  # the last one stands for -1: none
     place[kept] = np.arange(len(kept))
     offsets = skeleton.offsets.copy()
@@ -159,7 +160,7 @@ def body_of(skeleton: Skeleton) -> tuple[NDArray[np.int64], Skeleton]:
             offsets[joint] += offsets[parent]
             parents[joint] = parents[parent]
     names = tuple(skeleton.names[joint] for joint in kept.tolist())
-    return kept, Skeleton(names, place[parents[kept]], offsets[kept], place[skeleton.body])
+    return Skeleton(names, place[parents[kept]], offsets[kept], place[skeleton.body])
 
 
 def read_body_file(path: str) -> Mapping[str, tuple[str, ...]]:

@@ -19,10 +19,13 @@ from numpy.typing import NDArray
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import sampled
 from lanindex.body.axes import TURNING, rest_axes, rest_palms, seen_axes
+from lanindex.body.mapping import skeleton_of
 from lanindex.body.rest_pose import parents_of, rest_offsets
 from lanindex.errors import ExportError
 from lanindex.formats.points import usual
 from lanindex.model import Motion, Skeleton
+
+Floats = NDArray[np.float64]
 
 
 def complete(motion: Motion) -> Motion:
@@ -45,8 +48,7 @@ def complete(motion: Motion) -> Motion:
         known = ~unknown[:, joint]
         for axis in range(3):
             places[:, joint, axis] = np.interp(frames, frames[known], places[known, joint, axis])
-    share = unknown.mean()
-    said = f"{share:.1%} of its places are unknown: they are filled in straight lines"
+    said = f"{unknown.mean():.1%} of its places are unknown: they are filled in straight lines"
     rotations = motion.rotations
     if rotations is not None and not np.isfinite(rotations).all():
         rotations = None
@@ -55,8 +57,7 @@ def complete(motion: Motion) -> Motion:
 
 def _unknown(motion: Motion) -> NDArray[np.bool_]:
     """Return which joints are unknown in which frames, (T, J)."""
-    unknown: NDArray[np.bool_] = np.asarray(~np.isfinite(motion.positions).all(axis=2))
-    return unknown
+    return np.asarray(~np.isfinite(motion.positions).all(axis=2))
 
 
 def _joined(motion: Motion) -> Motion:
@@ -85,34 +86,15 @@ def _joined(motion: Motion) -> Motion:
 
 
 def _without(motion: Motion, left: NDArray[np.bool_]) -> Motion:
-    """Leave joints out; what hangs on them hangs on the nearest above that stays."""
-    skeleton = motion.skeleton
+    """Leave joints out; what hangs on them hangs on the nearest above that stays, or the first."""
     kept = np.flatnonzero(~left)
-    place = np.full(len(left) + 1, -1, np.int16)  # the last one stands for -1: none
-    place[kept] = np.arange(len(kept))
-    parents, offsets = skeleton.parents.copy(), skeleton.offsets.copy()
-    for joint in range(len(parents)):
-        while parents[joint] >= 0 and left[parents[joint]]:
-            offsets[joint] += offsets[parents[joint]]
-            parents[joint] = parents[parents[joint]]
-    first = int(kept[0]) if len(kept) else -1
-    parents = np.where((parents < 0) & (np.arange(len(parents)) != first), first, parents)
-    shorter = Skeleton(
-        tuple(skeleton.names[joint] for joint in kept.tolist()),
-        place[parents[kept]],
-        offsets[kept],
-        place[skeleton.body],
-    )
-    turns = motion.rotations
-    return replace(
-        motion,
-        skeleton=shorter,
-        positions=motion.positions[:, kept],
-        rotations=None if turns is None else turns[:, kept],
-    )
-
-
-Floats = NDArray[np.float64]
+    skeleton = skeleton_of(motion.skeleton, kept)
+    parents = skeleton.parents.copy()
+    parents[1:][parents[1:] < 0] = 0
+    skeleton = replace(skeleton, parents=parents)
+    turns = None if motion.rotations is None else motion.rotations[:, kept]
+    places = motion.positions[:, kept]
+    return replace(motion, skeleton=skeleton, positions=places, rotations=turns)
 
 
 def axes_at_rest(
