@@ -68,7 +68,7 @@ class _Channels:
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read positions of Motion-BIDS, of points that have all three axes: see `read_file`."""
-    channels, said = _channels(_needed(file, CHANNELS)), _object(_needed(file, SIDECAR))
+    channels, sidecar = _channels(_needed(file, CHANNELS)), _object(_needed(file, SIDECAR))
     content = file.content[:]
     known = File(file.name, _UNKNOWN.sub(b"nan", content) if b"n/a" in content else content)
     lines = tables.rows(known.content, 0)
@@ -80,11 +80,11 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
         raise CaptureError(found, place=f"{file.name}:1", wanted="a channel a column, no header")
     table = tables.Table(lines, b"\t", width, channels.latency, channels.points)
     heads, places = tables.read(known, table)
-    rates = (said.get(key) for key in ("SamplingFrequencyEffective", "SamplingFrequency"))
+    rates = (sidecar.get(key) for key in ("SamplingFrequencyEffective", "SamplingFrequency"))
     rate = next((str(it) for it in rates if isinstance(it, int | float) and it > 0), "")
     times = heads[:, 0] if channels.latency else np.zeros(0)
     hertz, doubts = rate_by(options, f"{_stem(file)}{SIDECAR}", rate, times)
-    declared, ways = Declared(channels.unit), _ways(file, channels, said)
+    declared, ways = Declared(channels.unit), _ways(file, channels, sidecar)
     if ways is None:
         doubts += ("where its axes lead is not told: taken for right-handed",)
     else:
@@ -161,8 +161,8 @@ def _channels(beside: File) -> _Channels:
         raise CaptureError("no positions", place=beside.name, wanted=wanted)
     if len(units) > 1 or len(frames) > 1:
         several = units if len(units) > 1 else frames
-        said = " and ".join(quoted(it) for it in several)
-        raise CaptureError(f"positions in {said}", place=beside.name, wanted="the same for all")
+        both = " and ".join(quoted(it) for it in several)
+        raise CaptureError(f"positions in {both}", place=beside.name, wanted="the same for all")
     unit = next(iter(units))
     if unit not in UNITS:
         wanted = f"one of {', '.join(UNITS)}"
@@ -171,12 +171,12 @@ def _channels(beside: File) -> _Channels:
     return _Channels(tuple(whole), points, latency, len(lines), unit, next(iter(frames)))
 
 
-def _ways(file: File, channels: _Channels, said: dict[str, Any]) -> NDArray[np.float32] | None:
+def _ways(file: File, channels: _Channels, sidecar: dict[str, Any]) -> NDArray[np.float32] | None:
     """Return where x, y and z lead: how far left, up, ahead; None where the files do not say."""
     described = _object(_beside(file, FRAMES)).get("reference_frame")
     levels = described.get("Levels") if isinstance(described, dict) else None
     level = levels.get(channels.frame) if isinstance(levels, dict) else None
-    axes = level.get("SpatialAxes") if isinstance(level, dict) else said.get("SpatialAxes")
+    axes = level.get("SpatialAxes") if isinstance(level, dict) else sidecar.get("SpatialAxes")
     ways = [_WAYS[it] for it in axes if it in _WAYS] if isinstance(axes, str) else []
     if len(ways) != len(_AXES) or abs(np.linalg.det(np.array(ways))) < 0.5:
         return None
@@ -217,8 +217,8 @@ def files(motion: Motion, path: Path) -> Iterator[tuple[Path, bytes]]:
     yield path.with_name(stem + SIDECAR), _json(about)
 
 
-def _json(said: dict[str, Any]) -> bytes:
-    return (json.dumps(said, indent=2, ensure_ascii=False) + "\n").encode()
+def _json(content: dict[str, Any]) -> bytes:
+    return (json.dumps(content, indent=2, ensure_ascii=False) + "\n").encode()
 
 
 def _apart(names: tuple[str, ...]) -> list[str]:

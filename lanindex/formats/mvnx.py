@@ -64,7 +64,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read an MVNX file: see `lanindex.formats.read_file`."""
     people = walk(file, True)
     subject = chosen(people, file)
-    rate_text = subject.said.get("frameRate", "").replace(",", ".")
+    rate_text = subject.attributes.get("frameRate", "").replace(",", ".")
     rate, _ = rate_by(options, f"{file.name}:{subject.line}", rate_text)
     joints, doubts = _joints(subject)
     places, turns, offsets = _placed(subject, joints)
@@ -82,7 +82,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
         offsets,
         turns,
         doubts,
-        not subject.said.get("configuration", "").endswith("NoHands"),
+        not subject.attributes.get("configuration", "").endswith("NoHands"),
     )
     return motion_of(points, file, "mvnx", options, wanted)
 
@@ -98,7 +98,7 @@ class _Joint(NamedTuple):
 
 def _joints(subject: Subject) -> tuple[list[_Joint], tuple[str, ...]]:
     """Return the joints that are measured, and what is left out; parents before children."""
-    configuration = subject.said.get("configuration", "")
+    configuration = subject.attributes.get("configuration", "")
     unseen = UNSEEN.get(configuration, frozenset())
     index = {name: number for number, name in reversed(list(enumerate(subject.segments)))}
     known = [name for name in ABOVE if name in index and name not in unseen]
@@ -116,8 +116,8 @@ def _joints(subject: Subject) -> tuple[list[_Joint], tuple[str, ...]]:
         if point is not None and not (handless and name.endswith("Hand")):
             joints.append(_Joint(name + END, index[name], number[name], point))
     left = [name for name in subject.segments if name in unseen]
-    said = f"{configuration}: nothing is measured at {', '.join(left)}, which are left out"
-    return joints, (said,) if left else ()
+    doubt = f"{configuration}: nothing is measured at {', '.join(left)}, which are left out"
+    return joints, (doubt,) if left else ()
 
 
 def _placed(subject: Subject, joints: list[_Joint]) -> tuple[Rows, Rows | None, Floats | None]:
@@ -180,7 +180,7 @@ class Subject:
     name: str  # its label; where it has none, or another's, with its number
     start: int  # where its element begins, and where its closing tag does
     line: int  # where it begins
-    said: dict[str, str]  # what its element says of it: ``frameRate``, ``configuration``
+    attributes: dict[str, str]  # what its element says of it: ``frameRate``, ``configuration``
     stop: int = 0
     segments: list[str] = field(default_factory=list)  # as its frames have them
     # by segment: points on it, (3,) from its origin, not turned
@@ -268,13 +268,13 @@ class _Walker:
         wanted = "MVNX without one, in which nothing stands for something else"
         self._refuse("has a document type", wanted, "Take its <!DOCTYPE ...> out.")
 
-    def _start(self, name: str, said: dict[str, str]) -> None:
+    def _start(self, name: str, attributes: dict[str, str]) -> None:
         self.open.append(name)
         if len(self.open) > DEEPEST:
             self._refuse(f"{len(self.open)} elements within each other", "MVNX, which has seven")
         begin = self.begins.get(name)
         if begin is not None and (self.inside or name == "subject"):
-            begin(said)
+            begin(attributes)
 
     def _end(self, name: str) -> None:
         name = self.open.pop()
@@ -300,34 +300,34 @@ class _Walker:
             if self.size > LARGEST_TAG:
                 self._refuse("numbers without an end", f"at most {LARGEST_TAG} bytes")
 
-    def _subject(self, said: dict[str, str]) -> None:
+    def _subject(self, attributes: dict[str, str]) -> None:
         if self.inside:
             self._refuse("a subject within another", "one behind the other")
         number = len(self.subjects) + 1
-        name = plain(said.get("label", "")) or f"subject {number}"
+        name = plain(attributes.get("label", "")) or f"subject {number}"
         name = f"{name} {number}" if name in self.names else name
         self.names.add(name)
         meant = name == self.file.subject if self.file.subject else number == 1
         self.inside, self.numbers, self.number = True, self.wanted and meant, None
         at, line = self.parser.CurrentByteIndex, self.parser.CurrentLineNumber
-        self.subjects.append(Subject(name, at, line, said))
+        self.subjects.append(Subject(name, at, line, attributes))
 
-    def _segment(self, said: dict[str, str]) -> None:
+    def _segment(self, attributes: dict[str, str]) -> None:
         if self.open[-2] != "segments":
             return
         subject = self.subjects[-1]
         if len(subject.segments) >= MOST_SEGMENTS or subject.frames:
             self._refuse("one more segment", f"at most {MOST_SEGMENTS}, before the frames")
-        subject.segments.append(said.get("label", ""))
+        subject.segments.append(attributes.get("label", ""))
         subject.points.append({})
 
-    def _point(self, said: dict[str, str]) -> None:
-        self.point = said.get("label", "")
+    def _point(self, attributes: dict[str, str]) -> None:
+        self.point = attributes.get("label", "")
 
-    def _frame(self, said: dict[str, str]) -> None:
-        if said.get("type", NORMAL) != NORMAL or self.open[-2] != "frames":
+    def _frame(self, attributes: dict[str, str]) -> None:
+        if attributes.get("type", NORMAL) != NORMAL or self.open[-2] != "frames":
             return
-        subject, index, before = self.subjects[-1], said.get("index", ""), self.number
+        subject, index, before = self.subjects[-1], attributes.get("index", ""), self.number
         number = int(index) if index.isdecimal() and len(index) < 16 else None
         if number is not None and before is not None and number != before + 1:
             subject.gap = subject.gap or (before, number)

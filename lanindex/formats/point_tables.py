@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any
@@ -83,9 +84,8 @@ def _kinect(file: File, first: Line) -> Layout | None:
     if len(cells) != width or not all(map(_is_number, cells)):
         return None
     starts = range(1, width, 4)
-    rows = tables.rows(file.content, first.first)
     heads = (0, *(at + 3 for at in starts))
-    table = table_of(file, rows, separator, width, heads, xyz(starts))
+    table = table_of(file, first.first, separator, width, heads, xyz(starts))
     return Layout(KINECT, table, 0, 1e-7, declared=Declared("m", "y"), states=1)
 
 
@@ -115,10 +115,10 @@ def _named(file: File, head: list[Line]) -> Layout:
     times = [(number, match) for number, cell in enumerate(cells)
              if (match := _TIME.fullmatch(cell))][:1]  # fmt: skip
     tick = next((_UNITS[match[1].lower()] for _, match in times if match[1]), None)
-    rows, separator = tables.rows(file.content, best.stop), separator_of(best.text)
+    separator = separator_of(best.text)
     columns = tuple(chain.from_iterable(points.values()))
     heads = [number for number, _ in times]
-    table = table_of(file, rows, separator, len(cells), heads, columns)
+    table = table_of(file, best.stop, separator, len(cells), heads, columns)
     used = {cells[column] for column in columns}
     doubts = twice([cell for cell in cells if cell in used], "columns")
     time = 0 if times else None
@@ -150,11 +150,11 @@ def _nexus(file: File, head: list[Line]) -> Layout:
             wanted="the block Trajectories",
             remedy="Export the trajectories too, or give the C3D file.",
         )
-    rows = tables.rows(file.content, head[4].stop)
-    beyond = np.flatnonzero(rows[1:, 0] != rows[:-1, 1])  # a blank line ends the block
-    rows = rows[: int(beyond[0]) + 1] if len(beyond) else rows
     unit = next((units[column] for column in starts if column < len(units)), None)
-    table = table_of(file, rows, separator, len(axes), [0], xyz(starts))
+    table = table_of(file, head[4].stop, separator, len(axes), [0], xyz(starts))
+    beyond = np.flatnonzero(table.lines[1:, 0] != table.lines[:-1, 1])
+    if len(beyond):  # a blank line ends the block
+        table = replace(table, lines=table.lines[: int(beyond[0]) + 1])
     return Layout(joints, table, rate=rate[0], declared=Declared(unit), finish=finish)
 
 
@@ -180,7 +180,7 @@ def block(content: Content, title: bytes) -> int | None:
 def _motive(file: File, head: list[Line]) -> Layout:
     """Return an export of OptiTrack Motive: places of bones, where it has them, else of markers."""
     first = head[0].cells(b",")
-    said = dict(zip(first[::2], first[1::2], strict=False))
+    header = dict(zip(first[::2], first[1::2], strict=False))
     rows: dict[str, list[str]] = {}
     kinds: list[str] = []
     axes: Line | None = None
@@ -196,7 +196,7 @@ def _motive(file: File, head: list[Line]) -> Layout:
     if axes is None or not kinds or "name" not in rows:
         wanted = "rows of Name, Rotation and Position, and Frame"
         raise CaptureError("the header of Motive cut short", place=file.name, wanted=wanted)
-    space = said.get("Coordinate Space", "Global")
+    space = header.get("Coordinate Space", "Global")
     if space.lower() != "global":
         raise CaptureError(
             f"places as each bone's parent sees them (Coordinate Space {quoted(space, 20)})",
@@ -206,12 +206,11 @@ def _motive(file: File, head: list[Line]) -> Layout:
         )
     under = axes.cells(b",")
     points = _motive_points(rows["name"], kinds, rows.get("type", []), under)
-    frames = tables.rows(file.content, axes.stop)
-    table = table_of(file, frames, b",", len(under), [1], xyz(points.values()))
-    unit = said.get("Length Units", "").lower()
-    rate = said.get("Export Frame Rate") or said.get("Capture Frame Rate", "")
+    table = table_of(file, axes.stop, b",", len(under), [1], xyz(points.values()))
+    unit = header.get("Length Units", "").lower()
+    rate = header.get("Export Frame Rate") or header.get("Capture Frame Rate", "")
     declared = Declared(_LENGTHS.get(unit, unit or None), "y")
-    doubts = count_doubt(said.get("Total Exported Frames", ""), len(frames))
+    doubts = count_doubt(header.get("Total Exported Frames", ""), len(table.lines))
     return Layout(tuple(points), table, 0, 1.0, rate, declared, doubts)
 
 
@@ -235,7 +234,7 @@ def _motive_points(
 
 def _qualisys(file: File, head: list[Line]) -> Layout:
     """Return an export of Qualisys: keys, the names of the markers, then x, y, z of each."""
-    said: dict[str, str] = {}
+    header: dict[str, str] = {}
     names: list[str] = []
     before: list[str] | None = None
     begin = head[0].first
@@ -249,21 +248,20 @@ def _qualisys(file: File, head: list[Line]) -> Layout:
         if not re.fullmatch(r"[A-Z_]{2,}", key):
             break
         begin = line.stop
-        said[key] = cells[1] if len(cells) > 1 else ""
+        header[key] = cells[1] if len(cells) > 1 else ""
         names = [name for name in cells[1:] if name] if key == "MARKER_NAMES" else names
-    if said.get("DATA_INCLUDED", "3D") not in ("3D", ""):
-        found = f"data of the kind {shown(said['DATA_INCLUDED'], 20)!r}"
+    if header.get("DATA_INCLUDED", "3D") not in ("3D", ""):
+        found = f"data of the kind {shown(header['DATA_INCLUDED'], 20)!r}"
         raise CaptureError(found, place=file.name, wanted="3D, places of markers")
-    rows = tables.rows(file.content, begin)
     if before is None:
-        row = first_row(file, rows).rstrip(b"\r\n")
+        row = first_row(file, begin).rstrip(b"\r\n")
         extra = row.removesuffix(b"\t").count(b"\t") + 1 - 3 * len(names)
         before = ["frame", "time"][: max(extra, 0)]
     width = len(before) + 3 * len(names)
     heads = [before.index("time")] if "time" in before else []
-    table = table_of(file, rows, b"\t", width, heads, range(len(before), width))
-    doubts = count_doubt(said.get("NO_OF_FRAMES", ""), len(rows))
-    rate, time = said.get("FREQUENCY", ""), 0 if heads else None
+    table = table_of(file, begin, b"\t", width, heads, range(len(before), width))
+    doubts = count_doubt(header.get("NO_OF_FRAMES", ""), len(table.lines))
+    rate, time = header.get("FREQUENCY", ""), 0 if heads else None
     return Layout(tuple(names), table, time, 1.0, rate, Declared("mm"), doubts)
 
 
@@ -375,45 +373,45 @@ def columns_of(path: str) -> dict[str, Any]:
         LeftWrist = [5, 6, 7]
     """
     try:
-        said = tomllib.loads(Path(path).read_text("utf-8"))
+        columns = tomllib.loads(Path(path).read_text("utf-8"))
     except (OSError, ValueError) as error:
         raise UsageError(f"--columns {path}: {error}", wanted="a file that says joints") from None
-    for key, value in said.items():
+    for key, value in columns.items():
         if key not in _KEYS or not isinstance(value, _KEYS[key]):
             found = f"--columns {path}: {key} = {quoted(value)}"
             raise UsageError(found, wanted=f"one of {', '.join(_KEYS)}")
-    joints = said.get("joints")
+    joints = columns.get("joints")
     if not joints or not all(isinstance(axes, list) and len(axes) == 3 for axes in joints.values()):
         found = f"--columns {path}: no [joints]" if not joints else f"--columns {path}: [joints]"
         raise UsageError(found, wanted="of each joint its three columns, x, y, z")
-    return said
+    return columns
 
 
 def given_layout(file: File, path: str) -> Layout:
     """Return where the points of a table are, as its user says."""
-    said = columns_of(path)
-    skip = said.get("skip", 1)
+    options = columns_of(path)
+    skip = options.get("skip", 1)
     head = list(islice(header_lines(file), min(max(skip, 0), _MOST) + 1))
     header, first = head[skip - 1] if 0 < skip <= len(head) else None, head[-1:]
     text = (header or first[0]).text if head else b""
-    separator = said.get("separator", "").encode() or separator_of(text)
+    separator = options.get("separator", "").encode() or separator_of(text)
     separator = tables.BLANKS if separator in (b"space", b" ") else separator
     if len(separator) != 1:
         raise UsageError(f"--columns {path}: separator", wanted="one character, or space")
     cells = header.cells(separator) if header else []
     columns = {name: tuple(_column(cell, cells, path) for cell in axes)
-               for name, axes in said["joints"].items()}  # fmt: skip
-    time = [_column(said["time"], cells, path)] if "time" in said else []
+               for name, axes in options["joints"].items()}  # fmt: skip
+    time = [_column(options["time"], cells, path)] if "time" in options else []
     used = [*time, *(column for axes in columns.values() for column in axes)]
     if len(set(used)) < len(used):
         raise UsageError(f"--columns {path}: a column that is used twice", wanted="each once")
-    rows = tables.rows(file.content, header.stop if header else 0)
-    width = max(len(tables.cells_of(first_row(file, rows), separator)), max(used) + 1)
+    begin = header.stop if header else 0
+    width = max(len(tables.cells_of(first_row(file, begin), separator)), max(used) + 1)
     points = chain.from_iterable(columns.values())
-    table = table_of(file, rows, separator, width, time, points, said.get("comma"))
-    tick = float(said["tick"]) if "tick" in said else None
-    declared = Declared(said.get("unit"), said.get("up"))
-    rate = str(said.get("rate", ""))
+    table = table_of(file, begin, separator, width, time, points, options.get("comma"))
+    tick = float(options["tick"]) if "tick" in options else None
+    declared = Declared(options.get("unit"), options.get("up"))
+    rate = str(options.get("rate", ""))
     return Layout(tuple(columns), table, 0 if time else None, tick, rate, declared)
 
 

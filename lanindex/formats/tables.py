@@ -384,9 +384,10 @@ def twice(names: Sequence[str], what: str) -> tuple[str, ...]:
     return (doubt,) if again else ()
 
 
-def first_row(file: File, rows: Lines) -> bytes:
-    """Return the first row; nothing, if there is none."""
-    return file.content[int(rows[0, 0]) : int(rows[0, 1])] if len(rows) else b""
+def first_row(file: File, first: int) -> bytes:
+    """Return the first row from a byte on; nothing, if there is none."""
+    lines = (line.text for line in header_lines(file, first))
+    return next((line for line in lines if line.strip(NOTHING)), b"")
 
 
 def xyz(columns: Iterable[int]) -> tuple[int, ...]:
@@ -396,23 +397,23 @@ def xyz(columns: Iterable[int]) -> tuple[int, ...]:
 
 def table_of(
     file: File,
-    rows: Lines,
+    first: int,
     separator: bytes,
     width: int,
     heads: Iterable[int],
     points: Iterable[int],
     comma: bool | None = None,
 ) -> Table:
-    """Return a table, with a row and a point at least; `comma` None: its first row tells."""
-    columns = tuple(points)
-    if not len(rows) or not columns:
+    """Return the table from a byte on: a row and a point at least; `comma` None: look for it."""
+    lines, columns = rows(file.content, first), tuple(points)
+    if not len(lines) or not columns:
         found = "no frames" if columns else "no columns x, y, z of any point"
         wanted = "rows of numbers behind the header"
         raise CaptureError(found, place=file.name, wanted=wanted)
     if comma is None:
-        row = first_row(file, rows)
+        row = first_row(file, first)
         comma = separator != b"," and b"." not in row and re.search(rb"\d,\d", row) is not None
-    return Table(rows, separator, width, tuple(heads), columns, comma)
+    return Table(lines, separator, width, tuple(heads), columns, comma)
 
 
 def count_doubt(text: str, count: int, what: str = "frames") -> tuple[str, ...]:

@@ -48,7 +48,7 @@ def scan(file: File) -> Layout:
         raise CaptureError(found, place=file.name, wanted="five lines, then frames")
     (keys, _), (values, at), (named, names_at) = above[1:4]
     separator = max(b"\t,;", key=named.count).to_bytes(1, "big")
-    said, count = _said(keys, values, at)
+    header, count = _header(keys, values, at)
     cells = [cell.strip() for cell in named.split(separator)]
     behind, many = names_at + len(named), 0
     first = _WORD.search(above[4][0]) if len(above) > 4 else None
@@ -56,24 +56,23 @@ def scan(file: File) -> Layout:
         axes, axes_at = above[4]
         behind, many = axes_at + len(axes), len(_WORD.findall(axes)) // 3
     names = _names(cells[_FIRST:], many, f"{file.name}:4")
-    lines = tables.rows(file.content, behind)
     width = _FIRST + 3 * len(names)
-    table = table_of(file, lines, separator, width, (0, 1), range(_FIRST, width))
-    doubts = count_doubt(said.get("numframes", ""), len(lines), "frames")
-    doubts += count_doubt(said.get("nummarkers", ""), len(names), "markers")
-    rate, declared = said.get("datarate", ""), Declared(said.get("units"))
+    table = table_of(file, behind, separator, width, (0, 1), range(_FIRST, width))
+    doubts = count_doubt(header.get("numframes", ""), len(table.lines), "frames")
+    doubts += count_doubt(header.get("nummarkers", ""), len(names), "markers")
+    rate, declared = header.get("datarate", ""), Declared(header.get("units"))
     return Layout(names, table, 1, 1.0, rate, declared, doubts, rate_line=":3", count=count)
 
 
-def _said(keys: bytes, values: bytes, at: int) -> tuple[dict[str, str], tuple[int, int]]:
+def _header(keys: bytes, values: bytes, at: int) -> tuple[dict[str, str], tuple[int, int]]:
     """Return what the header says by key, and the bytes of the number of frames."""
     names = [text_of(word.group()).lower() for word in _WORD.finditer(keys)]
     words = list(_WORD.finditer(values))
-    said = dict(zip(names, (text_of(word.group()) for word in words), strict=False))
-    if "numframes" not in said or not said["numframes"].isdecimal():
-        return said, (at, at)
+    header = dict(zip(names, (text_of(word.group()) for word in words), strict=False))
+    if "numframes" not in header or not header["numframes"].isdecimal():
+        return header, (at, at)
     start, stop = words[names.index("numframes")].span()
-    return said, (at + start, at + stop)
+    return header, (at + start, at + stop)
 
 
 def _names(cells: list[bytes], many: int, place: str) -> tuple[str, ...]:
