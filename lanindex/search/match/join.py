@@ -140,9 +140,6 @@ class Joiner:
         is all of a leading line. Claims matter `since` a frame of each line once it has closed.
         """
         needed = [it for it in group.companions if it.relation not in NEGATIONS]
-        for companion in needed if len(needed) > 1 else ():
-            if len(hulls.line):
-                hulls = self._accompanied(companion, lines, hulls)
         for companion in needed:
             if len(hulls.line):
                 self._context.tick()
@@ -261,20 +258,6 @@ class Joiner:
         if joins < 2:
             return hulls
         return self._reduced(hulls.at(np.argsort(hulls.line, kind="stable")))
-
-    def _accompanied(self, companion: Companion, lines: Spans, hulls: Hulls) -> Hulls:
-        """Return the hulls that have a match of another line beside them, whatever it claims."""
-        found = np.zeros(len(lines), bool)
-        for program in self._context.rewrites.programs(companion):
-            others = self._beside(program, companion).matches.lines
-            for alone in (False, True):
-                own = np.flatnonzero(lines.alone == alone)
-                some = others if alone else others.at(~others.alone)
-                margins = margins_of(self._batch, companion)
-                found[own] |= relations.holds(
-                    companion.relation, lines.at(own), relations.SpanIndex(some), margins
-                )
-        return hulls.at(np.flatnonzero(found[hulls.line]))
 
     def _with_each(
         self, beside: OtherLine, line: DistinctSpans, hulls: Hulls, *, whole: bool
