@@ -11,7 +11,7 @@ from lanindex.alphabet import MIRRORED, mirrored_part
 from lanindex.model import Capture, Track
 from lanindex.model.columns import columns_of
 from lanindex.model.symbol import blank
-from lanindex.search.example.align import Clips, Source
+from lanindex.search.example.likeness import Clips, Source
 
 PARTS = ("r_arm", "l_arm", "head")
 

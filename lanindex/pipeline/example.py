@@ -28,9 +28,8 @@ from lanindex.notation import notation_of
 from lanindex.pipeline.convert import score_of
 from lanindex.pipeline.named import Named, ranged, stored, within
 from lanindex.pipeline.prepare import as_ingested
-from lanindex.search.example.align import Clips, Pair, Source, pairs
 from lanindex.search.example.groups import Grouped, grouped
-from lanindex.search.example.nearest import Near, nearest
+from lanindex.search.example.likeness import Clips, Near, Pair, Source, nearest, pairs
 from lanindex.search.hits import Hits, ListedHits
 
 Floats = NDArray[np.float32]

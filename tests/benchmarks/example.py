@@ -71,7 +71,7 @@ from lanindex.pipeline.example import normalised, warped
 from lanindex.pipeline.labels import read_labels
 from lanindex.search import sphere
 from lanindex.search.example import align, nearest
-from lanindex.search.example.align import Clips, Source
+from lanindex.search.example.likeness import Clips, Source
 
 STYLES: dict[str, Callable[[Path], str]] = {
     "bandai2": lambda path: path.stem.split("_")[-2],

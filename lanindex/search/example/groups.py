@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lanindex.search.example.align import (
+from lanindex.search.example.likeness import (
     Clips,
     Doubles,
     Floats,

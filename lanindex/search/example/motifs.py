@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model.columns import PASSING, Columns, codes_of, ranges
-from lanindex.search.example.align import Numbers, Watch, unwatched
+from lanindex.search.example.likeness import Numbers, Watch, unwatched
 from lanindex.search.match.arrays import starts_of
 from lanindex.search.match.hits import from_left, nearest
 

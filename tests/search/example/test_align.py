@@ -10,10 +10,8 @@ from plain_example import likeness, middle
 
 from lanindex.model import SYMBOL
 from lanindex.model.columns import cell_of
-from lanindex.search.example import align
-from lanindex.search.example import nearest as module
-from lanindex.search.example.align import compared, pairs
-from lanindex.search.example.nearest import bounds_of, nearest
+from lanindex.search.example import likeness as module
+from lanindex.search.example.likeness import bounds_of, compared, nearest, pairs
 from lanindex.search.sphere import MIDDLES
 
 RATE = 30.0
@@ -48,7 +46,7 @@ def test_it_is_what_the_plain_one_says(one, many) -> None:
 def test_it_is_the_same_however_many_are_worked_on_at_a_time(one, many) -> None:
     wanted = alike(one, many)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(align, "_ROWS", 4)
+        patch.setattr(module, "_ROWS", 4)
         assert alike(one, many) == pytest.approx(wanted, abs=1e-6)
 
 
@@ -74,7 +72,7 @@ def test_no_clip_is_more_like_than_its_bound(one, many) -> None:
 def test_long_parts_are_compared_piece_by_piece(one, two, square) -> None:
     exact = alike(one, [one, two])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(align, "SQUARE", square)
+        patch.setattr(module, "SQUARE", square)
         patch.setattr(module, "LONGEST", 1)
         found = alike(one, [one, two])
         assert found[0] == pytest.approx(1, abs=1e-5)
@@ -85,13 +83,13 @@ def test_long_parts_are_compared_piece_by_piece(one, two, square) -> None:
 
 
 def test_the_work_of_long_parts_grows_with_their_length(monkeypatch) -> None:
-    cells, plain = [], align._saving
+    cells, plain = [], module._saving
 
     def saving(mine, other, before):
         cells.append(len(before))
         return plain(mine, other, before)
 
-    monkeypatch.setattr(align, "_saving", saving)
+    monkeypatch.setattr(module, "_saving", saving)
     rows = np.arange(20_000)
     long = {"r_arm": np.zeros(len(rows), SYMBOL)}
     long["r_arm"]["direction"], long["r_arm"]["start"] = rows % 8, rows

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from made_clips import PARTS, clips, clips_of, dance
 
 from lanindex.search.example import groups
-from lanindex.search.example.align import compared, unwatched
 from lanindex.search.example.groups import grouped, linked, near, signatures
+from lanindex.search.example.likeness import compared, unwatched
 
 
 def plainly(count: int, table: np.ndarray, least: float) -> set[frozenset[int]]:

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from made_clips import clips_of, dance, source_of
 
-from lanindex.search.example import nearest as module
-from lanindex.search.example.align import Source
-from lanindex.search.example.nearest import nearest
+from lanindex.search.example import likeness as module
+from lanindex.search.example.likeness import Source, nearest
 
 RATE = 30.0
 
@@ -73,7 +72,7 @@ def test_few_clips_are_laid_out_at_a_time(monkeypatch: pytest.MonkeyPatch) -> No
         return plain(self, order)
 
     monkeypatch.setattr(Source, "taken", taken)
-    monkeypatch.setattr(module, "_ROWS", 140)
+    monkeypatch.setattr(module, "_LAID_OUT", 140)
     found = nearest(*asked, watch=lambda noun, done, total: seen.append((noun, done, total)))
     assert max(sizes) <= 5  # of 35 rows each
     assert [one[:3] for one in found.near] == [one[:3] for one in wanted.near]
