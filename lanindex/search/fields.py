@@ -109,14 +109,10 @@ def is_of_span(reference: Reference) -> bool:
 
 def value_of_span(reference: Reference, capture: Capture, span: Span) -> Value:
     """Return a field that needs only capture and frames of a hit, see `is_of_span`."""
-    if reference.name == CLIP:
-        return _of_clip(capture, reference.field)
-    frames = {"start": span.start, "end": span.stop, "length": span.stop - span.start}
-    return frames[reference.field] / capture.rate
-
-
-def _of_clip(capture: Capture, field: str) -> Value:
-    """Return a column of a capture; None where it is empty."""
+    field = reference.field
+    if reference.name != CLIP:
+        frames = {"start": span.start, "end": span.stop, "length": span.stop - span.start}
+        return frames[field] / capture.rate
     if field in _CLIP:
         value = _CLIP[field](capture)
         return None if value == "" else value

@@ -212,7 +212,12 @@ class _Adviser:
         never = tuple(self.never())
         self.attempt([it for it in conditions if not it.limit])
         if all(it.condition for it, _ in self.instead) and not self.untried:
-            self.attempt(self.combined())
+            both = [
+                Change(second.query, first.cost + second.cost)
+                for first in every[:_COMBINED]
+                for second in changes(first.query)[:_COMBINED]
+            ]
+            self.attempt(sorted(both, key=lambda it: it.cost))
             self.untried = 0
         best = sorted(self.instead, key=lambda it: (it[0].cost, -it[1].hits))[:MOST]
         left_out = tuple(self.left_out[it] for it in conditions if it in self.left_out)
@@ -272,15 +277,6 @@ class _Adviser:
                 self.keep(other)
                 return change.number.format(number)
         return ""
-
-    def combined(self) -> list[Change]:
-        """Return what two changes make, the smallest ones first."""
-        both = [
-            Change(second.query, first.cost + second.cost)
-            for first in changes(self.query)[:_COMBINED]
-            for second in changes(first.query)[:_COMBINED]
-        ]
-        return sorted(both, key=lambda it: it.cost)
 
 
 def _alone(query: Query) -> dict[str, Query]:

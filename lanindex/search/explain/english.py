@@ -93,24 +93,18 @@ _DOINGS = {
 _COMPARED = {"=": "", "!=": "not", "<": "less than", "<=": "at most", ">": "more than"}
 _COMPARED |= dict.fromkeys((">=", "+"), "at least")
 _RELATIONS = {
-    "with": "and in the meantime, sharing a frame at least, {}",
-    "overlapping": "and, for at least half of its own time during that, {}",
-    "during": "and all of it while {}",
-    "starting with": "and beginning at the same time, {}",
-    "ending with": "and ending at the same time, {}",
-    "exactly with": "and at exactly the same time, {}",
-    "without": "and in the meantime never: {}",
-    "after": "and before it begins, {}",
-    "before": "and when it is over, {}",
-    "never": "and nowhere in the clip: {}",
+    "with": ("and in the meantime, sharing a frame at least, {}", "and not {} or more away, {}"),
+    "overlapping": ("and, for at least half of its own time during that, {}",),
+    "during": ("and all of it while {}",),
+    "starting with": ("and beginning at the same time, {}",),
+    "ending with": ("and ending at the same time, {}",),
+    "exactly with": ("and at exactly the same time, {}",),
+    "without": ("and in the meantime never: {}", "and not even {} away: {}"),
+    "after": ("and before it begins, {}", "and before it begins ({} between), {}"),
+    "before": ("and when it is over, {}", "and when it is over ({} between), {}"),
+    "never": ("and nowhere in the clip: {}",),
 }
-_WITHIN = {
-    "with": "and not {} or more away, {}",
-    "without": "and not even {} away: {}",
-    "after": "and before it begins ({} between), {}",
-    "before": "and when it is over ({} between), {}",
-}
-"""By relation, what it says with a limit."""
+"""By relation, what it says, and what with a limit."""
 _FIELDS = {
     **{kind: WORD_KINDS[kind].noun for kind in AMOUNTS},
     "swings": "number of swings",
@@ -185,9 +179,9 @@ def _pattern(pattern: Choice, begins: bool = True) -> str:
 def _beside(beside: Beside) -> str:
     line, within = _line(beside.line), beside.within
     if within is None:
-        return _RELATIONS[beside.relation].format(line)
+        return _RELATIONS[beside.relation][0].format(line)
     limit = _length(within) if beside.relation in ("after", "before") else _time(within.time)
-    return _WITHIN[beside.relation].format(limit, line)
+    return _RELATIONS[beside.relation][1].format(limit, line)
 
 
 def _line(line: Line, begins: bool = True) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf
@@ -511,11 +511,8 @@ def _turned(one: int, other: int) -> int:
     return min((one - other) % 8, (other - one) % 8)
 
 
-def _raised(one: int, other: int) -> int:
-    return abs(one - other)
-
-
-_BETWEEN = {"direction": _turned, "level": _raised}
+_BETWEEN: dict[str, Callable[[int, int], int]]
+_BETWEEN = {"direction": _turned, "level": lambda one, other: abs(one - other)}
 
 
 def _code(symbol: Symbol, kind: str) -> int:
