@@ -147,10 +147,7 @@ def sign(
 def _outline(
     direction: str, height: int, low: int, high: int, left: bool, width: int, notch: float
 ) -> Points:
-    """Return the corners of the visible piece of a shape, its lower end at 0, y down.
-
-    `notch` is how deep chimneys and slants are, as a part of the height.
-    """
+    """Return the corners of the visible piece of a shape, y down; `notch`: share of its height."""
     xs = {"0": 0, "m": 0.5, "1": 1}
     ys = {"0": 0, "k": notch, "h": 0.5, "t": 1 - notch, "1": 1}
     turned = left and direction in ("forward", "back")

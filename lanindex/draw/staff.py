@@ -274,18 +274,14 @@ def page_layout(
 
 
 def spread_heights(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:
-    """Return the heights of successive symbols, the short ones grown to `least` if there is room.
-
-    One that is too short grows into what is free above and below it; where nothing is, it takes
-    up to a third of the one below.
-    """
+    """Return heights of successive symbols, short ones grown to `least` if there is room."""
     heights: list[tuple[int, int]] = []
     for index, (low, high) in enumerate(spans):
         above = spans[index + 1][0] if index + 1 < len(spans) else low + least
         high = max(high, min(above, low + least))
         below = heights[-1][1] if heights else low
         low = min(low, max(below, high - least))
-        if high - low < least and heights and low <= below:
+        if high - low < least and heights and low <= below:  # a third of the one below gives way
             bottom = heights[-1][0]
             low = max(high - least, below - (below - bottom) // 3)
             heights[-1] = (bottom, low)

@@ -337,10 +337,7 @@ def _marks(start: float, stop: float) -> list[float]:
 def scene(
     figure: Figure, frames: NDArray[np.int64], view: View, size: tuple[int, int], rate: float
 ) -> FigureScene:
-    """Place a figure on a picture: all at one scale, or followed where that would be small.
-
-    `frames` (N,) are the frames of the motion that the film frames show.
-    """
+    """Place frames, (N,), of a figure on a picture, at one scale or followed by the eye."""
     places = figure.places[frames]
     known = ~np.isnan(places[..., 0])
     if not known.any():

@@ -49,11 +49,7 @@ _BEHIND_TIERS = (
 
 
 def read(content: bytes, place: str) -> Score:
-    """Read the score that an ELAN file holds.
-
-    Tiers of the type ``labanotation`` are parts; so are those named as a part, if all that they
-    say are symbols. Others are left out, which the score's warnings tell.
-    """
+    """Read the score of an ELAN file: tiers of the type ``labanotation``, or named as a part."""
     root = _document(content, place)
     slots = {slot.get("TIME_SLOT_ID"): slot.get("TIME_VALUE") for slot in root.iter("TIME_SLOT")}
     properties = {it.get("NAME", ""): it.text or "" for it in root.iterfind("HEADER/PROPERTY")}

@@ -47,11 +47,7 @@ _SLIP = Fraction(1, 10)  # beats by which a movement may be drawn too long
 
 
 def read(content: bytes, place: str) -> Score:
-    """Read a score of MAE.
-
-    Measure 0 holds starting positions. Holds say nothing new; signs other than of a direction are
-    left out, which the score's warnings tell.
-    """
+    """Read a score of MAE; signs other than of a direction are left out, with a warning."""
     root = parse_xml(content, place, f"{_SPACE}score")
     staff = root.find(f"{_SPACE}staff")
     if staff is None:

@@ -422,16 +422,14 @@ def write(score: Score) -> str:
 
 
 def _lines(track: Track, meter: Meter) -> Iterator[tuple[int, int, int, str]]:
-    """Yield unit, first tick, last tick and line of each symbol that the score shows.
-
-    After a short gap a part's new starting position may round to before the end of what it did
-    last, or two of them to one tick: the first is moved, of the others the last one stands.
-    """
+    """Yield unit, first tick, last tick and line of each symbol that the score shows."""
     kind, beat = KINDS[track.kind], Fraction(meter.beats, meter.division)
     rows, free = track.symbols[~track.symbols["passing"]], 0
     cells = zip(*(rows[name].tolist() for name in kind.fields), strict=True)
     shown: list[tuple[int, int, tuple[int, ...]]] = []
     for tick, ticks, cell in zip(rows["tick"].tolist(), rows["ticks"].tolist(), cells, strict=True):
+        # behind a short gap a starting position may round to before the end of the last symbol,
+        # or two of them to one tick: the first is moved, of the others the last one stands
         tick = max(tick, free)
         free = tick + ticks
         if shown and tick == free and shown[-1][:2] == (tick, tick):

@@ -75,11 +75,7 @@ class _Position(NamedTuple):
 
 
 def read(content: bytes, place: str) -> Score:
-    """Read a gesture of LabanotationSuite.
-
-    The first position is where all begins; later on a part moves from one position to the next
-    wherever the two differ.
-    """
+    """Read a gesture of LabanotationSuite: parts move where successive positions differ."""
     columns: dict[str, list[_Position]] = defaultdict(list)
     warnings: dict[str, None] = {}
     positions = list(_positions(content, place))

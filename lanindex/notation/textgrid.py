@@ -70,11 +70,7 @@ class _Tokens:
 
 
 def read(content: bytes, place: str) -> Score:
-    """Read the score that a TextGrid holds, in the long or the short form.
-
-    Tiers that are named as a part are read, and their starting positions; others are left out,
-    which the score's warnings tell.
-    """
+    """Read the score of a TextGrid, in the long or the short form: tiers named as a part."""
     tokens = _Tokens(decoded(content, place, "a TextGrid"), place)
     for wanted in ("ooTextFile", "TextGrid"):
         if (word := tokens.word(f'"{wanted}"')) != wanted:

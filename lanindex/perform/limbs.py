@@ -136,17 +136,11 @@ def unit(vectors: Floats) -> Floats:
 
 
 def great_circle(start: Floats, stop: Floats, share: Floats, side: Floats) -> Floats:
-    """Return directions along the shorter great circle between two.
-
-    Half-way round there is no shorter one: that reach passes in front of the body, and from
-    front to back past `side`.
-
-    `start`, `stop` and `side` are unit vectors (3,), `share` (T,) is 0 to 1; returns (T, 3).
-    """
+    """Return directions, (T, 3), at shares, (T,), of the shorter great circle between two, (3,)."""
     along = float(start @ stop)
     across = stop - along * start
     angle = np.arctan2(np.linalg.norm(across), along)
-    if np.linalg.norm(across) < 1e-9:
+    if np.linalg.norm(across) < 1e-9:  # half-way round: in front, from front to back past `side`
         across = FORWARD - (FORWARD @ start) * start
         if np.linalg.norm(across) < 1e-9:
             across = side
@@ -212,11 +206,7 @@ def face_palms(
     wanted: Mapping[str, tuple[Floats, NDArray[np.int64]]],
     body: Body,
 ) -> list[str]:
-    """Place the knuckles so that palms face as wanted, in place; return what cannot be done.
-
-    `joints` (T, J, 3) are mm; `wanted` holds by part (``r_palm``) unit vectors, (T, 3), and the
-    frames of arrival.
-    """
+    """Place knuckles, in (T, J, 3) mm, as palms shall face, (T, 3) by part; return what fails."""
     warnings = []
     for part, (out, arrived) in wanted.items():
         names = part[0].upper() + "Wrist", part[0].upper() + "Hand"
@@ -286,10 +276,7 @@ def chest_axes(trunk: Floats, twist: Floats) -> tuple[Floats, Floats]:
 
 
 def head_right(up: Floats, trunk: Floats, across: Floats) -> Floats:
-    """Return the right of a head, (T, 3).
-
-    `up` is where its top points, `trunk` the chest's up and `across` its right, turned as the head.
-    """
+    """Return a head's right, (T, 3), by its top and the chest's up and right, turned as it."""
     along = dot(up, trunk)
     along = np.where(np.abs(along) < _SLIGHT, _SLIGHT, along)
     return unit(across - dot(up, across) / along * trunk)
@@ -364,10 +351,7 @@ def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> list
 
 
 def _touches(score: Score, times: Floats) -> Iterator[tuple[str, str, Floats]]:
-    """Yield whose palm comes to what, and how much it is there, (T,).
-
-    Hands that touch each other come last, so that they do.
-    """
+    """Yield whose palm comes to what, and how much it is there, (T,); hands to hands last."""
     for part, sides in reversed(TOUCHES.items()):
         if part not in score.tracks:
             continue

@@ -281,10 +281,7 @@ def rest_bones(
     bones: dict[str, Floats],
     body: Body,
 ) -> tuple[dict[str, Floats], tuple[str, ...]]:
-    """Return directions of trunk, head and arms, (T, 3) by bone, of a resting body, and warnings.
-
-    `hips` (T,) are heights in mm, `bones` the directions by the score's own tracks.
-    """
+    """Return directions of trunk, head and arms, (T, 3) by bone, at rest, and warnings."""
     rests, doubts = resting.rests, dict[str, None]()
     moved, middles = MovedParts(score), [rest.middle(times) for rest in rests]
     aims = list[Floats | None]()

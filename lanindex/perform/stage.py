@@ -135,17 +135,13 @@ def _left_out(score: Score, body: Body) -> list[str]:
 
 
 def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
-    """Return the direction of each bone, (T, 3) unit vectors of the body frame.
-
-    A bone's own track counts first, then that of its limb; a lower bone without either
-    follows the upper one. Of torso and head their inclines count before: they are finer.
-    """
+    """Return each bone's direction, (T, 3): by its own track, its limb's, or the upper bone's."""
     own = {
         part: _pointed(score, part, times)
         for part in score.tracks
         if part in PARTS and PARTS[part].group not in body.limbs
     }
-    own |= {
+    own |= {  # inclines are finer than the tracks of torso and head
         part: lean_direction(angles(score, f"{part}_incline", times))
         for part in ("torso", "head")
         if f"{part}_incline" in score.tracks
@@ -191,10 +187,7 @@ def _pointed(score: Score, part: str, times: Floats) -> Floats:
 
 
 def _bent(score: Score, part: str, limb: Limb, times: Floats) -> tuple[Floats, Floats]:
-    """Return where the upper and the lower bone of a limb point, (T, 3) each.
-
-    Both point the limb's way unless it comes from or goes to place mid, or is bent.
-    """
+    """Return where the upper and the lower bone of a limb point, (T, 3) each."""
     way, aside = np.empty((2, len(times), 3))
     reach_of = np.empty(len(times))
     mirror = np.array([1.0, 1.0, _side(part)])
@@ -261,15 +254,13 @@ def _spun(vectors: Floats, axis: Floats, angle: Any) -> Floats:
 
 
 def _turned(vectors: Floats, start: Floats, stop: Floats) -> Floats:
-    """Turn vectors, (T, 3), as the smallest turn takes `start`, (3,), to `stop`, (T, 3).
-
-    Half a turn is made about the axis from left to right.
-    """
+    """Turn vectors, (T, 3), as the smallest turn takes `start`, (3,), to `stop`, (T, 3)."""
     axis = np.cross(start, stop)
     sine, cosine = np.linalg.norm(axis, axis=1, keepdims=True), (stop @ start)[:, None]
     axis = axis / np.where(sine > 0, sine, 1)
     along = dot(axis, vectors) * axis
     turned: Floats = cosine * (vectors - along) + along + sine * np.cross(axis, vectors)
+    # half a turn is made about the axis from left to right
     opposite = (sine[:, 0] < 1e-9) & (cosine[:, 0] < 0)
     turned[opposite] = vectors[opposite] * [-1, -1, 1]
     return turned
@@ -278,10 +269,7 @@ def _turned(vectors: Floats, start: Floats, stop: Floats) -> Floats:
 def _joints(
     body: Body, bones: dict[str, Floats], chest: tuple[Floats, Floats], travel: Travel | None
 ) -> Floats:
-    """Return positions (T, J, 3), mm, y up; facing +z, left +x at first.
-
-    A body that goes nowhere has the lower foot on the floor.
-    """
+    """Return positions (T, J, 3), mm, y up; facing +z, left +x at first."""
     skeleton = body.skeleton
     offsets = skeleton.offsets.astype(np.float64)
     frames = len(bones["torso"])
@@ -299,6 +287,7 @@ def _joints(
     if travel is not None:
         moved: Floats = _fronted(joints - joints[:, :1], travel) + _seen(travel.hips)[:, None]
         return moved
+    # a body that goes nowhere has the lower foot on the floor
     feet = [index for index, bone in enumerate(body.bones) if bone.endswith(("_foot", "_toes"))]
     joints[..., 1] += body.sole - joints[:, feet, 1].min(axis=1, keepdims=True)
     return joints

@@ -313,10 +313,7 @@ class Travel:
 
 
 def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> Travel | None:
-    """Return how the body goes, where the score tells anything of it.
-
-    `times` (T,) are seconds, `bones` (T, 3) the directions by the score's own tracks.
-    """
+    """Return how the body goes at seconds, (T,), where the score tells anything of it."""
     moving = {name: shown(score, name) for name in WEIGHT}
     moving = {name: rows[rows["stop"] > rows["start"]] for name, rows in moving.items()}
     carried = carrier_spans(score)
