@@ -41,16 +41,14 @@ SINGLE = (
     "(r_arm low ... high -> low) <4s",
 )
 HIT = 64
-"""Bytes of a hit, as the columns of `Answers` are."""
+"""Bytes of a hit in a table of hits."""
 
 MOST_HITS = 3
 """A search may take as much as the columns that it reads, and so many times what its hits do."""
 
-PEAKS = 20_000
-"""Captures, some 3 million symbols, of which the memory of searches is told."""
-
 SIZES = {4_000: 0.0, 40_000: 1.0, 400_000: 0.3}
-"""Captures, and what share of the random patterns; the largest is some 60 million symbols."""
+"""Captures, and what share of the random patterns; the largest is some 80 million symbols, of which
+the memory of searches is told, too."""
 
 
 def finder(pattern: str, roster, columns) -> Finder:
@@ -64,7 +62,7 @@ def seconds(pattern: str, roster, columns, rounds: int = ROUNDS) -> tuple[float,
     times = []
     for _ in range(rounds):
         begun = time.process_time()
-        found = finder(pattern, roster, columns).find()
+        found = finder(pattern, roster, columns).find(refused=[])
         times.append(time.process_time() - begun)
     return median(times), len(found)
 
@@ -78,37 +76,39 @@ def told(patterns, roster, columns) -> None:
 
 
 def peaks(patterns, roster, columns) -> None:
-    """Say how much memory a search takes beyond the columns, beside what it reads and finds.
+    """Say how much memory searches take, beside the columns that they read and what they find.
 
-    What is kept with the columns, and compiled loops, are there already: of an earlier search.
+    What is kept with the columns is there already: of an earlier search.
     """
+    shares = []
     for pattern in patterns:
-        finder(pattern, roster, columns).find()
+        finder(pattern, roster, columns).find(refused=[])
         search = finder(pattern, roster, columns)
         tracemalloc.start()
-        found = search.find()
+        found = search.find(refused=[])
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         read = sum(
             getattr(columns[part], name).nbytes
-            for part in parse(pattern).parts
+            for part in parse(pattern).parts & columns.keys()
             for name in ("bounds", "cell", "runner", "margin", "start", "stop")
         )
-        hits = len(found) * HIT
-        print(
-            f"  {peak / 1e6:6.1f} MB, of columns {read / 1e6:5.1f}, of hits {hits / 1e6:4.1f}:"
-            f" {peak / (read + MOST_HITS * hits):4.0%} of what it may"
-            f"  {' '.join(pattern.split())[:80]}",
-            flush=True,
-        )
+        shares.append((peak / (read + MOST_HITS * HIT * len(found)), peak, pattern))
+    kept = sum(share <= 1 for share, _, _ in shares)
+    print(f"  {kept} of {len(shares)} searches take less than columns + {MOST_HITS} x hits")
+    for share, peak, pattern in sorted(shares)[-5:]:
+        print(f"  {share:4.0%} of that, {peak / 1e6:6.1f} MB  {' '.join(pattern.split())[:80]}")
+
+
+def random_text(seed: int) -> str:
+    return random_pattern(Random(seed), avoid={"stages", "where", "rhythm"})
 
 
 def randomly(count: int, roster, columns) -> None:
     """Say how long random patterns take."""
     times, broken = [], 0
     for seed in range(count):
-        text = random_pattern(Random(seed), avoid={"stages", "where", "rhythm"})
-        search = finder(text, roster, columns)
+        search = finder(random_text(seed), roster, columns)
         begun = time.process_time()
         try:
             search.find(watch=partial(deadline(lambda *told: None, MOST_SECONDS), "captures"))
@@ -133,8 +133,6 @@ def main(patterns: int = 200) -> None:
     begun = time.process_time()
     told(evaluated, found.roster, found.columns)
     print(f"  {(time.process_time() - begun) / ROUNDS:.2f} s together")
-    print(f"{PEAKS} captures, the largest memory of a search")
-    peaks(SINGLE, *synthetic.columns(PEAKS))
     for captures, share in SIZES.items():
         roster, columns = synthetic.columns(captures)
         symbols = sum(map(len, columns.values()))
@@ -143,6 +141,8 @@ def main(patterns: int = 200) -> None:
         if share:
             print("random patterns of the whole grammar", flush=True)
             randomly(round(share * patterns), roster, columns)
+    print("memory of these patterns, and of those random ones", flush=True)
+    peaks([*SINGLE, *map(random_text, range(round(share * patterns)))], roster, columns)
 
 
 if __name__ == "__main__":
