@@ -75,11 +75,11 @@ FORMATS: tuple[Format, ...] = (
     Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
     Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
     Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx", several=True),
-    Format("bids", "Motion-BIDS", ("_motion.tsv",), None, "bids", True, False, True),
+    Format("bids", "Motion-BIDS", ("_motion.tsv",), None, "bids", joined=True),
     Format("csv", "a table of points", _TABLES, sniff.table, "point_tables", False, True),
-    Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", False),
-    Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", False),
-    Format("gltf", "glTF", (".glb", ".gltf"), sniff.gltf, "gltf", True, True, True),
+    Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", certain=False),
+    Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", certain=False),
+    Format("gltf", "glTF", (".glb", ".gltf"), sniff.gltf, "gltf", several=True, joined=True),
     Format("fbx", "FBX", (".fbx",), sniff.fbx, "fbx", several=True),
 )
 """All formats that are read."""

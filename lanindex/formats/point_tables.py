@@ -432,7 +432,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     every = list(range(len(layout.names)))
     chosen, whose = subject_points(file, people(layout.names), every)
     doubts = twice([layout.names[number] for number in chosen], "points") + whose
-    return tables.motion(file, layout, "csv", options, wanted, chosen, doubts)
+    return tables.read_motion(file, layout, "csv", options, wanted, chosen, doubts)
 
 
 def people(names: tuple[str, ...]) -> dict[str, list[int]]:

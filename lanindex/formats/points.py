@@ -275,14 +275,11 @@ def _parents_among(
 def _skeleton(
     names: Sequence[str], places: Places, points: Points, found: BodyMapping
 ) -> tuple[Skeleton, NDArray[np.int64]]:
-    """Return a skeleton, and which of the points each of its joints is.
-
-    Without a hierarchy the joints of the body come first, and hang together as a body does.
-    """
+    """Return a skeleton, and which of the points each of its joints is."""
     if points.parents is not None:
         order = np.arange(len(names))
         parents, played = np.array(points.parents, np.int16), found.body
-    else:
+    else:  # the joints of the body come first, and hang together as a body does
         body = {joint: int(index) for joint, index in zip(JOINTS, found.body, strict=True)
                 if index >= 0}  # fmt: skip
         rest = [index for index in range(len(names)) if index not in body.values()]

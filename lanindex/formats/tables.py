@@ -150,7 +150,7 @@ def at_origin(places: NDArray[np.float32], names: Sequence[str]) -> tuple[str, .
     return (f"{most} at 0, 0, 0 in {count} frames: taken as unknown",)
 
 
-def motion(
+def read_motion(
     file: File,
     layout: Layout,
     form: str,

@@ -29,9 +29,8 @@ _FIRST = 2  # columns before the markers: number and time
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a TRC file: see `lanindex.formats.read_file`."""
     layout = scan(file)
-    return tables.motion(
-        file, layout, "trc", options, wanted, doubts=twice(layout.names, "markers")
-    )
+    doubts = twice(layout.names, "markers")
+    return tables.read_motion(file, layout, "trc", options, wanted, doubts=doubts)
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
