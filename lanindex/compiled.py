@@ -13,7 +13,10 @@ from collections import Counter
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from multiprocessing.synchronize import Lock
 
 LOAD = 20_000_000
 """Bytes of captures from which on loops in the cache of numba are worth loading."""
@@ -48,16 +51,9 @@ LOOPS = {
 """What is compiled together, and what that is worth."""
 
 
-class Turn(Protocol):
-    """A lock between processes: who holds it compiles, the others find it on disk later."""
-
-    def acquire(self, block: bool) -> bool:
-        """Take it, if nobody has it."""
-
-
 _done = Counter[str]()
 _expected = 0
-_turn: Turn | None = None
+_turn: Lock | None = None
 _mine = True
 _chosen = set[str]()
 
@@ -68,7 +64,7 @@ def expect(size: int) -> None:
     _expected = max(_expected, size)
 
 
-def take_turns(turn: Turn) -> None:
+def take_turns(turn: Lock) -> None:
     """Let only one of the processes that share a lock compile."""
     global _turn, _mine
     _turn, _mine = turn, False

@@ -1,11 +1,11 @@
-"""Columns and texts of an open library, kept as long as it stays as it was; segments kept up.
+"""Keep the columns and texts of an open library in memory, and write, join and mend its segments.
 
-What a search asks for is read inside one transaction, part by part, once: as long as the change
-stamp stays, it is given again. Segments that cannot be trusted are mended on the way, and captures
-that are in none are put into one, which changes nothing that the library says.
+What a search needs is read in one transaction, part by part, and kept until the change stamp
+changes. Segments that cannot be trusted are mended on the way, and captures that are in none are
+put into one. Neither changes what the library says.
 
-Segments are written, joined and verified in steps, each in a transaction of its own. An interrupted
-step leaves the library as it was before it; no step changes what the rows say.
+Segments are written, joined and verified in steps, each in its own transaction. An interrupted step
+leaves the library as it was before; no step changes rows of captures, tracks or symbols.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model.columns import Columns, Roster, enrolled, extras_of
 
 CHUNK = 1 << 20
-"""About the symbols of the largest segment that is made of rows at once."""
+"""Symbols after which a segment that is made of rows is full."""
 
 LARGEST = 1 << 27
-"""Symbols of the largest segment that is made by joining: SQLite keeps a billion bytes in one place
-and no more, and readers wait while segments are joined."""
+"""Symbols of the largest segment that is made by joining: a value in SQLite has a billion bytes at
+the most, and readers wait while segments are joined."""
 
 MOST_PENDING = 256
-"""Captures that a search takes from their rows each time rather than put them into a segment."""
+"""Captures outside segments that a search reads from their rows; more are put into a segment."""
 
 _WRITE_TIMEOUT = 1.0
 """Seconds that a search waits to write."""
@@ -41,7 +41,7 @@ _WRITE_TIMEOUT = 1.0
 _BESIDE = "what is not there is read from the symbols, each time"
 
 Step = Callable[[Link], bool]
-"""Work in a transaction of its own; returns whether there may be more of it."""
+"""Work in its own transaction; returns whether more of it may be left."""
 
 Result = TypeVar("Result")
 
@@ -56,12 +56,12 @@ class ColumnCache:
         self._columns = dict[str, Columns]()
         self._numbers, self._texts = list[int](), dict[str, Sequence[Any]]()
         self._mended_at: int | None = None
-        self._fault = ""  # what was found wrong, and is not mended yet
+        self._fault = ""  # What is wrong with the segments and not mended yet
 
     def columns(
         self, parts: Sequence[str], extra: Collection[str] = ()
     ) -> tuple[Roster, dict[str, Columns]]:
-        """Return all captures and the columns of some parts, from wherever they can be trusted."""
+        """Return all captures and the columns of some parts, from segments or else from rows."""
         result, pending = None, 0
         fault, self._fault = self._fault, ""
         try:
@@ -122,7 +122,7 @@ class ColumnCache:
     def texts(
         self, connection: Link, names: Sequence[str]
     ) -> tuple[list[int], dict[str, Sequence[Any]]]:
-        """Return the numbers of all captures, in order, and their texts, by name of the column."""
+        """Return the numbers of all captures, in order, and their texts by name of the column."""
         self._drop_old(connection)
         missing = [name for name in names if name not in self._texts]
         if missing:
@@ -186,7 +186,7 @@ class ColumnCache:
             session.note(f"the library's columns cannot be written ({error.found}): {_BESIDE}")
 
     def _settle(self, begin: Callable[[], AbstractContextManager[Link]], fault: str) -> None:
-        """Cover and join segments, a transaction each; purge them first if one is damaged."""
+        """Cover and join segments; if one is damaged, purge them first."""
 
         def step(work: Step) -> bool:
             with begin() as connection:
@@ -217,7 +217,7 @@ class ColumnCache:
 
 
 def verify(connection: Link) -> None:
-    """Load all segments."""
+    """Load all segments, which checks them."""
     spine = segments.read_spine(connection)
     columns.read_rosters(connection, spine)
     for segment in spine.segments:
@@ -227,7 +227,7 @@ def verify(connection: Link) -> None:
 
 
 def purge(connection: Link) -> bool:
-    """Delete all segments if one of them is not what was stored, and return whether so."""
+    """Delete all segments if one of them is damaged, and return whether one is."""
     try:
         verify(connection)
     except Distrust:
@@ -237,7 +237,7 @@ def purge(connection: Link) -> bool:
 
 
 def cover(connection: Link, waiting: Callable[[int], None] = lambda count: None) -> bool:
-    """Write a segment of captures that are in none, and return whether more are left."""
+    """Write a segment of captures that are in none, and return whether any are left."""
     pending = segments.read_spine(connection).pending
     pieces: list[columns.Derived] = []
     symbols = covered = 0
@@ -260,11 +260,11 @@ def cover(connection: Link, waiting: Callable[[int], None] = lambda count: None)
 
 
 def join(connection: Link) -> bool:
-    """Make one segment of the newest ones that are worth it, and return whether there were any.
+    """Join the newest segments where that is worth it, and return whether any were joined.
 
-    A segment is joined with all newer ones once these hold as many symbols, so that each symbol is
-    written again only when what it lies in has doubled; and all are, once a quarter of the
-    captures in them is dead.
+    A segment is joined with all newer ones once these hold as many symbols, so that a symbol is
+    written again only when the size of its segment doubles. All are joined once a quarter of their
+    captures is dead.
     """
     spine = segments.read_spine(connection)
     old = spine.segments[_first_to_join(spine) :]
@@ -284,7 +284,7 @@ def join(connection: Link) -> bool:
 def _moved(
     connection: Link, old: list[Segment], order: NDArray[np.int64] | None
 ) -> Iterator[Columns]:
-    """Yield the columns of segments part by part, each gone from there: its room is used again."""
+    """Yield the columns of segments part by part, and delete each: its room is used again."""
     for part in dict.fromkeys(part for one in old for part in one.parts):
         moved = columns.stored_columns(connection, old, part, order)
         segments.drop_part(connection, old, part)
@@ -292,7 +292,7 @@ def _moved(
 
 
 def _first_to_join(spine: Spine) -> int:
-    """Return from which segment on all are to be joined."""
+    """Return the index of the first segment to join; the number of segments if there is none."""
     sizes = [one.symbols + one.captures for one in spine.segments]
     lost = 4 * len(spine.dead) > sum(one.captures for one in spine.segments)
     for first in range(len(sizes)):

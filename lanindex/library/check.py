@@ -1,4 +1,4 @@
-"""What can be wrong inside a library: asked of the database, answered in sentences."""
+"""Find damage inside a library: rows, columns, the view, and what SQLite itself finds."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from lanindex.library.selection import Texts, printable
 from lanindex.model.columns import Columns, Roster, same_columns
 
 _MOST = 5
-"""Rows named for each thing that is wrong."""
+"""Lines of each kind of damage."""
 
 _BATCH = 1024
 """Captures whose rows are read at once."""
@@ -33,13 +33,13 @@ _BATCH = 1024
 def check_connection(connection: Link) -> list[str]:
     """Return what is wrong, a sentence each."""
     if pages := damaged_pages(connection, _MOST):
-        # what a damaged file answers to the other questions means nothing
+        # Answers of a damaged file to other questions mean nothing.
         return [f"the file is damaged: {line}" for line in pages]
     findings = _Findings()
     findings.go_through(connection)
     tables = ["capture", "metadata", "track"]
     ((symbols,),) = ask(connection, "SELECT count(*) FROM symbol_code")
-    if findings.damaged or symbols != findings.symbols:  # looked at only then, for they are many
+    if findings.damaged or symbols != findings.symbols:  # Not looked at otherwise: there are many
         tables.append("symbol_code")
     bonds = [bond for table in tables for bond in loose_rows(connection, table)]
     loose = "a row of {0} hangs on a row of {2} that does not exist"
@@ -67,7 +67,7 @@ def _cut(lines: list[str]) -> list[str]:
 
 
 class _Piece(NamedTuple):
-    """Some captures of a segment, and what it holds of all."""
+    """Some captures of a segment, by their places, and the columns and texts of all in it."""
 
     segment: int
     places: NDArray[np.int64]
@@ -76,7 +76,7 @@ class _Piece(NamedTuple):
     by_part: dict[str, Columns]
 
     def same_as(self, derived: columns.Derived, texts: Mapping[str, list[Any]]) -> bool:
-        """Return whether the rows of the captures say the same."""
+        """Return whether columns and texts of the rows are equal."""
         roster, by_part = derived
         held = {part: one.taken(self.places) for part, one in self.by_part.items()}
         return (
@@ -90,7 +90,7 @@ class _Piece(NamedTuple):
 
 
 class _Findings:
-    """What has been found wrong with captures, as they are gone through."""
+    """Damage of captures and of their columns."""
 
     def __init__(self) -> None:
         self.state = ""
@@ -99,11 +99,11 @@ class _Findings:
         self.symbols = 0
 
     def sentences(self) -> list[str]:
-        """Return what is not as it was stored, capture by capture."""
+        """Return the damage of captures, in the order of their numbers."""
         return [self.state] * bool(self.state) + [line for _, line in sorted(self.damaged)]
 
     def go_through(self, connection: Link) -> None:
-        """Read all rows once, and hold the columns against them."""
+        """Read all rows once, and compare the columns with them."""
         try:
             read.capture_numbers(connection)
         except LibraryError as error:
@@ -129,17 +129,17 @@ class _Findings:
         except Distrust as fault:
             remedy = "The next search or ingest makes them anew"
             self.unlike = [f"the columns are {fault.found}. {remedy}"]
-        except LibraryError:  # of the library's state, which is said before
+        except LibraryError:  # Of the library's state, which is noted above
             pass
         numbers = list(left)
         for first in range(0, len(numbers), _BATCH):
             self._look(connection, numbers[first : first + _BATCH], None)
 
     def _look(self, connection: Link, numbers: list[int], piece: _Piece | None) -> None:
-        """Look at some captures; where one is not what was stored, at fewer at once."""
+        """Check some captures; if one is damaged, check each half."""
         try:
             chosen = read.read_captures(connection, numbers)
-            if len(chosen) != len(numbers):  # a table says that it is there, its index that not
+            if len(chosen) != len(numbers):  # The table has it, but its index does not
                 raise rows.damaged(numbers[0], None, "its row")
             wanted = read.read_wanted(connection, chosen)
             fields = read.read_fields(connection, wanted, every=True)
@@ -171,7 +171,7 @@ class _Findings:
 def _nonsense(
     connection: Link, wanted: read.Tracks, fields: NDArray[np.int64]
 ) -> Iterator[tuple[int, str]]:
-    """Yield what a program has stored that says nothing, with the capture's number."""
+    """Yield symbols that were stored with a right checksum but make no sense, by capture."""
     start, length = (fields[:, rows.COLUMNS.index(name)] for name in ("start", "length"))
     frames = np.array([one.capture.frames for one in wanted.chosen], np.int64)[wanted.place]
     if {*wanted.kind} <= {*range(len(rows.KIND_NAMES))} and not (

@@ -1,4 +1,4 @@
-"""The columns and texts of captures: from segments, and of captures in none from their rows."""
+"""Read the columns and texts of captures: from segments, or from rows where they are in none."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BATCH = 256
 """Captures read at a time."""
 
 _READ = ("sign", "start", "length", "notes")
-"""Of the columns of ``symbol_code``."""
+"""The columns of ``symbol_code`` that `_columns` needs."""
 
 Derived = tuple[Roster, dict[str, Columns]]
 """Captures, and the columns of the parts that any of them has."""
@@ -58,7 +58,7 @@ def batches(
 
 
 def together(pieces: Sequence[Derived]) -> Derived:
-    """Return captures and columns, one after the other; the pieces lose their columns."""
+    """Join captures and columns; the columns leave the pieces, which saves memory."""
     if len(pieces) == 1:
         return pieces[0]
     sizes = [len(roster) for roster, _ in pieces]
@@ -119,7 +119,7 @@ def _columns(
     def bits(column: NDArray[np.int64], name: str) -> NDArray[np.int64]:
         return column >> FIELDS[name].shift & (1 << FIELDS[name].bits) - 1
 
-    cell = sign & CELL  # as it stands there: direction, then level
+    cell = sign & CELL  # The same bits in both: direction, then level
     cell |= np.where(bits(sign, "passing"), PASSING, 0)
     cell |= np.where(length == 0, STARTING, 0)
     return Columns(
@@ -195,7 +195,7 @@ def read_rosters(connection: Link, spine: Spine) -> tuple[list[Roster], NDArray[
 
 
 def order_of(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | None:
-    """Return which captures count, in order of number; None: all, and they are."""
+    """Return the places of the captures that are alive, by number; None: all, as they come."""
     ages = np.repeat(
         [one.id for one in spine.segments] + [1 << 62],
         [one.captures for one in spine.segments] + [len(spine.pending)],
@@ -212,13 +212,13 @@ def order_of(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | No
 
 
 def alive(spine: Spine, segment: Segment, roster: Roster) -> NDArray[np.int64]:
-    """Return the places of the captures of a segment that count, in order of number."""
+    """Return the places of the captures of a segment that are alive, by number."""
     order = order_of(Spine([segment], spine.dead, []), roster.number)
     return np.arange(len(roster)) if order is None else order
 
 
 def check_pending(there: Sequence[int], pending: Sequence[int]) -> None:
-    """Refuse to wait for other captures than those that are there."""
+    """Refuse a list of pending captures that differs from those that exist."""
     if list(there) != list(pending):
         raise Distrust("damaged: they wait for captures that there are not")
 
@@ -239,7 +239,7 @@ def read_all_texts(
 def joined_texts(
     pieces: Sequence[Texts], names: Iterable[str], order: NDArray[np.int64] | None
 ) -> dict[str, list[Any]]:
-    """Return the texts of all pieces, joined; `order` selects and sorts the captures."""
+    """Join the texts of all pieces; `order` selects and sorts the captures."""
     texts = {name: [value for piece in pieces for value in piece[name]] for name in names}
     if order is None:
         return texts

@@ -1,7 +1,7 @@
-"""From the name of a library to a connection that is asked, or to an error that says what to do.
+"""Open a library by its name, and connect to it; errors of the database say what to do.
 
 A library in a file that is only read needs no more than SQLite's own module. SQLAlchemy, which
-takes longer to import than most searches take, is for what writes and for other databases. So
+takes longer to import than most searches take, is for writing and for other databases. So
 statements are text, with ``:name`` for a value.
 
 An SQLite library is one file at rest. Its journal is a rollback journal, not a write-ahead log:
@@ -74,43 +74,37 @@ Link: TypeAlias = "Reader | Connection"
 
 
 def ask(link: Link, statement: str, values: Values | None = None) -> Any:
-    """Carry out a statement, and return the driver's cursor: rows as plain tuples."""
+    """Execute a statement, and return the driver's cursor: rows as plain tuples."""
     driver = driver_of(link)
     if driver is None:
-        return _through_sqlalchemy(link, statement, values or {})
+        connection: Any = link
+        return connection.execute(_text(statement), values or {}).cursor
     if values is None or isinstance(values, Mapping):
         return driver.execute(statement, values or {})
     return driver.executemany(statement, values)
 
 
 def insert(link: Link, table: str, names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    """Write rows, many to a statement: what SQLite's module does for each one takes longer."""
+    """Write rows, many in a statement, which SQLite's module does faster than one by one."""
     begin, driver = f"INSERT INTO {table} ({', '.join(names)}) VALUES ", driver_of(link)
     if driver is None and rows:
         named = ", ".join([f":{name}" for name in names])
-        values = [dict(zip(names, row, strict=True)) for row in rows]
-        _through_sqlalchemy(link, f"{begin}({named})", values)
+        ask(link, f"{begin}({named})", [dict(zip(names, row, strict=True)) for row in rows])
     elif driver is not None:
         row, many = f"({', '.join('?' * len(names))})", MOST // len(names)
-        rest = len(rows) % many
-        driver.executemany(begin + row, rows[:rest])
-        for first in range(rest, len(rows), many):
-            some = list(chain.from_iterable(rows[first : first + many]))
-            driver.execute(begin + ", ".join([row] * many), some)
+        for first in range(0, len(rows), many):
+            some = rows[first : first + many]
+            driver.execute(begin + ", ".join([row] * len(some)), [*chain.from_iterable(some)])
 
 
 def driver_of(link: Link) -> sqlite3.Connection | None:
-    """Return SQLite's own connection, if it is open and one: SQLAlchemy's detour takes longer."""
+    """Return SQLite's own connection, which is faster than SQLAlchemy; None if there is none."""
     if link.closed:
         return None
     if isinstance(link, Reader):
         return link
     driver = link.connection.driver_connection
     return driver if isinstance(driver, sqlite3.Connection) else None
-
-
-def _through_sqlalchemy(connection: Any, statement: str, values: Values) -> Any:
-    return connection.execute(_text(statement), values).cursor
 
 
 @lru_cache(maxsize=128)
@@ -160,13 +154,13 @@ _FAULTS = {
         "Check that its folder exists and that you may read and write both.",
     ),
 }
-"""What is found and what to do, by SQLite's name of the result, the longer one first looked for."""
+"""What is found and the remedy, by SQLite's name of the error or its first two words."""
 
 
 def faults() -> tuple[type[Exception], ...]:
-    """Return what a database's errors are; SQLAlchemy's only where somebody has imported it.
+    """Return the types of a database's errors; SQLAlchemy's only where it is imported.
 
-    An error of Unicode is one, too: not even what SQLite says of a damaged file can be read then.
+    An error of Unicode is one, too: even the messages of SQLite may be damaged in a damaged file.
     """
     imported = sys.modules.get("sqlalchemy.exc")
     return sqlite3.Error, UnicodeDecodeError, *([imported.SQLAlchemyError] if imported else [])
@@ -179,7 +173,7 @@ def name_of(error: BaseException) -> str:
 
 @contextmanager
 def translated(place: str) -> Iterator[None]:
-    """Raise every error of the database inside as a LibraryError."""
+    """Raise errors of the database as a LibraryError."""
     try:
         yield
     except faults() as error:
@@ -210,7 +204,7 @@ class Target:
 
 
 def target(named: str | os.PathLike[str]) -> Target:
-    """Understand a path or an SQLAlchemy URL."""
+    """Return where the library of a path or an SQLAlchemy URL is."""
     text = os.fspath(named)
     if "://" not in text:
         return Target(text, "", None if text == MEMORY else Path(text).absolute())
@@ -231,7 +225,7 @@ def target(named: str | os.PathLike[str]) -> Target:
 
 
 def connected(where: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
-    """Return a connection to whatever is there; of a file that is only read a `Reader`."""
+    """Return a connection to a database of any content; a `Reader` for a file that is only read."""
     _check_path(where, create=create)
     with translated(where.place):
         if where.sqlite and readonly and not create:
@@ -253,7 +247,7 @@ def _check_path(where: Target, *, create: bool) -> None:
             "may not be looked at", place=where.place, wanted="a file that can be read"
         ) from error
     except OSError:
-        pass  # it is not there: said below, where it must be
+        pass  # It is not there: refused below where it must be
     if path.is_dir():
         raise LibraryError(
             "this is a folder", place=where.place, wanted="a file", remedy="Name one with --db."
@@ -271,7 +265,7 @@ def _check_path(where: Target, *, create: bool) -> None:
 
 
 def _engine(where: Target, *, create: bool, timeout: float) -> Engine:
-    """Return an engine whose transactions begin and wait as this page says."""
+    """Return an engine whose transactions begin and wait as described above."""
     import sqlalchemy
     from sqlalchemy.pool import NullPool
 
@@ -306,7 +300,7 @@ def _opener(
             name, timeout=timeout, isolation_level=None, uri=True, factory=factory
         )
         connection.execute("PRAGMA foreign_keys = ON")
-        # Bytes that are no UTF-8 were not stored so: a checksum names the capture.
+        # Bytes that are no UTF-8 are damage: a checksum names the capture.
         connection.text_factory = methodcaller("decode", "utf-8", "surrogateescape")
         return connection
 
@@ -357,7 +351,7 @@ def revision(connection: Link, place: str) -> str | None:
 
 
 def refuse_revision(held: str | None, place: str) -> None:
-    """Say what to do about a library that is empty, older or newer."""
+    """Refuse a library that is empty, older or newer, with what to do about it."""
     if held is None:
         raise LibraryError(
             "this file is empty",
@@ -449,28 +443,28 @@ def is_sqlite(connection: Link) -> bool:
 
 
 def loosen_bonds(connection: Connection) -> None:
-    """Let rows be changed and dropped without what hangs on them."""
+    """Allow rows to be changed and deleted whatever refers to them."""
     driver = driver_of(connection)
     if driver is not None:
         driver.execute("PRAGMA foreign_keys = OFF")
 
 
 def give_back_room(connection: Connection) -> None:
-    """Make the file as small as what is in it; leave it where there is no room to do so."""
+    """Make the file as small as its content; leave it as it is if the disk has no room for that."""
     driver = driver_of(connection)
     if driver is not None:
-        with suppress(sqlite3.Error):  # it is as good as before
+        with suppress(sqlite3.Error):  # It is as before then
             driver.execute("VACUUM")
 
 
 def loose_rows(connection: Link, table: str = "") -> list[Any]:
-    """Return which rows of a table, or of all, hang on rows that do not exist, as SQLite does."""
+    """Return the rows of a table, or of all, that refer to rows that do not exist."""
     asked = f"PRAGMA foreign_key_check({table})" if table else "PRAGMA foreign_key_check"
     return list(ask(connection, asked).fetchall()) if is_sqlite(connection) else []
 
 
 def damaged_pages(connection: Link, most: int) -> list[str]:
-    """Return what SQLite finds wrong with the pages of a file: so many lines at the most."""
+    """Return the damage that SQLite finds in the pages of a file, so many lines at the most."""
     if not is_sqlite(connection):
         return []
     # quick_check takes two thirds of the time, but leaves out whether the keys of rows rise, and
@@ -483,14 +477,14 @@ def damaged_pages(connection: Link, most: int) -> list[str]:
 
 
 def has_view(connection: Link, name: str, statement: str) -> bool:
-    """Return whether a view is what a statement makes; of other databases it is believed."""
+    """Return whether a view is what a statement makes; other databases than SQLite are trusted."""
     asked = "SELECT sql FROM sqlite_master WHERE type = 'view' AND name = :name"
     held = ask(connection, asked, {"name": name}).fetchall() if is_sqlite(connection) else None
     return held in (None, [(statement,)])
 
 
 class Session:
-    """The connection of an open library, its transactions and its end; it belongs to one thread."""
+    """The connection of an open library and its transactions; it belongs to one thread."""
 
     def __init__(
         self,
@@ -544,7 +538,7 @@ class Session:
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
-        """Begin a transaction that changes nothing that a reader can tell."""
+        """Begin a transaction that writes what no reader notices."""
         self._check_usable()
         with translated(self.target.place):
             if isinstance(self.connection, Reader):

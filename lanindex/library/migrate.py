@@ -107,7 +107,9 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
             # all rows that hang on it.
             loosen_bonds(connection)
             with writing(connection):
-                if revision(connection, where.place) != REVISION:  # not by another one meanwhile
+                if (
+                    revision(connection, where.place) != REVISION
+                ):  # Unless another process did it meanwhile
                     run(connection, "head", where.place)
                     _check_bonds(connection, where.place)
             give_back_room(connection)

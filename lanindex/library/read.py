@@ -1,4 +1,7 @@
-"""Rows to captures and tracks, each held against its checksum, inside another's transaction."""
+"""Read captures and tracks from rows, and check each against its checksum.
+
+The caller has begun the transaction.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +39,7 @@ _CAPTURES = (
 )
 
 _NONSENSE = (ValueError, TypeError, ArithmeticError, LookupError, RecursionError, LanindexError)
-"""What reading a value leads to that a program has stored with the right checksum."""
+"""Errors of values that make no sense, though their checksum is right."""
 
 
 class State(NamedTuple):
@@ -82,7 +85,7 @@ def capture_numbers(connection: Link) -> list[int]:
 
 
 def read_numbers(connection: Link, numbers: Sequence[int]) -> list[int]:
-    """Return those numbers that captures have, in the order in which they are asked for."""
+    """Return those of some numbers that captures have, in the same order."""
     held = set[int]()
     for first in range(0, len(numbers), MOST):
         chosen = among(numbers[first : first + MOST])
@@ -91,7 +94,7 @@ def read_numbers(connection: Link, numbers: Sequence[int]) -> list[int]:
 
 
 class Stored(NamedTuple):
-    """A capture, with what else its rows say."""
+    """A capture, its encoding, and two checksums."""
 
     capture: Capture
     encoding: Encoding

@@ -1,4 +1,4 @@
-"""A score as rows: whole numbers, texts, and a checksum of each thing that can be damaged.
+"""A score as rows: whole numbers, texts and their checksums.
 
 Small fields of a symbol share a column of ``symbol_code``, each with bits of its own
 (`lanindex.model.symbol.FIELDS` says where), so that a symbol takes a dozen bytes; the view that
@@ -72,7 +72,7 @@ def bytes_checksum(*values: bytes | memoryview) -> int:
 
 
 def damaged(number: object, path: object, what: str) -> LibraryError:
-    """Return the error that says what of a capture is not what was stored, and the remedy."""
+    """Return the error that says what of a capture is damaged, and the remedy."""
     shown = printable(path) if isinstance(path, str) else f"capture {number}"
     return LibraryError(
         f"capture {number} is damaged in the library: {what}",
@@ -84,7 +84,7 @@ def damaged(number: object, path: object, what: str) -> LibraryError:
 
 @dataclass(frozen=True, slots=True)
 class Encoding:
-    """How a capture came to be written down; equal ones give equal scores."""
+    """How a capture was read and encoded; equal encodings of one file give equal scores."""
 
     profile: str = ""
     digest: str = ""
@@ -94,24 +94,24 @@ class Encoding:
 
     @classmethod
     def stored(cls, profile: str, digest: str, facts: Mapping[str, str]) -> Self:
-        """Return what the profile and the column ``options`` of a capture say."""
+        """Return the encoding that a profile and the column ``options`` of a capture hold."""
         options = dict(facts)
         beside, people = options.pop("beside", ""), int(options.pop("people", 0))
         return cls(profile, digest, options, beside, people)
 
     def facts(self) -> dict[str, str]:
-        """Return what the column ``options`` holds: the options, and what there is to add."""
+        """Return the content of the column ``options``: the options, and what else is known."""
         more = {"beside": self.beside, "people": str(self.people or "")}
         return {**self.options, **{name: fact for name, fact in more.items() if fact}}
 
 
 def encoded_checksum(values: Mapping[str, Any], profile: str | None, digest: str | None) -> int:
-    """Return the checksum of all that was encoded of a capture."""
+    """Return the checksum of a capture's columns in `ENCODED` and of its profile."""
     return checksum(*(values[name] for name in ENCODED), profile, digest)
 
 
 def _whole(name: str, symbols: NDArray[Any]) -> NDArray[Any]:
-    """Return (S,) a field before its bits are placed; a float that is no number stays one."""
+    """Return a field as whole numbers, (S,), before its bits are placed; NaN stays NaN."""
     how = FIELDS[name]
     if how.scale != 1:
         return np.rint(symbols[name].astype(np.float64) * how.scale)
@@ -284,7 +284,7 @@ def capture_columns(score: Score) -> dict[str, Any]:
 def pack_heading(heading: NDArray[np.float32]) -> bytes:
     """Return (N,) degrees as they are stored: small if in tenths of a degree, always exact."""
     raw = heading.astype("<f4").tobytes()
-    with np.errstate(all="ignore"):  # no number, or a vast one: it does not come back, and stays
+    with np.errstate(all="ignore"):  # NaN or vast: tenths differ, and it is stored raw
         tenths = np.rint(heading.astype(np.float64) * 10).astype(np.int64)
         changes = np.diff(tenths, n=2, prepend=[0, 0])
         folded = ((changes << 1) ^ (changes >> 63)).astype("<u2")

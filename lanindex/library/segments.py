@@ -1,9 +1,9 @@
-"""Segments: the columns of many captures, written once, never changed, never simply believed.
+"""Segments: the columns of many captures, written once, never changed, checked when they are read.
 
 A segment is a row of ``segment``, whose listing names its columns, and one row of
 ``segment_column`` for each of them: whole numbers in as few bytes as the largest needs. The listing
-has a checksum of its own and those of the columns. `read_spine` tells what there is without
-loading any; whatever does not fit leads to `Distrust`, and the columns are made again of the rows.
+has a checksum of its own and those of the columns. `read_spine` lists the segments without loading
+their columns; damage leads to `Distrust`, and the columns are made again of the rows.
 
 Filters look at the texts of all captures, so segments hold them too: one list of JSON a column.
 Whoever changes a text marks the capture as not covered by its segment.
@@ -45,7 +45,7 @@ _TYPES = {
 """By the name of a column of a part, its type in memory."""
 
 _WIDTHS = {(True, "rate"): 2, (True, "speed"): 2, (False, "gaps"): 3}
-"""Numbers in a row of it, where that is not one; by whether it is the captures'."""
+"""Numbers in a row of a column that has several; by whether it is one of the captures."""
 
 _STORED = tuple((np.dtype(name), np.iinfo(name)) for name in ("<u1", "<u2", "<u4", "<i8"))
 
@@ -55,7 +55,7 @@ none), and which parts were seen all the time and have no symbol."""
 
 
 class Distrust(LibraryError):
-    """The segments are not what the rows would give; make them anew."""
+    """The segments are not those of the rows; they must be made anew."""
 
 
 class Entry(NamedTuple):
@@ -78,12 +78,12 @@ class Segment(NamedTuple):
 
     @property
     def parts(self) -> list[str]:
-        """The parts of which any of its captures has symbols, or that one does not always see."""
+        """The parts of which a capture has symbols or gaps."""
         return list(dict.fromkeys(part for part, _ in self.entries if part))
 
     @property
     def complete(self) -> bool:
-        """Whether it has all columns: what an earlier version wrote lacks some."""
+        """Whether it has all columns; segments of earlier versions lack some."""
         named = all(("", name) in self.entries for name in TEXTS)
         return named and all(
             (part, wanted) in self.entries
@@ -94,7 +94,7 @@ class Segment(NamedTuple):
 
 
 class Spine(NamedTuple):
-    """What there is of columns."""
+    """The segments of a library, and which captures they lack."""
 
     segments: list[Segment]
     dead: dict[int, int]  # By capture, the newest segment in which it does not count
@@ -118,13 +118,13 @@ def mark_changed(connection: Link, number: int, *, dead: bool = True, pending: b
 
 
 def mark_covered(connection: Link, numbers: Iterable[int]) -> None:
-    """Note that a segment holds captures now."""
+    """Note that a segment holds some captures now."""
     values = [{"number": number} for number in numbers]
     ask(connection, "DELETE FROM segment_pending WHERE capture_id = :number", values)
 
 
 def read_spine(connection: Link, *, trusted: bool = True) -> Spine:
-    """Return what there is of columns, with nothing loaded; if not `trusted`, of none."""
+    """Return the segments, with nothing loaded; if they are not `trusted`, none."""
     if not trusted:
         return Spine([], {}, capture_numbers(connection))
     now = read_state(connection)
@@ -154,7 +154,7 @@ def _segment(row: Any) -> Segment:
 
 @contextmanager
 def _readable(what: str) -> Iterator[None]:
-    """Distrust what lies on a damaged page: the rows may lie on others."""
+    """Turn an error of a damaged page into `Distrust`: the rows may lie on other pages."""
     try:
         yield
     except faults() as error:
@@ -169,9 +169,9 @@ def count_pending(connection: Link) -> int:
 
 
 def part_names(connection: Link) -> list[str]:
-    """Return the parts whose columns any capture fills; and filled, as long as segments tell."""
+    """Return the parts that any capture has; with segments, also those that only dead ones have."""
     asked, names = "SELECT DISTINCT part FROM track", list[str]()
-    with suppress(Distrust):  # the tracks tell, which takes longer
+    with suppress(Distrust):  # Without segments all tracks are read, which takes longer
         spine = read_spine(connection)
         names = [name for one in spine.segments for name in one.parts]
         if len(spine.pending) <= MOST:
@@ -246,7 +246,7 @@ def read_texts(connection: Link, segment: Segment, names: Iterable[str] = TEXTS)
     texts: dict[str, Sequence[Any]] = {}
     for name in names:
         column, values = read_column(connection, segment, "", name), None
-        with suppress(ValueError):  # it was stored so, with its checksum
+        with suppress(ValueError):  # It was stored so, with its checksum
             values = json.loads(column.tobytes())
         if not isinstance(values, list) or len(values) != segment.captures:
             raise Distrust(f"damaged: {name} of the captures in segment {segment.id}")
@@ -309,7 +309,7 @@ def drop_part(connection: Link, segments: Iterable[Segment], part: str) -> None:
 
 
 def drop(connection: Link, segments: Iterable[Segment]) -> None:
-    """Delete some segments, and the marks that speak of none any more."""
+    """Delete some segments, and marks of dead captures that no segment holds any more."""
     numbers = [{"segment": one.id} for one in segments]
     ask(connection, "DELETE FROM segment_column WHERE segment_id = :segment", numbers)
     ask(connection, "DELETE FROM segment WHERE id = :segment", numbers)
@@ -318,7 +318,7 @@ def drop(connection: Link, segments: Iterable[Segment]) -> None:
 
 
 def begin_anew(connection: Link) -> None:
-    """Delete all segments; every capture is to be put into one."""
+    """Delete all segments, and mark all captures as pending."""
     stamp = read_state(connection).stamp
     for table in ("segment_column", "segment", "segment_dead", "segment_pending"):
         ask(connection, f"DELETE FROM {table}")

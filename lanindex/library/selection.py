@@ -1,4 +1,4 @@
-"""What captures are called, as a library can keep it, and which ones a person means."""
+"""The names of captures: which texts a library can store, and which captures a user selects."""
 
 from __future__ import annotations
 
@@ -168,13 +168,13 @@ def is_gone(path: str) -> bool:
         os.stat(on_disk(path))
     except (FileNotFoundError, NotADirectoryError):
         return True
-    except OSError:  # it may be there, behind a door that is closed to us
+    except OSError:  # It may be there, in a folder that may not be read
         return False
     return False
 
 
 def ambiguous_error(named: str, locations: Sequence[str], place: str) -> LibraryError:
-    """Return the error that says that a name means several captures."""
+    """Return the error that a name means several captures."""
     return LibraryError(
         f"{len(locations)} captures are called {named}",
         place=place,
@@ -183,7 +183,7 @@ def ambiguous_error(named: str, locations: Sequence[str], place: str) -> Library
 
 
 def absent_error(named: str, texts: Texts, place: str) -> AbsentError:
-    """Return the error that says that a name means no capture, and which ones have one like it."""
+    """Return the error that a name means no capture, with those that have one like it."""
     return AbsentError(f"there is no capture {named}", place=place, remedy=_guess(texts, named))
 
 

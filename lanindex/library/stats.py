@@ -68,7 +68,7 @@ _Rate = tuple[int, int]
 
 @dataclass(slots=True)
 class _Tally:
-    """What has been counted; frames by rate, for seconds that are added up would be rounded."""
+    """Counts so far; frames by rate, as sums of seconds would be rounded."""
 
     frames: Counter[_Rate] = field(default_factory=Counter)
     known: dict[str, Counter[_Rate]] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""The library: captures written down, kept in a database.
+"""The library: captures and their scores in a database.
 
 ``with Store.open("dance.db", create=True) as store: store.add(...)`` is one transaction a capture:
 whatever breaks off, the library holds whole captures or none.
@@ -141,7 +141,7 @@ class Store:
         return not same
 
     def move(self, which: int | str, path: str | os.PathLike[str]) -> None:
-        """Say that a capture's file is elsewhere now; all that is known of it stays."""
+        """Change where a capture's file is; all else that is known of it stays."""
         shown = printable(os.fspath(path))
         with self.session.changing() as connection:
             number = self._stored(connection, which).capture.id
@@ -159,7 +159,7 @@ class Store:
 
     @property
     def stamp(self) -> int:
-        """A number that every change raises: what was derived at another one may be out of date."""
+        """A number that every change raises: what was derived at another may be out of date."""
         with self.session.reading() as connection:
             return int(read.read_state(connection).stamp)
 
@@ -277,7 +277,7 @@ class Store:
             some = numbers[first : first + _BATCH]
             with self.session.reading() as connection:
                 chosen = read.read_captures(connection, some)
-                if len(chosen) < len(some):  # were they never there, or lost?
+                if len(chosen) < len(some):  # Raises if captures are lost
                     read.capture_numbers(connection)
                 tracks = read.read_tracks(connection, chosen, only, listed=listed)
             for one in chosen:
@@ -335,7 +335,7 @@ class Store:
     def _stored(self, connection: Link, which: int | str) -> read.Stored:
         number = self._number(connection, which)
         captures = read.read_captures(connection, [number])
-        if len(captures) != 1:  # one table says that it is there, its index that it is not
+        if len(captures) != 1:  # The table has it, but its index does not
             raise rows.damaged(number, None, "its row")
         return captures[0]
 

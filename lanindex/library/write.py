@@ -1,4 +1,4 @@
-"""Captures and tracks to rows, inside a transaction that someone else began."""
+"""Write captures and tracks as rows. The caller has begun the transaction."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from lanindex.library.rows import COLUMNS, TRACK, Encoding, encoded_checksum
 from lanindex.model import Score
 
 _COUNT = "UPDATE state SET captures = captures + :more, numbers = numbers + :more * :one"
-_TOUCH = (  # and the columns go along, if they were true before
+_TOUCH = (  # The stamp of the columns follows if they were up to date
     "UPDATE state SET stamp = stamp + 1, "
     "columns = CASE WHEN columns = stamp THEN stamp + 1 ELSE columns END "
-    f"WHERE stamp BETWEEN 0 AND {1 << 31} RETURNING id"  # no text, no bytes, not nothing
+    f"WHERE stamp BETWEEN 0 AND {1 << 31} RETURNING id"  # Neither text nor bytes nor NULL
 )
 _FORGET_PROFILES = (
     "DELETE FROM profile WHERE NOT EXISTS "
@@ -68,7 +68,7 @@ def describe(
     metadata: Mapping[str, str] | None,
     new: bool = False,
 ) -> None:
-    """Write what the user says of a capture; None leaves what there is, if that is whole."""
+    """Write label and metadata of a capture; None leaves what is stored, unless that is damaged."""
     held: dict[str, str] = {}
     if not new:
         key = {"number": number}
@@ -77,7 +77,7 @@ def describe(
         asked = "SELECT key, value FROM metadata WHERE capture_id = :number"
         held = dict(ask(connection, asked, key).fetchall())
         if description_checksum(number, before, held) != checksum:
-            label, metadata = label or "", metadata or {}  # nobody knows any more what was said
+            label, metadata = label or "", metadata or {}  # What was stored is damaged
         if label is None and metadata is None:
             return
         label = before if label is None else label
@@ -103,7 +103,7 @@ def move_capture(connection: Link, number: int, path: str, location: str) -> Non
 
 
 def remove_capture(connection: Link, number: int) -> None:
-    """Take out a capture, all that hangs on it, and its profile if it was the last of it."""
+    """Delete a capture, all its rows, and its profile if no other capture has it."""
     _delete(connection, number, "symbol_code", "track", "metadata")
     ask(connection, "DELETE FROM capture WHERE id = :number", {"number": number})
     ask(connection, _COUNT, {"more": -1, "one": number})
@@ -112,9 +112,9 @@ def remove_capture(connection: Link, number: int) -> None:
 
 
 def touch(connection: Link) -> None:
-    """Raise the change stamp; the segments stay true if they were."""
+    """Raise the change stamp; segments that were up to date stay so."""
     if len(ask(connection, _TOUCH).fetchall()) != 1:
-        read_state(connection)  # says what there is
+        read_state(connection)  # Raises with the content of the state
         raise LibraryError("the library's stamp cannot be raised", wanted="a number from 0")
 
 

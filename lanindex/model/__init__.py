@@ -1,4 +1,4 @@
-"""The objects that flow through the house: Motion, Score, Hit and what they are made of.
+"""The types that all packages share: Motion, Score, Hit and what they are made of.
 
 All are frozen, their arrays read-only. Identity in time is an integer frame of the source file;
 seconds exist only on screens and in JSON. Intervals are half-open: [start, stop).

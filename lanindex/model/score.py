@@ -162,7 +162,7 @@ class Score:
     def columns(self) -> dict[str, Any]:
         """Return all symbols as columns, by what JSON calls them: lists, a row each."""
         rows = joined(track.symbols for track in self.tracks.values())
-        texts = {how.shown or name: how.said(rows[name].tolist()) for name, how in FIELDS.items()}
+        texts = {how.shown or name: how.values(rows[name].tolist()) for name, how in FIELDS.items()}
         parts = [part for part, track in self.tracks.items() for _ in range(len(track))]
         seconds = {
             end: (rows[name] / float(self.rate)).round(6).tolist()

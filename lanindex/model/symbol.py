@@ -65,7 +65,7 @@ class Field:
         room = self.least + (1 << self.bits) - 1
         return min(room, len(self.words) - 1) if self.words else room
 
-    def said(self, codes: Sequence[Any]) -> Sequence[Any]:
+    def values(self, codes: Sequence[Any]) -> Sequence[Any]:
         """Return the values of an object: words for codes, None for nothing."""
         if self.words:
             known = (*self.words, None)
@@ -165,7 +165,7 @@ class Symbol:
 
     @property
     def words(self) -> str:
-        """What it says, without the part: ``right mid``, ``left 90deg``."""
+        """The symbol in words, without the part: ``right mid``, ``left 90deg``."""
         return _words(self.part, self.direction, self.level, self.amount)
 
     def __str__(self) -> str:
@@ -176,10 +176,10 @@ class Symbol:
 
 @lru_cache(maxsize=1024)
 def _words(part: str, direction: str | None, level: str | None, amount: int | None) -> str:
-    kind, said = KINDS[kind_of(part)], None
+    kind, degree = KINDS[kind_of(part)], None
     if amount is not None and (kind.amounts or amount):
-        said = kind.amount(amount)
-    return " ".join(word for word in (direction, level, said) if word)
+        degree = kind.amount(amount)
+    return " ".join(word for word in (direction, level, degree) if word)
 
 
 FIELDS: dict[str, Field] = {
@@ -200,9 +200,9 @@ _BYTES = np.dtype((np.void, SYMBOL.itemsize))
 def listed(part: str, rows: NDArray[Any], ordinals: Iterable[int] | None = None) -> list[Symbol]:
     """Return rows, (S,) of `SYMBOL`, as objects."""
     numbers = range(len(rows)) if ordinals is None else ordinals
-    said = (how.said(rows[name].tolist()) for name, how in FIELDS.items())
+    columns = (how.values(rows[name].tolist()) for name, how in FIELDS.items())
     symbols = [object.__new__(Symbol) for _ in range(len(rows))]
-    for put, values in zip(_SLOTS, (repeat(part), numbers, *said), strict=True):
+    for put, values in zip(_SLOTS, (repeat(part), numbers, *columns), strict=True):
         deque(map(put, symbols, values), maxlen=0)
     return symbols
 
