@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from lanindex import formats
@@ -38,10 +39,15 @@ def ingest(
 ) -> Iterator[Outcome]:
     """Read files into a library."""
     held = store.known() if store else {}
-    moved, options = Moved(held), reading or Reading()
+    moved = Moved(held)
     first = {(sha, how.beside, parted(place)[1]): place for place, (sha, how) in held.items()}
-    tasks = (moved.known(Task(path, profile, options), force=force) for path in paths)
-    for number, outcome in enumerate(prepared(tasks, jobs)):
+
+    def task(path: str) -> Task:
+        new = Task(path, profile, reading or Reading())
+        known = moved.held(new)  # also where everything is read again: it may have moved
+        return new if force else replace(new, held=known)
+
+    for number, outcome in enumerate(prepared(map(task, paths), jobs)):
         place = absolute(outcome.path)
         before = moved.found.get(place, "")
         outcome = replace(outcome, held=place in held or bool(before), moved=before)
@@ -99,32 +105,34 @@ class Moved:
         self._held = held
         self._people = dict[str, dict[str, tuple[str, Encoding]]]()
         for place, one in held.items():
-            file, name = formats.parted(place)
+            file, name = parted(place)
             self._people.setdefault(file, {})[name] = one
-        self._gone: dict[str, dict[str, list[str]]] | None = None
-
-    def known(self, task: Task, *, force: bool) -> Task:
-        """Return a task that knows what the library holds; with `force` it is read in any case."""
-        held = self.held(task)
-        return task if force else replace(task, held=held)
 
     def held(self, task: Task) -> Held:
-        """Return what the library holds of a file, be it from here or from where it was before."""
-        file, meant = formats.parted(absolute(task.path))
+        """Return what the library holds of a file, by its place or by where it was before."""
+        file, meant = parted(absolute(task.path))
         people: Held = self._people.get(file, {})
         if meant:
             people = {"": people[meant]} if meant in people else {}
         return people or self._before(task, file, meant)
 
+    @cached_property
+    def _gone(self) -> dict[str, dict[str, list[str]]]:
+        """By sha256 the files that are gone, and who of them was held."""
+        gone: dict[str, dict[str, list[str]]] = {}
+        for place, (sha256, _) in self._held.items():
+            if is_gone(place):
+                file, name = parted(place)
+                gone.setdefault(sha256, {}).setdefault(file, []).append(name)
+        return gone
+
     def _before(self, task: Task, file: str, meant: str) -> Held:
-        if self._gone is None:  # asked once, and only where there is a file that is not held
-            self._gone = _gone(self._held)
         if not self._gone:
             return {}
         try:
-            found = formats.opened(task.path)
-            sha256, encoding = found.sha256(), encoding_of(task, companions(task, found))
-        except LanindexError:  # said when it is read
+            opened = formats.opened(task.path)
+            sha256, encoding = opened.sha256(), encoding_of(task, companions(task, opened))
+        except LanindexError:  # reported when it is read
             return {}
         alike = self._gone.get(sha256, {})
         same = encoding, replace(encoding, beside="")  # what was beside it was not noted always
@@ -136,16 +144,6 @@ class Moved:
                 self.found |= {_called(file, name): _called(before, name) for name in people}
                 return {"" if meant else name: one for name, one in people.items()}
         return {}
-
-
-def _gone(held: Mapping[str, tuple[str, Encoding]]) -> dict[str, dict[str, list[str]]]:
-    """Return by sha256 the files that are gone, and who of them was held."""
-    found: dict[str, dict[str, list[str]]] = {}
-    for place, (sha256, _) in held.items():
-        if is_gone(place):
-            file, name = formats.parted(place)
-            found.setdefault(sha256, {}).setdefault(file, []).append(name)
-    return found
 
 
 def _called(file: str, name: str) -> str:
