@@ -81,11 +81,11 @@ def charted(found: Movement, form: str) -> bytes:
 
 def _title(found: Movement) -> str:
     groups = ", ".join(f"{name or '(none)'} ({count})" for name, count in found.groups.items())
-    said = f"{found.by or 'captures'}: {groups}"
+    text = f"{found.by or 'captures'}: {groups}"
     if len(found.groups) == 2:
         many = sum(one.matters for one in found.differences)
-        said += f"; {many} of {len(found.differences)} differences matter (framed)"
-    return f"{said}\nlow, mid, high from left to right, forward up, place in the middle"
+        text += f"; {many} of {len(found.differences)} differences matter (framed)"
+    return f"{text}\nlow, mid, high from left to right, forward up, place in the middle"
 
 
 def _titles(found: Movement) -> Iterator[str]:

@@ -86,20 +86,20 @@ def files_of(
         from lanindex.formats import bids
 
         return list(bids.files(motion, target)), ()
-    content, said = written(motion, form)
-    return [(target, content)], said
+    content, warnings = written(motion, form)
+    return [(target, content)], warnings
 
 
 def written(motion: Motion, form: str) -> tuple[bytes, tuple[str, ...]]:
     """Return a motion as a file, and what there is to say of it."""
-    said: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     if form in ANIMATED:
         from lanindex.formats.animation import complete
 
         made = complete(motion)
-        said, motion = made.warnings[len(motion.warnings) :], made
+        warnings, motion = made.warnings[len(motion.warnings) :], made
     content: bytes = importlib.import_module(f"lanindex.formats.{TARGETS[form]}").write(motion)
-    return content, said
+    return content, warnings
 
 
 def notated(
@@ -157,8 +157,7 @@ def from_origin(motion: Motion) -> Motion:
     start = np.array([middle[first, 0], np.nanmin(joints.places[..., 1]), middle[first, 2]])
 
     def moved(places: NDArray[np.float32]) -> NDArray[np.float32]:
-        found: NDArray[np.float32] = ((places - start) @ ring.T).astype(np.float32)
-        return found
+        return np.asarray((places - start) @ ring.T, np.float32)
 
     markers = motion.markers
     return replace(
@@ -171,8 +170,7 @@ def from_origin(motion: Motion) -> Motion:
 
 
 def _known(places: NDArray[np.float64]) -> NDArray[np.bool_]:
-    known: NDArray[np.bool_] = np.asarray(np.isfinite(places).all(axis=1))
-    return known
+    return np.asarray(np.isfinite(places).all(axis=1))
 
 
 def _turned(rotations: NDArray[np.float32], turn: float) -> NDArray[np.float32]:

@@ -40,6 +40,7 @@ from lanindex.pipeline.export import (
 )
 from lanindex.pipeline.files import write_all
 from lanindex.pipeline.layouts import SPLITS, Clip, layout_of
+from lanindex.pipeline.manifest import in_words
 from lanindex.pipeline.named import Request, from_hits
 from lanindex.search.explain import sentence
 from lanindex.search.hits import Hits
@@ -425,12 +426,8 @@ def as_seen(text: str) -> str:
 
 
 def _step(symbol: Mapping[str, Any]) -> str:
-    kind = KINDS[kind_of(symbol["part"])]
-    words = [symbol.get(name) for name in ("direction", "level")]
-    if (amount := symbol.get("amount")) is not None:
-        words.append(kind.amount(amount))
-    at = "at " if kind.lasts and symbol["start_frame"] == symbol["end_frame"] else ""
-    return at + " ".join(word for word in words if word)
+    stands = symbol["start_frame"] == symbol["end_frame"] and KINDS[kind_of(symbol["part"])].lasts
+    return f"at {in_words(symbol)}" if stands else in_words(symbol)
 
 
 def distinct(texts: Iterable[str]) -> list[str]:

@@ -74,7 +74,7 @@ def _held(path: str, others: list[str] | None, apart: bool) -> Iterator[str]:
                 yield from formats.captures_in(member) if apart else (member,)
         else:
             yield from formats.captures_in(path) if apart else (path,)
-    except LanindexError:  # said when it is read
+    except LanindexError:  # reported when it is read
         yield path
 
 
@@ -88,10 +88,10 @@ def left_out(others: Iterable[str]) -> str:
     kinds = Counter("/" if os.path.isdir(path) else unread(path) for path in paths)
     rest, linked = kinds.pop("", 0), kinds.pop("/", 0)
     by_number = sorted(kinds.items(), key=lambda kind: (-kind[1], kind[0]))
-    said = []
+    counts = []
     for angles, why in ((False, "formats that are not read yet"), (True, "angles without places")):
         some = [f"{number} {kind}" for kind, number in by_number if (kind in ANGLES) is angles]
-        said += [f"{', '.join(some)} ({why})"] if some else []
+        counts += [f"{', '.join(some)} ({why})"] if some else []
     for number, noun in ((rest, "other file"), (linked, "linked folder")):
-        said += [f"{number} {noun}" + "s" * (number > 1)] if number else []
-    return "; ".join(said)
+        counts += [f"{number} {noun}" + "s" * (number > 1)] if number else []
+    return "; ".join(counts)

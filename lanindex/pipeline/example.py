@@ -41,7 +41,7 @@ RATE = 30
 """Frames a second that are compared at the most."""
 
 ALIKE = 0.4
-"""The mean likeness down to which groups are joined where nothing else is said."""
+"""The mean likeness down to which groups are joined by default."""
 
 SAMPLE = 2000
 """Captures that the command compares: of more, so many taken at random."""
@@ -240,9 +240,9 @@ def _apart(one: Floats, two: Floats) -> NDArray[np.float64]:
     """Return the mean distance of joints for each pair of frames: (T, U)."""
     total: NDArray[np.float64] = np.zeros((len(one), len(two)))
     for joint in range(one.shape[1]):
-        here, there = one[:, joint].astype(np.float64), two[:, joint].astype(np.float64)
-        squares = np.square(here).sum(axis=1)[:, None] + np.square(there).sum(axis=1)
-        squares -= 2 * here @ there.T
+        first, second = one[:, joint].astype(np.float64), two[:, joint].astype(np.float64)
+        squares = np.square(first).sum(axis=1)[:, None] + np.square(second).sum(axis=1)
+        squares -= 2 * first @ second.T
         total += np.sqrt(np.maximum(squares, 0, out=squares), out=squares)
     total /= one.shape[1]
     return total

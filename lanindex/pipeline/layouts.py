@@ -113,9 +113,9 @@ _COLLAR = {"spine3": 0.37, "neck": 0.26, "shoulder": 0.37}
 _SAME = {
     **{"pelvis": "Pelvis", "neck": "Neck", "head": "Head"},
     **{
-        f"{side}_{theirs}": side[0].upper() + ours
+        f"{side}_{name}": side[0].upper() + joint
         for side in ("left", "right")
-        for theirs, ours in (
+        for name, joint in (
             *(("hip", "Hip"), ("knee", "Knee"), ("ankle", "Ankle"), ("foot", "Toe")),
             *(("shoulder", "Shoulder"), ("elbow", "Elbow"), ("wrist", "Wrist")),
         )

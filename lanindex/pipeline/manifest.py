@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import KINDS, kind_of
@@ -60,16 +60,21 @@ def files(rows: Sequence[dict[str, Any]]) -> Iterator[File]:
 def _cell(value: Any) -> Any:
     """Return a value as a cell of CSV that no spreadsheet takes for a formula."""
     if isinstance(value, list):
-        value = "; ".join(map(_in_words, value))
+        value = "; ".join(map(_with_frames, value))
     if isinstance(value, str):
         value = re.sub("\r\n?", "\n", value)  # alone it would end the row
         return f"'{value}" if value.startswith(_FORMULAS) else value
     return value
 
 
-def _in_words(symbol: dict[str, Any]) -> str:
-    words = [symbol.get(key) for key in ("part", "direction", "level")]
+def _with_frames(symbol: Mapping[str, Any]) -> str:
+    frames = f"{symbol['start_frame']}-{symbol['end_frame']}"
+    return " ".join(filter(None, (symbol["part"], in_words(symbol), frames)))
+
+
+def in_words(symbol: Mapping[str, Any]) -> str:
+    """Return direction, level and amount of a symbol, as it is in JSON."""
+    words = [symbol.get(key) for key in ("direction", "level")]
     if (amount := symbol.get("amount")) is not None:
         words.append(KINDS[kind_of(symbol["part"])].amount(amount))
-    frames = f"{symbol['start_frame']}-{symbol['end_frame']}"
-    return " ".join([*(str(word) for word in words if word), frames])
+    return " ".join(filter(None, words))

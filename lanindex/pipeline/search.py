@@ -249,9 +249,9 @@ def check_columns(store: Store, query: Query) -> None:
     """Refuse a column that no capture has: it would meet no condition, without a word."""
     references = references_in((*query.where, *query.stages))
     named = {it.field for it in references if it.name == CLIP} - set(CLIP_FIELDS)
-    said = store.texts("metadata").values() if named else ()
-    known = {column.lower() for columns in said for column in columns}
-    for column in sorted(named - known) if said else ():
+    metadata = store.texts("metadata").values() if named else ()
+    known = {column.lower() for columns in metadata for column in columns}
+    for column in sorted(named - known) if metadata else ():
         raise UsageError(
             f'no capture has a column "{column}"',
             wanted=f"clip and one of {', '.join([*CLIP_FIELDS, *sorted(known)])}",
