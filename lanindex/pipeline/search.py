@@ -92,24 +92,12 @@ class SearchOptions:
     ) -> Hits:
         """Find a query in columns; errors of captures that are too rich for it go to `refused`."""
         query = replace(query, near=self.near)
+        finder = Finder(query, roster, columns, recordings, self.tolerance, self.memory)
         if self.allowance is None:
-            finder = Finder(query, roster, columns, recordings, self.tolerance, self.memory)
             return finder.find(self.overlaps, watch, self.best, refused)
         from lanindex.search import fuzzy
 
-        return fuzzy.find(
-            query,
-            roster,
-            columns,
-            recordings,
-            self.allowance,
-            tolerance=self.tolerance,
-            overlaps=self.overlaps,
-            best=self.best,
-            watch=watch,
-            memory=self.memory,
-            refused=refused,
-        )
+        return fuzzy.find(finder, self.allowance, self.overlaps, watch, self.best, refused)
 
 
 def search(

@@ -34,6 +34,7 @@ from lanindex.model import Capture
 from lanindex.model.columns import columns_of, roster_of
 from lanindex.search import fuzzy
 from lanindex.search.language import parse
+from lanindex.search.match import Finder
 
 ALLOWED = ("0", "0.5", "1", "5%", "10%", "15%", "20%", "25%", "30%")
 TIMED = (
@@ -100,7 +101,8 @@ def speed(count: int = 400_000) -> None:
             for _ in range(times):
                 begin = process_time()
                 allowance = fuzzy.Allowance.read("2")
-                found = fuzzy.find(query, roster, columns, lambda *_: [], allowance, best=best)
+                finder = Finder(query, roster, columns, lambda *_: [])
+                found = fuzzy.find(finder, allowance, best=best)
                 taken.append((process_time() - begin) * 1e3)
             said.append(f"{len(found)} hits {median(taken[1:] or taken):.1f} ms")
         print(f"{text}  best {said[0]}  all {said[1]}", flush=True)
@@ -126,10 +128,7 @@ def main() -> None:
     for allowed in ALLOWED:
         allowance = fuzzy.Allowance.read(allowed)
         ways[f"--fuzzy {allowed}"] = lambda query, allowance=allowance: fuzzy.find(
-            query,
-            roster,
-            columns,
-            lambda places, parts: [recordings[it] for it in places],
+            Finder(query, roster, columns, lambda places, parts: [recordings[it] for it in places]),
             allowance,
         )
     for way, find in ways.items():

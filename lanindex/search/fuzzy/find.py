@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from functools import cached_property, partial
 from typing import NamedTuple, TypeVar
 
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LanindexError, UsageError
 from lanindex.model import Hit, Span, Symbol
-from lanindex.model.columns import THOUSANDTHS, Columns, Roster
+from lanindex.model.columns import THOUSANDTHS, Columns
 from lanindex.search.fuzzy.follow import (
     BUCKETS,
     NO_MATCHES,
@@ -33,7 +32,6 @@ from lanindex.search.fuzzy.follow import (
 from lanindex.search.hits import Hits
 from lanindex.search.language.query import Beside, Bracket, Choice, Item, Lines, Query, query_of
 from lanindex.search.language.query import Line as Steps
-from lanindex.search.language.times import TOLERANCE
 from lanindex.search.match import relations
 from lanindex.search.match.arrays import (
     FAR,
@@ -47,7 +45,7 @@ from lanindex.search.match.arrays import (
     smallest_in,
 )
 from lanindex.search.match.batch import Batch, split
-from lanindex.search.match.finder import MOST_ROWS, Finder, Recordings, Watch
+from lanindex.search.match.finder import MOST_ROWS, Finder, Watch
 from lanindex.search.match.hits import ExactHits, staying
 from lanindex.search.match.relations import RELATIONS, Margins, SpanIndex, Spans, margins_of
 from lanindex.search.plan import NEGATIONS, Companion, Program, plan
@@ -62,26 +60,21 @@ Result = TypeVar("Result")
 
 
 def find(
-    query: Query,
-    roster: Roster,
-    columns: Mapping[str, Columns],
-    recordings: Recordings,
+    finder: Finder,
     allowance: Allowance,
-    *,
-    tolerance: Fraction = TOLERANCE,
     overlaps: str = "none",
-    best: int | None = None,
     watch: Watch | None = None,
-    memory: int | None = None,
+    best: int | None = None,
     refused: list[LanindexError] | None = None,
 ) -> FuzzyHits:
-    """Find what is nearly a pattern; a `UsageError` where the pattern says what has no edits.
+    """Find what is nearly the query of a finder; a `UsageError` where that has no edits.
 
-    The parameters are those of `lanindex.search.match.Finder` and its `find`, but that overlaps
-    ``none`` means the match that differs least of those that share frames. Hits come by capture,
-    start and end, where they are not the best. Their fit is the smallest margin of the symbols that
-    match without an edit, lowered in proportion to the edits.
+    The other parameters are those of `Finder.find`, but that overlaps ``none`` means the match that
+    differs least of those that share frames. Hits come by capture, start and end, where they are
+    not the best. Their fit is the smallest margin of the symbols that match without an edit,
+    lowered in proportion to the edits.
     """
+    query = finder.query
     if query.rhythm or query.where:
         raise UsageError(
             'a fuzzy search cannot count edits in "where" and "rhythm"',
@@ -96,12 +89,8 @@ def find(
     for number, net in enumerate(net for one in plans for net in one.nets):
         net.number = number
 
-    def finder(query: Query) -> Finder:
-        own = {part: columns[part] for part in query.parts}
-        return Finder(query, roster, own, recordings, tolerance, memory)
-
-    search = _Search(finder, finder(query), plans, len(roster), columns, overlaps, watch)
-    with limited_to(memory):
+    search = _Search(finder, plans, overlaps, watch)
+    with limited_to(finder.memory):
         if any(one.leaps for one in plans):
             search.exact = search.exactly(query)
             found = search.found()
@@ -135,11 +124,8 @@ def _opened(pattern: Choice) -> Choice:
 class _Search:
     """A search for some plans; `finder` holds the captures, `exact` are exact hits to add."""
 
-    finder_of: Callable[[Query], Finder]
     finder: Finder
     plans: list[Plan]
-    captures: int
-    columns: Mapping[str, Columns]
     overlaps: str
     watch: Watch | None
     exact: ExactHits | None = None
@@ -149,12 +135,12 @@ class _Search:
     @cached_property
     def lines(self) -> list[tuple[Line, int]]:
         """All lines by their numbers, each with how many steps its plan has."""
-        plans = [one.within(self.columns, one.most) for one in self.plans]
+        plans = [one.within(self.finder.columns, one.most) for one in self.plans]
         return [(line, one.steps) for one in plans for sides in one.lines for line in sides]
 
     def exactly(self, query: Query, among: IntArray | None = None) -> ExactHits:
         """Return all exact hits, in some captures; None: in all."""
-        finder = self.finder_of(query)
+        finder = self.finder.of(query)
         found = finder.find("all", self.watch, refused=[], among=among)
         self.refused |= finder.refused
         return found
@@ -170,7 +156,7 @@ class _Search:
         enough of them, no other can be among the best.
         """
         for clear in CLEAR:
-            plans, bounds = self._within(BUCKETS - clear, clear), np.zeros(self.captures)
+            plans, bounds = self._within(BUCKETS - clear, clear), np.zeros(len(self.finder.roster))
             fitting = self._in_batches(lambda one, batch: one.bounds(batch, self.ask), plans)
             for places, most in fitting:
                 bounds[places] = np.max(most, axis=0)
@@ -188,7 +174,7 @@ class _Search:
     def _within(self, most: int, clear: int = 0) -> list[Plan]:
         """Return the plans for matches that fit well enough, in steps of a margin less than 1."""
         limit = UNIT * most // BUCKETS
-        return [it.within(self.columns, it.steps * limit, clear) for it in self.plans]
+        return [it.within(self.finder.columns, it.steps * limit, clear) for it in self.plans]
 
     def _in_batches(
         self,
@@ -209,7 +195,7 @@ class _Search:
             own = self.finder.batch(batch[some])
             return [work(one, own) for one in plans]
 
-        for batch in split(self.columns.values(), places, MOST_ROWS):
+        for batch in split(self.finder.columns.values(), places, MOST_ROWS):
             for some, found in self.finder.in_parts(partial(of_each, batch), batch):
                 if isinstance(found, LanindexError):
                     self.refused[int(batch[some[0]])] = found
@@ -219,7 +205,7 @@ class _Search:
     def ask(self) -> None:
         """Ask whether to go on."""
         if self.watch:
-            self.watch(self.done, self.captures)
+            self.watch(self.done, len(self.finder.roster))
 
     def _among(self, plans: list[Plan], places: IntArray | None = None) -> FuzzyHits:
         """Return all hits in some captures; None: in all."""

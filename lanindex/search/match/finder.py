@@ -75,8 +75,8 @@ class Finder:
         tolerance: Fraction = TOLERANCE,
         memory: int | None = None,
     ) -> None:
-        self._query, self._roster, self._columns = query, roster, columns
-        self._tolerance, self._memory, self._recordings = tolerance, memory, recordings
+        self.query, self.roster, self.columns = query, roster, columns
+        self.memory, self._tolerance, self._recordings = memory, tolerance, recordings
         self._programs, self._clauses = plan(query), Clauses(query)
         self._rewrites = [Rewrites(it) for it in self._programs]
         self.fetched: dict[int, Recording] = {}
@@ -102,8 +102,8 @@ class Finder:
         errors = self.refused = {}
         try:
             places = self._possible() if among is None else among
-            with limited_to(self._memory):
-                batches = split(self._columns.values(), places, MOST_ROWS)
+            with limited_to(self.memory):
+                batches = split(self.columns.values(), places, MOST_ROWS)
                 hits = together([NO_HITS, *(it for own in batches for it in self._among(own))])
             if refused is None and errors:
                 raise errors[min(errors)]
@@ -117,9 +117,15 @@ class Finder:
         finally:
             self._watch = None  # hits that are looked at later on are not watched
 
+    def of(self, query: Query) -> Finder:
+        """Return what searches for another query in the same columns."""
+        columns = {part: self.columns[part] for part in query.parts}
+        given = self._recordings, self._tolerance, self.memory
+        return Finder(query, self.roster, columns, *given)
+
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
-        self.fetched = dict(zip(places, self._recordings(places, self._query.parts), strict=True))
+        self.fetched = dict(zip(places, self._recordings(places, self.query.parts), strict=True))
 
     def captures(self, places: Sequence[int]) -> list[Capture]:
         """Return captures by their places in the roster."""
@@ -127,7 +133,7 @@ class Finder:
 
     def numbers(self, places: IntArray) -> IntArray:
         """Return the numbers of captures by their places in the roster."""
-        return self._roster.number[places]
+        return self.roster.number[places]
 
     def hits(self, hits: HitTable) -> list[Hit]:
         """Return the hits of a table as objects."""
@@ -135,7 +141,7 @@ class Finder:
         if not self.fetched.keys() >= {*captures}:
             self.fetch(captures)
         made: dict[int, Hit] = {}
-        with limited_to(self._memory):
+        with limited_to(self.memory):
             for some, found in self.in_parts(partial(self._made, hits), hits.capture):
                 if isinstance(found, LanindexError):
                     raise found
@@ -149,7 +155,7 @@ class Finder:
         batch, given = self.batch(here), (self._captures(here), self._tick(here))
         recordings = [self.fetched[place] for place in here.tolist()]
         traces: list[Trace] = []
-        for place, one in enumerate(traced(hits, self._query, self._rewrites, batch, *given)):
+        for place, one in enumerate(traced(hits, self.query, self._rewrites, batch, *given)):
             if one is None:
                 raise LanindexError(
                     f"a hit at frame {hits.low[place]} is not there any more",
@@ -194,14 +200,14 @@ class Finder:
 
     def _possible(self) -> IntArray:
         """Return the captures that can have a hit; all of them where they are few."""
-        every = np.arange(len(self._roster))
+        every = np.arange(len(self.roster))
         if len(every) < MANY:
             return every
-        return np.flatnonzero(possible(self._programs, self._columns, len(every)))
+        return np.flatnonzero(possible(self._programs, self.columns, len(every)))
 
     def batch(self, places: IntArray) -> Batch:
         """Return some captures as a batch."""
-        return Batch(self._roster, self._columns, places, self._tolerance)
+        return Batch(self.roster, self.columns, places, self._tolerance)
 
     def _captures(self, here: IntArray) -> Captures:
         """Return a function from places in a batch to captures."""
@@ -211,7 +217,7 @@ class Finder:
         """Return a callback that reports that the search is at some captures."""
         if self._watch is None:
             return lambda: None
-        return partial(self._watch, int(here[0]), len(self._roster))
+        return partial(self._watch, int(here[0]), len(self.roster))
 
     def _among(self, places: IntArray) -> Iterator[HitTable]:
         """Yield all hits in some captures; captures that are refused get an error."""
@@ -273,7 +279,7 @@ class Finder:
         kept, where = np.arange(len(hits)), (hits.capture, hits.low, hits.high)
         if overlaps == "all":
             return kept
-        if not counts(self._query.pattern):
+        if not counts(self.query.pattern):
             kept = np.flatnonzero(nearest(*where))
         return kept[from_left(*(column[kept] for column in where))]
 

@@ -18,6 +18,7 @@ from lanindex.search.fuzzy import Allowance
 from lanindex.search.fuzzy import find as find_in_columns
 from lanindex.search.fuzzy.find import MORE, FuzzyHits, _Search
 from lanindex.search.language import parse
+from lanindex.search.match.finder import Finder
 from lanindex.search.match.hits import CHECK_EVERY, ROUNDS, staying
 
 TRACKS = (
@@ -35,7 +36,8 @@ def find(query, recordings, allowance, **options):
         for part in query.parts
     }
     taken = lambda places, parts: [recordings[place] for place in places]  # noqa: E731
-    return find_in_columns(query, roster_of(captures), columns, taken, allowance, **options)
+    finder = Finder(query, roster_of(captures), columns, taken)
+    return find_in_columns(finder, allowance, **options)
 
 
 def recordings():
@@ -182,7 +184,8 @@ def test_the_best_are_found_where_few_captures_are_looked_at(monkeypatch):
 
     monkeypatch.setattr(_Search, "_among", counted)
     allowance = Allowance.read("2")
-    best = find_in_columns(query, roster_of(captures), columns, taken, allowance, best=2)
+    finder = Finder(query, roster_of(captures), columns, taken)
+    best = find_in_columns(finder, allowance, best=2)
     assert [hit.fit for hit in best] == [1, 1]
     assert max(looked_at) <= 2 * MORE
     assert len(asked) == 2
@@ -203,8 +206,9 @@ def test_nothing_is_kept_of_columns_that_nobody_has():
     columns = {"r_arm": columns_of("r_arm", [one.capture], [one.tracks["r_arm"]])}
     left = [weakref.ref(columns["r_arm"]), weakref.ref(columns["r_arm"].cell)]
     query, allowance = parse("r_arm low -> high"), Allowance.read("1")
-    assert len(find_in_columns(query, roster_of([one.capture]), columns, None, allowance))
-    del columns
+    finder = Finder(query, roster_of([one.capture]), columns, None)
+    assert len(find_in_columns(finder, allowance))
+    del columns, finder
     assert [it() for it in left] == [None, None]
 
 
