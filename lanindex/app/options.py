@@ -105,8 +105,11 @@ class Group:
         self.options = [one for name, one in parameters.items() if name not in fixed]
 
 
-def ungrouped(verb: Callable[..., None]) -> Callable[..., None]:
-    """Return a verb that takes each option of its groups by itself, as typer wants it."""
+def ungrouped(verb: Callable[..., int | None]) -> Callable[..., None]:
+    """Return a verb that takes each option of its groups by itself, as typer wants it.
+
+    What the verb returns is its exit code.
+    """
     signature = inspect.signature(verb, eval_str=True)
     groups: dict[str, Group] = {}
     parameters: list[inspect.Parameter] = []
@@ -120,12 +123,22 @@ def ungrouped(verb: Callable[..., None]) -> Callable[..., None]:
     def call(**values: Any) -> None:
         for name, group in groups.items():
             values[name] = group.make(**{one.name: values.pop(one.name) for one in group.options})
-        verb(**values)
+        if code := verb(**values):
+            raise typer.Exit(int(code))
 
     call.__doc__ = verb.__doc__
     call.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     call.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
     return call
+
+
+def _output(
+    json: bool = flag("--json", "Print JSON lines."),
+    quiet: bool = option(False, None, "Print results and errors only.", "-q", "--quiet"),
+    verbose: bool = option(False, None, "Print more on standard error.", "-v", "--verbose"),
+    color: str = option("auto", "auto|always|never", "When to use colour."),
+) -> Output:
+    return Output(json, quiet, verbose, color)
 
 
 def _reading(
@@ -178,10 +191,10 @@ def _matching(
     return {**how, "near": near, "fuzzy": fuzzy}
 
 
-Out = Annotated[Output, Group(Output)]
-PlainOut = Annotated[Output, Group(Output, json=False)]
-ColorOut = Annotated[Output, Group(Output, json=False, quiet=False, verbose=False)]
-DbOut = Annotated[Output, Group(Output, verbose=False)]
+Out = Annotated[Output, Group(_output)]
+PlainOut = Annotated[Output, Group(_output, json=False)]
+ColorOut = Annotated[Output, Group(_output, json=False, quiet=False, verbose=False)]
+DbOut = Annotated[Output, Group(_output, verbose=False)]
 Reading = Annotated[Any, Group(_reading)]
 FilmReading = Annotated[Any, Group(_reading, fps=None)]  # where --fps is that of a film
 Selected = Annotated[Selection, Group(_selection)]

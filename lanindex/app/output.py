@@ -14,9 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated, Any, TextIO
-
-import typer
+from typing import TYPE_CHECKING, Any, TextIO
 
 from lanindex.errors import PatternError, UsageError
 
@@ -67,16 +65,10 @@ def escaped(text: str) -> str:
 class Output:
     """What the user asked to see."""
 
-    json: Annotated[bool, typer.Option("--json", help="Print JSON lines.")] = False
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print results and errors only.")] = (
-        False
-    )
-    verbose: Annotated[
-        bool, typer.Option("-v", "--verbose", help="Print more on standard error.")
-    ] = False
-    color: Annotated[str, typer.Option(metavar="auto|always|never", help="When to use colour.")] = (
-        "auto"
-    )
+    json: bool = False
+    quiet: bool = False
+    verbose: bool = False
+    color: str = "auto"
 
     def __post_init__(self) -> None:
         """Check the choice of colour."""
@@ -139,6 +131,11 @@ class Output:
         """Print a note on standard error, unless --quiet."""
         if not self.quiet:
             _say(escaped(line), sys.stderr)
+
+    def notes(self, lines: Iterable[str], about: object = "") -> None:
+        """Print notes, each behind what it is about."""
+        for line in lines:
+            self.note(f"{about}: {line}" if about else line)
 
     def detail(self, line: str) -> None:
         """Print a note on standard error if --verbose."""
@@ -253,7 +250,13 @@ def say_error(error: Exception | str) -> None:
     if drawing is not error:
         _say(f"lanindex: {escaped(text)}", sys.stderr)
     if drawing is not None:
-        _say(_drawn(drawing), sys.stderr)
+        line, start, stop = drawing.line()
+        before, meant = escaped(line[:start]), escaped(line[start:stop])
+        if drawing.place:
+            _say(f"{escaped(drawing.place)}:", sys.stderr)
+        _say(f"{before}{meant}{escaped(line[stop:])}", sys.stderr)
+        _say(" " * width(before) + "^" * max(1, width(meant)), sys.stderr)
+        _say(escaped(drawing.found), sys.stderr)
 
 
 def duration(seconds: float) -> str:
@@ -311,15 +314,6 @@ def _encode(*, ascii: bool) -> Callable[[Any], str]:
     from json import JSONEncoder
 
     return JSONEncoder(ensure_ascii=ascii, check_circular=False).encode
-
-
-def _drawn(error: PatternError) -> str:
-    """Return a pattern error with its caret below the word, counting wide characters."""
-    line, start, stop = error.line()
-    before, meant = escaped(line[:start]), escaped(line[start:stop])
-    caret = " " * width(before) + "^" * max(1, width(meant))
-    place = f"{escaped(error.place)}:\n" if error.place else ""
-    return f"{place}{before}{meant}{escaped(line[stop:])}\n{caret}\n{escaped(error.found)}"
 
 
 def width(text: str) -> int:
@@ -402,7 +396,7 @@ def aligned(lines: Sequence[Sequence[str]]) -> Iterator[str]:
 
 def _fitted(columns: Sequence[Sequence[str]]) -> list[int]:
     widths = [max(map(width, column)) for column in columns]
-    words = [at for at, column in enumerate(columns) if any(map(_worded, column[1:]))]
+    words = [at for at, column in enumerate(columns) if any(map(str.isalpha, "".join(column[1:])))]
     over = sum(widths) + 2 * (len(widths) - 1) - room()
     while over > 0 and (wide := [at for at in words if widths[at] > LEAST]):
         widest, *others = sorted(wide, key=lambda at: -widths[at])
@@ -418,15 +412,8 @@ def room() -> int:
     return shutil.get_terminal_size().columns
 
 
-def _worded(cell: str) -> bool:
-    return any(map(str.isalpha, cell))
-
-
 def _padded(cell: str, most: int) -> str:
     cell = cut(cell, most)
     space = " " * (most - width(cell))
-    return space + cell if _numeric(cell) else cell + space
-
-
-def _numeric(cell: str) -> bool:
-    return cell.replace(".", "", 1).lstrip("-").isdigit()
+    numeric = cell.replace(".", "", 1).lstrip("-").isdigit()
+    return space + cell if numeric else cell + space

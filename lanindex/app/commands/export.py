@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from lanindex.app import completion, options
 from lanindex.app.commands.search import pattern_of
 from lanindex.app.options import argument, option
@@ -92,7 +90,7 @@ def run(
     force: options.Force = False,
     db: options.Db = options.DB,
     out: options.Out,
-) -> None:
+) -> int:
     """Write hits as clips, in their own format or another.
 
     A clip in its source's format is cut out of it, byte for byte where the format allows that. In
@@ -119,8 +117,7 @@ def run(
             groups = _groups(out, library, source, dataset.patterns, how)
             end_progress()
             written = _dataset(out, library, groups, folder, dataset, how, pad, force)
-    if library.refused or not written:
-        raise typer.Exit(2 if library.refused else 1)
+    return 2 if library.refused else not written
 
 
 def _check_source(

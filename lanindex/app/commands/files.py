@@ -10,8 +10,6 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from lanindex.app import options
 from lanindex.app.options import argument, flag, option
 from lanindex.app.output import Output, counted, duration, say_error
@@ -36,7 +34,7 @@ def ingest(
     dry_run: bool = flag("--dry-run", "Read and say what would be done; store nothing."),
     db: options.Db = options.DB,
     out: options.Out,
-) -> None:
+) -> int:
     """Read captures and scores into the library.
 
     Folders are searched through; unchanged files are skipped. A file that cannot be read is
@@ -57,7 +55,7 @@ def ingest(
         left_out = _left_out(others, labels, db)
         but = f", but {left_out}" if left_out else ""
         out.note(f"no capture or score in {' '.join(paths)}{but}")
-        raise typer.Exit(1)
+        return 1
     table = {} if labels is None else read_labels(labels, files)
     jobs = _processes(out, files, jobs)
     tally, read, beside = Counter[str](), list[str](), set[str]()
@@ -88,8 +86,7 @@ def ingest(
         out.note(f"{counted(tally['warnings'], 'warning')}: {more} more")
     if tally["finer"]:
         out.detail(f"grid finer than 1/{division} of a unit: {counted(tally['finer'], 'score')}")
-    if tally["failed"]:
-        raise typer.Exit(2)
+    return 2 if tally["failed"] else 0
 
 
 def _processes(out: Output, files: list[str], requested: int | None) -> int:
@@ -124,16 +121,10 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
 def _report(out: Output, outcome: Outcome) -> None:
     """Print what became of a file."""
     if out.json:
-        record: dict[str, Any] = {
-            "capture": outcome.path,
-            "status": outcome.status,
-            "frames": outcome.frames,
-            "symbols": outcome.symbols,
-            **({"tempo": outcome.tempo} if outcome.tempo else {}),
-            "warnings": list(outcome.warnings),
-            "error": outcome.error,
-        }
-        out.record(record)
+        tempo = {"tempo": outcome.tempo} if outcome.tempo else {}
+        counts = {"frames": outcome.frames, "symbols": outcome.symbols, **tempo}
+        rest = {"warnings": list(outcome.warnings), "error": outcome.error}
+        out.record({"capture": outcome.path, "status": outcome.status, **counts, **rest})
     if outcome.error:
         say_error(outcome.error)
     if outcome.tempo:
@@ -190,8 +181,7 @@ def animate(
         out.content(content.decode())
     else:
         write_all([(target, content)], force=force, sources=[score])
-    for warning in motion.warnings:
-        out.note(f"{score}: {warning}")
+    out.notes(motion.warnings, score)
     out.note(f"{target}: {len(motion)} frames at {float(rate):g} Hz, {motion.seconds:.2f} s")
 
 
@@ -227,8 +217,7 @@ def convert(
         raise UsageError(f"beats in {form}", place="--tempo", wanted="--to lnd, which counts them")
     if form in WRITTEN:
         score = convert.score_of(file, reading, profile, origin=origin)
-        for line in score.warnings:
-            out.note(f"{file}: {line}")
+        out.notes(score.warnings, file)
         if lost := left_out(score, form):
             out.note(f"{NOTATIONS[form].title} has no room for {' '.join(lost)}")
         content = convert.notated(score, form, into, force=force, media=media)
@@ -236,14 +225,12 @@ def convert(
     else:
         motion = convert.motion_of(file, reading, origin=origin)
         files, notes = convert.files_of(motion, form, target)
-        for line in (*motion.warnings, *notes):
-            out.note(f"{file}: {line}")
+        out.notes((*motion.warnings, *notes), file)
     if target == options.STDOUT:
         out.content(content.decode())
         return
     write_all(files, force=force or target == into, sources=[file])
-    for path, _ in files:
-        out.note(str(path))
+    out.notes(str(path) for path, _ in files)
 
 
 def inspect(

@@ -16,7 +16,6 @@ from lanindex.app.output import Output, counted, cut, duration, room
 from lanindex.errors import LanindexError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
-    from lanindex.pipeline import Library
     from lanindex.search.dictionary import Entry
 
 SEARCHES = (
@@ -70,7 +69,12 @@ def demo(
             f"and wrote them down: {stats.symbols:,} symbols."
         )
         for pattern, meaning in SEARCHES:
-            _search(out, library, pattern, meaning)
+            hits = hits_in(library.search(pattern))
+            out.line()
+            out.line(out.paint(f'$ lanindex search "{pattern}"', "match"))
+            out.line(out.paint(f"# {meaning}", "dim"))
+            formatting.hits(out, hits[:3], pattern)
+            out.line(f"{counted(len(hits), 'hit')} in {counted(hits.captures, 'capture')}")
         pattern = SEARCHES[0][0]
         clips = library.export(
             hits_in(library.search(pattern)), place / "clips", pad="0.5s", force=True
@@ -83,17 +87,6 @@ def demo(
     out.line(f'  lanindex search "r_arm rising x2" --db {db}')
     out.line(f"  lanindex show 1 --db {db}")
     out.line("  lanindex ingest YOUR_FOLDER    # then search without --db")
-
-
-def _search(out: Output, library: Library, pattern: str, meaning: str) -> None:
-    from lanindex.search.hits import hits_in
-
-    hits = hits_in(library.search(pattern))
-    out.line()
-    out.line(out.paint(f'$ lanindex search "{pattern}"', "match"))
-    out.line(out.paint(f"# {meaning}", "dim"))
-    formatting.hits(out, hits[:3], pattern)
-    out.line(f"{counted(len(hits), 'hit')} in {counted(hits.captures, 'capture')}")
 
 
 def corpus() -> Path:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
-
-import typer
 
 import lanindex
 from lanindex import records
@@ -31,7 +30,7 @@ def list_captures(
     doubts: bool = flag("--doubts", "Only those that were doubtful to read, and why."),
     db: options.Db = options.DB,
     out: options.Out,
-) -> None:
+) -> int:
     """List the captures in the library."""
     with lanindex.open_library(db, readonly=True) as library:
         captures = library.captures(selection)
@@ -56,8 +55,7 @@ def list_captures(
         ]
         out.table(("id", "path", "label", "fps", "frames", "seconds"), rows)
     out.note(f"{counted(len(captures), 'capture')}, {duration(sum(seconds))}")
-    if not captures:
-        raise typer.Exit(1)
+    return not captures
 
 
 def show(
@@ -71,7 +69,7 @@ def show(
     force: options.Force = False,
     db: options.Db = options.DB,
     out: options.Out,
-) -> None:
+) -> int:
     """Show the symbols of a capture.
 
     A star marks what is only passed on the way; it stands in no score. Speed is the highest, in
@@ -101,6 +99,8 @@ def show(
         symbols = 0
         if output is not None:
             symbols = _save(output, form, captures, force)
+            if not symbols:
+                return 1
         for found, tracks in captures:  # none is left where they were saved
             if staff:
                 shown = [it for it in tracks if len(tracks[it]) and it in (part or tracks)]
@@ -111,24 +111,24 @@ def show(
                 _show(out, found, tracks)
                 symbols += sum(map(len, tracks.values()))
     out.note(counted(symbols, "symbol"))
-    if not symbols:
-        raise typer.Exit(1)
+    return not symbols
 
 
 def _save(output: Path, form: str, captures: Captures, force: bool) -> int:
     """Write symbols into a table as they come, and return their number; none: no file."""
     from lanindex.notation import TABLES
     from lanindex.notation.tables import rows_in
-    from lanindex.pipeline.files import write_all
+    from lanindex.pipeline.files import refuse, write_all
 
+    refuse(output, force=force)
     rows = (row for capture, tracks in captures for row in rows_in(capture, tracks))
-    count = 0
+    first, count = next(rows, None), 0
+    if first is None:
+        return 0
 
     def write(file: IO[bytes]) -> None:
         nonlocal count
-        count = TABLES[form].member("save")(rows, file)
-        if not count:
-            raise typer.Exit(1)
+        count = TABLES[form].member("save")(chain([first], rows), file)
 
     write_all([(output, write)], force=force)
     return count
@@ -176,7 +176,7 @@ def remove(
     dry_run: bool = flag("--dry-run", "Say what would be removed; change nothing."),
     db: options.Db = options.DB,
     out: options.Out,
-) -> None:
+) -> int:
     """Remove captures from the library, all or none; their files stay.
 
     Exits with 1 if there is nothing to remove.
@@ -200,8 +200,7 @@ def remove(
         out.table(("id", "path"), [(capture.id, capture.path) for capture in chosen])
     gone = len(chosen) + len(damaged)
     out.note(f"{counted(gone, 'capture')} {'would be ' if dry_run else ''}removed")
-    if not gone:
-        raise typer.Exit(1)
+    return not gone
 
 
 def _named(library: Library, names: list[str], readable: bool) -> tuple[list[Capture], list[int]]:
@@ -219,14 +218,13 @@ def _named(library: Library, names: list[str], readable: bool) -> tuple[list[Cap
     return list(found.values()), damaged
 
 
-def status(db: options.Db = options.DB, *, out: options.DbOut) -> None:
+def status(db: options.Db = options.DB, *, out: options.DbOut) -> int:
     """Say whether the library fits this program; exits with 1 if it is older or newer."""
     from lanindex.library import migrate
 
     status = migrate.status(db)
     _print_status(out, status)
-    if status.state != "current":
-        raise typer.Exit(1)
+    return status.state != "current"
 
 
 def upgrade(db: options.Db = options.DB, *, out: options.DbOut) -> None:
@@ -236,7 +234,7 @@ def upgrade(db: options.Db = options.DB, *, out: options.DbOut) -> None:
     _print_status(out, migrate.upgrade(db))
 
 
-def check(db: options.Db = options.DB, *, out: options.DbOut) -> None:
+def check(db: options.Db = options.DB, *, out: options.DbOut) -> int:
     """Look for damage; exits with 1 if there is any."""
     from lanindex.library import migrate
 
@@ -247,8 +245,7 @@ def check(db: options.Db = options.DB, *, out: options.DbOut) -> None:
         else:
             out.line(sentence)
     out.note(f"{db}: {len(damage) or 'no'} damage{'s' if len(damage) > 1 else ''} found")
-    if damage:
-        raise typer.Exit(1)
+    return bool(damage)
 
 
 db = {"status": status, "upgrade": upgrade, "check": check}

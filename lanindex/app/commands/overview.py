@@ -8,8 +8,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
 import lanindex
 from lanindex import records
 from lanindex.app import options
@@ -37,7 +35,7 @@ def stats(
     force: options.Force = False,
     db: options.Db = options.DB,
     out: options.Out,
-) -> None:
+) -> int:
     """Summarize the library; with --by or --plot, how movement is spread in it.
 
     For each group: where each part goes, from where, how often. For two groups: how they differ.
@@ -47,7 +45,8 @@ def stats(
     dependent("--force", force, on="--plot", given=plot)
     with lanindex.open_library(db, readonly=True) as library:
         if not any((by, part, plot, selection.globs)):
-            return _summarize(out, library.stats())
+            _summarize(out, library.stats())
+            return 0
         movement = library.movement(
             by=by or "", compared=compare, parts=part or (), selection=selection
         )
@@ -70,8 +69,7 @@ def stats(
         if len(groups) == 2:
             out.line()
             _differences(out, movement)
-    if not any(movement.groups.values()):
-        raise typer.Exit(1)
+    return not any(movement.groups.values())
 
 
 def _summarize(out: Output, stats: Stats) -> None:
@@ -152,7 +150,7 @@ def motifs(
     timeout: options.Timeout = None,
     db: options.Db = options.DB,
     out: options.Out,
-) -> None:
+) -> int:
     """List sequences of symbols that recur.
 
     Each is a pattern that can be pasted into a search and has as many hits there. The motif that
@@ -176,13 +174,11 @@ def motifs(
     shown = motifs[: limit or (MOTIFS_ON_TERMINAL if out.terminal else None)]
     for motif in shown:
         _motif(out, motif, result)
-    for line in result.notes:
-        out.note(line)
+    out.notes(result.notes)
     _note_sample(out, result, "were looked through: --all looks through all")
     cut, captures = cut_note(len(shown), len(motifs)), counted(result.captures, "capture")
     out.note(f"{counted(len(motifs), 'motif')} in {captures}{cut}")
-    if not motifs:
-        raise typer.Exit(1)
+    return not motifs
 
 
 def _note_sample(out: Output, result: Motifs | Groups, remedy: str) -> None:
@@ -216,7 +212,7 @@ def similar(
     timeout: options.Timeout = None,
     db: options.Db = options.DB,
     out: options.Out,
-) -> None:
+) -> int:
     """Group captures that are alike.
 
     Groups are joined while their captures are alike on average. Each starts with the capture that
@@ -252,8 +248,7 @@ def similar(
         count, single = count - alone, f"; {counted(alone, 'capture')} like no other"
     captures = counted(result.captures, "capture")
     out.note(f"{counted(count, 'group')} of {captures}{single if alone else ''}")
-    if not result.groups:
-        raise typer.Exit(1)
+    return not result.groups
 
 
 def _group(out: Output, group: Similar) -> tuple[str, ...]:
@@ -280,7 +275,7 @@ def evaluate(
     timeout: options.Timeout = None,
     *,
     out: options.Out,
-) -> None:
+) -> int:
     """Measure patterns against labelled captures.
 
     A clip is found if a pattern has at least one hit in it. Files that are both in FOLDER and in
@@ -325,14 +320,13 @@ def evaluate(
         out.line(", ".join((f"mean F1 {mean:.3f} ± {error:.3f}", *counts)))
     if mean is None:
         out.note("nothing was measured: no clip has a label that a pattern should find")
-    if failed or any(result.refused for result in results):
-        raise typer.Exit(2)
-    if mean is None:
-        raise typer.Exit(1)
+    return 2 if failed or any(result.refused for result in results) else mean is None
 
 
 def _results(out: Output, results: list[Result], misses: bool) -> None:
     """Print the figures of each pattern, and the clips that were judged wrongly if `misses`."""
+    from lanindex.model.capture import in_words
+
     records = [result.record(misses=misses and out.json) for result in results]
     if out.json:
         return out.records(records)
@@ -343,17 +337,11 @@ def _results(out: Output, results: list[Result], misses: bool) -> None:
         rows.append((record["name"], *values, *(record[key] for key in counts)))
     out.table(("pattern", *figures, "right", "wrong", "missed"), rows)
     for result in results if misses else ():
-        _misses(out, result)
-
-
-def _misses(out: Output, result: Result) -> None:
-    from lanindex.model.capture import in_words
-
-    for miss in result.misses:
-        kind = "wrongly" if miss.hit else "missed"
-        out.line(f"{result.expectation.name}: {kind} {miss.capture.path} ({miss.capture.label})")
-        if miss.hit:
-            span, symbols = miss.hit.span, ", ".join(in_words(miss.hit.symbols))
-            out.line(f"    frames {span.start}-{span.stop}: {symbols}")
-        else:
-            out.line(f"    {result.obstacle(miss)}")
+        for miss in result.misses:
+            kind, capture = "wrongly" if miss.hit else "missed", miss.capture
+            out.line(f"{result.expectation.name}: {kind} {capture.path} ({capture.label})")
+            if miss.hit:
+                span, symbols = miss.hit.span, ", ".join(in_words(miss.hit.symbols))
+                out.line(f"    frames {span.start}-{span.stop}: {symbols}")
+            else:
+                out.line(f"    {result.obstacle(miss)}")

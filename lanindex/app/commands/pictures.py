@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import typer
 
 from lanindex import records
 from lanindex.app import options
@@ -19,8 +17,8 @@ from lanindex.errors import LanindexError, UsageError
 from lanindex.pipeline.files import refuse, safe_stem, write_all
 
 if TYPE_CHECKING:
-    from lanindex.compare import Comparison, Difference, Timed
-    from lanindex.model import Reading, Score, Symbol
+    from lanindex.compare import Difference, Timed
+    from lanindex.model import Reading, Symbol
     from lanindex.pipeline.named import Named
 
 TRACKS_NAMED = 6  # tracks that only one score has, as many as `diff` names
@@ -72,8 +70,7 @@ def score(
         marked=_marked(out, named, highlight, words),
         legend=legend,
     )
-    for warning in picture.warnings:
-        out.note(f"{named.title}: {warning}")
+    out.notes(picture.warnings, named.title)
     content = rendered(picture, form, scale or 1.0)
     if target == options.STDOUT:
         out.content(content.decode())
@@ -91,8 +88,7 @@ def _named(
 
     library = partial(Store.open, db, readonly=True)
     result = named(options.one_line(text), library, reading, profile=profile)
-    for warning in () if result.capture else result.score.warnings:
-        out.note(f"{result.path}: {warning}")
+    out.notes(() if result.capture else result.score.warnings, result.path)
     return result
 
 
@@ -156,8 +152,8 @@ def play(
         named = resolve(options.one_line(capture), library, reading, profile=profile)
         motion = motion_of(named, library, reading, rate)
     if not named.capture:
-        for warning in dict.fromkeys((*named.score.warnings, *motion.warnings)):
-            out.note(f"{named.path}: {_with_file_fps(warning)}")
+        warnings = dict.fromkeys((*named.score.warnings, *motion.warnings))
+        out.notes(map(_with_file_fps, warnings), named.path)
     film = Film(
         figure(motion),
         named.score,
@@ -172,8 +168,7 @@ def play(
     )
     shown = partial(out.progress, total=len(film), noun="frames")
     write_all([(target, film.written(form, shown))], force=force, sources=[named.path])
-    for warning in film.staff.warnings:
-        out.note(f"{named.title}: {warning}")
+    out.notes(film.staff.warnings, named.title)
     seconds = float(len(film) / film.rate)
     out.note(f"{target}: {len(film)} frames at {float(rate):g} Hz, {seconds:.2f} s")
 
@@ -205,7 +200,7 @@ def diff(
     db: options.Db = options.DB,
     *,
     out: options.Out,
-) -> None:
+) -> int:
     """Compare two captures or scores, symbol by symbol.
 
     The symbols of a track are aligned in order, so that as few as possible are left out, added or
@@ -221,26 +216,39 @@ def diff(
     named = [_named(out, text, db, profile) for text in (one, other)]
     scores = [excerpt(it.score, it.span) for it in named]
     compared = compare(*scores, parts=options.names(parts), tolerance=tolerance)
+    differences = compared.differences
     if output is not None:
-        content = _both(out, output, named, scores, compared, options.names(parts), bars, scale)
+        from lanindex.draw.staff import BARS, draw_pair
+        from lanindex.draw.svg import FORMS, rendered
+
+        form = options.ending(output, FORMS)
+        beats = all(it.counted for it in named) and scores[0].meter == scores[1].meter
+        picture = draw_pair(
+            scores,
+            [
+                [it.one.symbol for it in differences if it.one],
+                [it.other.symbol for it in differences if it.other],
+            ],
+            titles=[it.title for it in named],
+            parts=options.names(parts),
+            bars=bars or BARS,
+            seconds=not beats,
+        )
+        out.notes(picture.warnings)
+        content = rendered(picture, form, scale or 1.0)
         write_all([(output, content)], force=force, sources=[it.path for it in named])
     if out.json:
-        out.records(map(records.of_difference, compared.differences))
-    elif compared.differences:
-        rows = [
-            (it.part, *_cells(it.one), *_cells(it.other), _change(it))
-            for it in compared.differences
-        ]
+        out.records(map(records.of_difference, differences))
+    elif differences:
+        rows = [(it.part, *_cells(it.one), *_cells(it.other), _change(it)) for it in differences]
         out.table(("part", "A", "seconds", "B", "seconds", "B is"), rows)
     for it, only in zip(named, compared.only, strict=True):
         if only:
             more = f" and {len(only) - TRACKS_NAMED} more" if len(only) > TRACKS_NAMED else ""
             out.note(f"only {it.title} tells of {', '.join(only[:TRACKS_NAMED])}{more}")
-    count, tracks = len(compared.differences), counted(len(compared.parts), "track")
-    same = counted(compared.same, "symbol")
-    out.note(f"{counted(count, 'difference')} in {tracks}, {same} the same")
-    if compared.differences:
-        raise typer.Exit(1)
+    tracks, same = counted(len(compared.parts), "track"), counted(compared.same, "symbol")
+    out.note(f"{counted(len(differences), 'difference')} in {tracks}, {same} the same")
+    return bool(differences)
 
 
 def _cells(it: Timed | None) -> tuple[str, str]:
@@ -257,37 +265,3 @@ def _change(it: Difference) -> str:
         for seconds, less, more in ((round(it, 2), less, more) for it, less, more in changes)
         if seconds
     )
-
-
-def _both(
-    out: Output,
-    target: Path,
-    named: Sequence[Named],
-    scores: Sequence[Score],
-    compared: Comparison,
-    parts: list[str] | None,
-    bars: int | None,
-    scale: float | None,
-) -> bytes:
-    """Return both staves as a file's content, with bands over what differs."""
-    from lanindex.draw.staff import BARS, draw_pair
-    from lanindex.draw.svg import FORMS, rendered
-
-    form = options.ending(target, FORMS)
-    differences = compared.differences
-    marked = [
-        [it.one.symbol for it in differences if it.one],
-        [it.other.symbol for it in differences if it.other],
-    ]
-    beats = named[0].counted and named[1].counted and scores[0].meter == scores[1].meter
-    picture = draw_pair(
-        scores,
-        marked,
-        titles=[it.title for it in named],
-        parts=parts,
-        bars=bars or BARS,
-        seconds=not beats,
-    )
-    for warning in picture.warnings:
-        out.note(warning)
-    return rendered(picture, form, scale or 1.0)

@@ -8,8 +8,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from lanindex import records
 from lanindex.app import completion, formatting, options
 from lanindex.app.options import argument, exclusive, flag, option
@@ -102,7 +100,7 @@ def run(
     view: Annotated[View, options.Group(View)],
     db: options.Db = options.DB,
     out: options.Out,
-) -> None:
+) -> int:
     """Find movement by pattern.
 
     Parts, directions and levels as in Labanotation: "r_arm right mid -> high",
@@ -139,7 +137,8 @@ def run(
             return _why(out, library.why(pattern, options.capture_id(why), **matching))
         if explain:
             text = library.explain(pattern, selection, strict=matching["strict"], plan=plan)
-            return out.record({"explain": text}) if out.json else out.text(text)
+            out.record({"explain": text}) if out.json else out.text(text)
+            return 0
         only_best = view.sort == "fit" and matching["fuzzy"] is not None and not view.count
         best = view.limit if only_best else None
         hits = library.search(
@@ -156,10 +155,8 @@ def run(
             _hits(out, library, hits, view, best)
         if not hits and not out.quiet:
             advice = library.suggest(pattern, selection, **matching)
-            for line in [advice.brief] if out.json else str(advice).split("\n"):
-                out.note(line)
-        if library.refused or not hits:
-            raise typer.Exit(2 if library.refused else 1)
+            out.notes([advice.brief] if out.json else str(advice).split("\n"))
+        return 2 if library.refused else not hits
 
 
 def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[str] | None) -> str:
@@ -177,8 +174,7 @@ def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[
         why = absent(name) or "lanindex words"
         out.note(f'no word "{name}" in the dictionary of movement: {why}')
         _note_labelled(out, library, name)
-    for hint in hints(query, words):
-        out.note(hint)
+    out.notes(hints(query, words))
     return query
 
 
@@ -272,8 +268,7 @@ def _draw(out: Output, library: Library, hits: Hits, path: Path, force: bool) ->
 
     write_all(files(), force=force, suspects=partial(suspects, library.store))
     end_progress()
-    for line in troubles[:TROUBLES]:
-        out.note(f"not drawn: {line}")
+    out.notes(troubles[:TROUBLES], "not drawn")
     if len(troubles) > TROUBLES:
         out.note(f"and {len(troubles) - TROUBLES} more, each with its reason in the picture")
     for file, size in sizes:
@@ -301,8 +296,8 @@ def _write_tier(out: Output, hits: Hits, view: View, pattern: str) -> None:
     out.note(f"{place}: {counted(len(entries), 'hit')} in the tier {shown(tier)}")
 
 
-def _why(out: Output, trace: Trace) -> None:
-    """Print how a pattern met one capture; exit with 1 if it has no hits there."""
+def _why(out: Output, trace: Trace) -> bool:
+    """Print how a pattern met one capture, and return whether it has no hits there."""
     from lanindex.search.explain.why import records_of
 
     if trace.refused:
@@ -311,7 +306,7 @@ def _why(out: Output, trace: Trace) -> None:
         out.records(records_of(trace))
     else:
         formatting.trace(out, trace)
-    raise typer.Exit(not trace.hits)
+    return not trace.hits
 
 
 def _like(
@@ -322,8 +317,8 @@ def _like(
     limit: int | None,
     selection: Selection,
     timeout: float | None,
-) -> None:
-    """Print what is like a clip; exit with 1 if nothing is."""
+) -> bool:
+    """Print what is like a clip, and return whether nothing is."""
     most = limit or (ON_TERMINAL if out.terminal else LIKE_LIMIT)
     reach = max(most, LIKE_LIMIT) if rerank else most
     alike = library.like(clip, selection, limit=reach, rerank=rerank, timeout=timeout)
@@ -339,13 +334,11 @@ def _like(
         out.table(("like", "capture", "label", "frames", "seconds", "most in common"), rows)
     else:
         formatting.hits(out, hits, alike.hits.pattern)
-    for line in alike.notes[:3]:
-        out.note(f"not ranked by its joints: {line}")
+    out.notes(alike.notes[:3], "not ranked by its joints")
     if len(alike.notes) > 3:
         out.note(f"and {len(alike.notes) - 3} more")
     if not alike.sure:
         out.note(f"{alike.aligned:,} captures were looked at closely; others might be as like")
     captures = counted(alike.captures, "capture")
     out.note(f"the {len(hits)} most like of {captures}, the likest first")
-    if not alike.hits:
-        raise typer.Exit(1)
+    return not alike.hits
