@@ -1,7 +1,8 @@
-"""Captures, symbols, hits and clips as JSON: the one contract with other programs.
+"""Captures, symbols and hits as JSON: the one contract with other programs.
 
-Every verb's ``--json`` and every ``dicts()`` is made here, so that the same thing has the same key
-everywhere. Frames are of the source file, half-open; times are in seconds, to the microsecond.
+They are made here for every verb's ``--json`` and every ``dicts()``, so that the same thing has the
+same key everywhere. Frames are of the source file, half-open; times are in seconds, to the
+microsecond.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from lanindex.alphabet import MEASURES
 
 if TYPE_CHECKING:
     from lanindex.compare import Difference, Timed
-    from lanindex.model import Capture, Hit, Span, Symbol
+    from lanindex.model import Capture, Hit, Symbol
 
 HIT = (
     *("capture", "capture_id", "label", "fps", "start_frame", "end_frame", "start", "end"),
@@ -170,49 +171,4 @@ def of_hit(hit: Hit, pattern: str | None = None) -> dict[str, Any]:
             name: of_label(capture, symbols) for name, symbols in hit.labels.items() if symbols
         },
         **({} if pattern is None else {"pattern": pattern}),
-    }
-
-
-def of_group(
-    number: int, captures: Sequence[Capture], likeness: float, sampled: int, of: int
-) -> dict[str, Any]:
-    """Return a group of similar captures: a line of ``similar``."""
-    return {
-        "group": number,
-        "count": len(captures),
-        "likeness": round(likeness, 3),
-        "capture": captures[0].path,
-        "capture_id": captures[0].id,
-        "label": captures[0].label,
-        "captures": [capture.path for capture in captures],
-        "sampled": sampled,
-        "of": of,
-    }
-
-
-def of_motif(
-    pattern: str,
-    part: str,
-    captures: int,
-    places: Sequence[tuple[Capture, Span]],
-    sampled: int,
-    of: int,
-) -> dict[str, Any]:
-    """Return a sequence that recurs: a line of ``motifs``."""
-    return {
-        "pattern": pattern,
-        "part": part,
-        "hits": len(places),
-        "captures": captures,
-        "places": [
-            {
-                "capture": capture.path,
-                "capture_id": capture.id,
-                "start_frame": span.start,
-                "end_frame": span.stop,
-            }
-            for capture, span in places
-        ],
-        "sampled": sampled,
-        "of": of,
     }

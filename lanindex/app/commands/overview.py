@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import lanindex
-from lanindex import records
 from lanindex.app import options
 from lanindex.app.options import argument, dependent, exclusive, flag, option
 from lanindex.app.output import Output, counted, cut_note, duration, end_progress, say_error
@@ -192,9 +191,18 @@ def _motif(out: Output, motif: Recurring, result: Motifs) -> None:
     first = motif.places[0]
     span = f"[{first.span.start}, {first.span.stop})"
     if out.json:
-        places = [(place.capture, place.span) for place in motif.places]
-        counts = motif.captures, places, result.captures, result.of
-        out.record(records.of_motif(motif.pattern, motif.part, *counts))
+        places = [
+            {
+                "capture": place.capture.path,
+                "capture_id": place.capture.id,
+                "start_frame": place.span.start,
+                "end_frame": place.span.stop,
+            }
+            for place in motif.places
+        ]
+        counts = {"hits": len(places), "captures": motif.captures, "places": places}
+        sample = {"sampled": result.captures, "of": result.of}
+        out.record({"pattern": motif.pattern, "part": motif.part, **counts, **sample})
     elif out.terminal:
         times = f"{counted(motif.hits, 'hit')} in {counted(motif.captures, 'capture')}"
         out.line(out.paint(motif.pattern, "match"))
@@ -230,8 +238,19 @@ def similar(
     rows = []
     for number, group in enumerate(result.groups, 1):
         if out.json:
-            counts = result.captures, result.of
-            out.record(records.of_group(number, group.captures, group.likeness, *counts))
+            out.record(
+                {
+                    "group": number,
+                    "count": len(group.captures),
+                    "likeness": round(group.likeness, 3),
+                    "capture": group.captures[0].path,
+                    "capture_id": group.captures[0].id,
+                    "label": group.captures[0].label,
+                    "captures": [capture.path for capture in group.captures],
+                    "sampled": result.captures,
+                    "of": result.of,
+                }
+            )
         elif out.terminal and len(group.captures) == 1:
             break  # so are all that follow; the summary counts them
         else:
