@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -229,23 +229,26 @@ def _dataset(
         "seed": dataset.seed,
     }
     values = {name: value for name, value in values.items() if value is not None}
-    written = DatasetOptions(pad=pad, force=force, how=dict(_on_card(how)))
+    written = DatasetOptions(pad=pad, force=force, how=_on_card(how))
     made = write(library.store, groups, folder, replace(written, **values))
     end_progress()
     _report(out, made, folder)
     return len(made.clips)
 
 
-def _on_card(how: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield how clips were searched for, as a card has it."""
+def _on_card(how: dict[str, Any]) -> dict[str, str]:
+    """Return how clips were searched for, as a card has it."""
     selection = how["selection"]
-    rest = {name: value for name, value in how.items() if name != "selection"}
-    rest["captures"] = selection.path
-    rest["captures where"] = ", ".join(f"{key}={glob}" for key, glob in selection.where)
-    for name, value in rest.items():
-        if value or name == "tolerance":
-            name = "edits allowed" if name == "fuzzy" else name
-            yield name, f"{value:g} s" if name == "tolerance" else str(value)
+    values = {
+        "tolerance": f"{how['tolerance']:g} s",
+        "overlaps": how["overlaps"],
+        "strict": how["strict"],
+        "near": how["near"],
+        "edits allowed": how["fuzzy"],
+        "captures": selection.path,
+        "captures where": ", ".join(f"{key}={glob}" for key, glob in selection.where),
+    }
+    return {name: str(value) for name, value in values.items() if value}
 
 
 def _report(out: Output, made: Made, folder: Path) -> None:

@@ -140,26 +140,19 @@ def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
 
     more = MEASURES if not out.terminal or room() >= MEASURES_WIDTH else ()
     rows = []
-    for track in tracks.values():
-        for symbol in track.listed():
-            record = records.of_row(capture, symbol)
-            if out.json:
-                out.record(record)
-                continue
-            measures = [getattr(symbol, name) for name in more]
-            rows.append(
-                (
-                    symbol.part,
-                    f"{symbol.words}{'*' if symbol.passing else ''}",
-                    f"{symbol.span.start}-{symbol.span.stop}",
-                    f"{record['start']:.2f}-{record['end']:.2f}",
-                    f"{symbol.margin:.2f}",
-                    symbol.swings or "",
-                    record["runner_up"] or "",
-                    *("" if it is None else f"{it:.2f}" if isinstance(it, float) else it
-                      for it in measures),
-                )
-            )  # fmt: skip
+    for symbol in (symbol for track in tracks.values() for symbol in track.listed()):
+        record = records.of_row(capture, symbol)
+        if out.json:
+            out.record(record)
+            continue
+        words = f"{symbol.words}{'*' if symbol.passing else ''}"
+        frames = f"{symbol.span.start}-{symbol.span.stop}"
+        seconds = f"{record['start']:.2f}-{record['end']:.2f}"
+        row = [symbol.part, words, frames, seconds, f"{symbol.margin:.2f}", symbol.swings or ""]
+        row.append(record["runner_up"] or "")
+        for measure in (getattr(symbol, name) for name in more):
+            row.append(f"{measure:.2f}" if isinstance(measure, float) else measure)
+        rows.append(["" if cell is None else cell for cell in row])
     if not out.json:
         out.line(out.paint(capture.path, "path"))
         head = ("part", "symbol", "frames", "seconds", "margin", "swings", "else", *more)
