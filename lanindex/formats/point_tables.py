@@ -432,7 +432,8 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     every = list(range(len(layout.names)))
     chosen, whose = subject_points(file, people(layout.names), every)
     doubts = twice([layout.names[number] for number in chosen], "points") + whose
-    return tables.read_motion(file, layout, "csv", options, wanted, chosen, doubts)
+    layout = replace(layout, doubts=layout.doubts + doubts)
+    return tables.read_motion(file, layout, "csv", options, wanted, chosen)
 
 
 def people(names: tuple[str, ...]) -> dict[str, list[int]]:

@@ -89,12 +89,12 @@ class Points:
 def motion_of(points: Points, file: File, form: str, options: Reading, wanted: Wanted) -> Motion:
     """Return a motion of points."""
     made = _made(points.names, options) if points.parents is None else None
-    names, declared = points.names, points.declared
+    names = points.names
     if made is not None:
         names = made.joints
-        declared = replace(points.declared, body=_numbered(names))
+        points = replace(points, declared=replace(points.declared, body=_numbered(names)))
     places = _places(points, made, options)
-    found = _understood(names, places, points, declared, options, file.name)
+    found = _understood(names, places, points, options, file.name)
     skeleton, order = _skeleton(names, places, points, found)
     whole = skeleton
     if wanted.body_only:
@@ -222,12 +222,7 @@ def _numbered(names: Sequence[str]) -> NDArray[np.int16]:
 
 
 def _understood(
-    names: Sequence[str],
-    places: Places,
-    points: Points,
-    declared: Declared,
-    options: Reading,
-    path: str,
+    names: Sequence[str], places: Places, points: Points, options: Reading, path: str
 ) -> BodyMapping:
     """Find the body among those points that are known somewhere."""
     known = places.known
@@ -237,7 +232,7 @@ def _understood(
         raise BodyError("no point is known in any frame", place=path, wanted="a body that moves")
     chosen = fullest[np.linspace(0, len(fullest) - 1, min(len(fullest), POSES)).astype(np.int64)]
     there = np.arange(len(names))
-    if declared.body is None:
+    if points.declared.body is None:
         there = np.flatnonzero(known[chosen].all(axis=0))
         if not len(there):
             unsteady = "in no two frames the same points are known"
@@ -250,7 +245,7 @@ def _understood(
         points.rate,
         options,
         path,
-        declared,
+        points.declared,
     )
     body = np.where(found.body >= 0, there[found.body], -1).astype(np.int16)
     return replace(found, body=body)

@@ -157,7 +157,6 @@ def read_motion(
     options: Reading,
     wanted: Wanted,
     chosen: Sequence[int] | None = None,
-    doubts: tuple[str, ...] = (),
 ) -> Motion:
     """Read the motion of a table's points, or of the chosen ones."""
     heads, places = read(file, layout.table)
@@ -171,7 +170,7 @@ def read_motion(
     times, unsure = _seconds(layout, heads)
     rate, uneven = rate_by(options, file.name + layout.rate_line, layout.rate, times)
     unsure = unsure if options.rate is None else ()
-    doubts = (*layout.doubts, *doubts, *unsure, *uneven, *gone)
+    doubts = (*layout.doubts, *unsure, *uneven, *gone)
     points = Points(names, places, rate, layout.declared, doubts=doubts)
     return motion_of(points, file, form, options, wanted)
 

@@ -28,9 +28,7 @@ _FIRST = 2  # columns before the markers: number and time
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a TRC file: see `lanindex.formats.read_file`."""
-    layout = scan(file)
-    doubts = twice(layout.names, "markers")
-    return tables.read_motion(file, layout, "trc", options, wanted, doubts=doubts)
+    return tables.read_motion(file, scan(file), "trc", options, wanted)
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
@@ -59,6 +57,7 @@ def scan(file: File) -> Layout:
     table = table_of(file, behind, separator, width, (0, 1), range(_FIRST, width))
     doubts = count_doubt(header.get("numframes", ""), len(table.lines), "frames")
     doubts += count_doubt(header.get("nummarkers", ""), len(names), "markers")
+    doubts += twice(names, "markers")
     rate, declared = header.get("datarate", ""), Declared(header.get("units"))
     return Layout(names, table, 1, 1.0, rate, declared, doubts, rate_line=":3", count=count)
 
