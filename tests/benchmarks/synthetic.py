@@ -102,7 +102,7 @@ def mirrored(columns: Columns) -> Columns:
         columns.start,
         columns.stop,
         columns.gaps,
-        **{name: getattr(columns, name) for name in EXTRA},
+        **{name: getattr(columns, name) for name in ("amount", *EXTRA)},
     )
 
 
@@ -165,7 +165,7 @@ def varied(source: Columns, sources, slower, turned, random) -> tuple[Columns, A
     gaps = source.taken(sources).gaps
     gaps = np.column_stack([gaps[:, 0], gaps[:, 1:] * slower[gaps[:, 0], None] // 16])
     margin = margin.clip(0, 1000).astype(np.uint16)
-    held = {name: getattr(source, name) for name in EXTRA}
+    held = {name: getattr(source, name) for name in ("amount", *EXTRA)}
     more = {name: None if it is None else it[picked] for name, it in held.items()}
     gaps = gaps.astype(np.int32)
     found = Columns(source.part, bounds, cell, runner, margin, start, stop, gaps, **more)
@@ -214,7 +214,7 @@ def library(path: Path, count: int, seed: int = 0) -> Path:
     path.unlink(missing_ok=True)
     with open_library(path, create=True) as made:
         for block in blocks(found, count, seed, list(found.columns)):
-            with made.store.session.changing() as connection:
+            with made.store.changing() as connection:
                 for place in range(len(block.roster)):
                     put(connection, found, block, place)
             made.store.cache.compact()
