@@ -40,17 +40,10 @@ Derived = tuple[Roster, dict[str, Columns]]
 """Captures, and the columns of the parts that any of them has."""
 
 
-def derived(
-    connection: Link, numbers: Sequence[int], parts: Sequence[str] | None = None
-) -> Derived:
-    """Return the columns of captures from their rows, in the order of their numbers."""
-    return together(list(batches(connection, numbers, parts)))
-
-
 def batches(
     connection: Link, numbers: Sequence[int], parts: Sequence[str] | None = None
 ) -> Iterator[Derived]:
-    """Yield what `derived` returns, some captures at a time."""
+    """Yield the columns of captures from their rows, some captures at a time, by number."""
     for first in range(0, len(numbers), BATCH):
         chosen = read.read_captures(connection, numbers[first : first + BATCH])
         wanted = read.read_wanted(connection, chosen, parts)
@@ -145,7 +138,7 @@ def read_all_columns(
     `wanted` names by part which of `lanindex.model.columns.EXTRA` are wanted, too.
     """
     rosters, order = read_rosters(connection, spine)
-    added = derived(connection, spine.pending, list(wanted))
+    added = together(list(batches(connection, spine.pending, list(wanted))))
     check_pending(added[0].number.tolist(), spine.pending)
     roster = enrolled([*rosters, added[0]])
     columns = {

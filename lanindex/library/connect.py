@@ -528,15 +528,6 @@ class Session:
             yield self.connection
 
     @contextmanager
-    def changing(self) -> Iterator[Connection]:
-        """Begin a transaction that changes what the library holds, and raise its change stamp."""
-        from lanindex.library import write
-
-        with self.writing() as connection:
-            write.touch(connection)
-            yield connection
-
-    @contextmanager
     def writing(self) -> Iterator[Connection]:
         """Begin a transaction that writes what no reader notices."""
         self._check_usable()

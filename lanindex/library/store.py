@@ -10,6 +10,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import islice
 from typing import Any, Self
 
@@ -94,6 +95,13 @@ class Store:
         """The library as it was named."""
         return self.session.target.place
 
+    @contextmanager
+    def changing(self) -> Iterator[Link]:
+        """Begin a transaction that changes what the library holds, and raise its change stamp."""
+        with self.session.writing() as connection:
+            write.touch(connection)
+            yield connection
+
     def add(
         self,
         path: str | os.PathLike[str],
@@ -120,7 +128,7 @@ class Store:
             "warnings": json.dumps(list(warnings)),
             **rows.capture_columns(score),
         }
-        with self.session.changing() as connection:
+        with self.changing() as connection:
             number, new = write.put_capture(connection, values, score, encoding)
             write.describe(connection, number, label, metadata, new)
         return number
@@ -136,20 +144,20 @@ class Store:
         before = self.capture(which)
         same = label in (None, before.label) and metadata in (None, before.metadata)
         if not same:
-            with self.session.changing() as connection:
+            with self.changing() as connection:
                 write.describe(connection, before.id, label, metadata)
         return not same
 
     def move(self, which: int | str, path: str | os.PathLike[str]) -> None:
         """Change where a capture's file is; all else that is known of it stays."""
         shown = printable(os.fspath(path))
-        with self.session.changing() as connection:
+        with self.changing() as connection:
             number = self._stored(connection, which).capture.id
             write.move_capture(connection, number, shown, absolute(path))
 
     def remove(self, *which: int | str) -> None:
         """Take captures out of the library; none where one of them is not there."""
-        with self.session.changing() as connection:
+        with self.changing() as connection:
             for number in {self._number(connection, one) for one in which}:
                 write.remove_capture(connection, number)
 

@@ -103,8 +103,8 @@ def anew(path: Path, captures: int) -> None:
         with library.store.session.reading() as connection:
             numbers = read.capture_numbers(connection)
             found = []
-            spent = seconds(lambda: found.extend(columns.derived(connection, numbers)))
-        symbols = sum(map(len, found[1].values()))
+            spent = seconds(lambda: found.extend(columns.batches(connection, numbers)))
+        symbols = sum(len(one) for _, by_part in found for one in by_part.values())
         print(f"{captures} captures with rows: {path.stat().st_size / symbols:.1f} bytes a symbol")
         print(f"  rows to arrays: {symbols / spent / 1e6:.2f} M rows/s")
         with library.store.session.writing() as connection:
