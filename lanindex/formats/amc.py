@@ -510,7 +510,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
         values = numbers.read(data, stops - first, ends - first, partial(_line, file, first))
         standing = partial(_standing, skeleton.bones, axes, offsets, values, turn)
         place(joints, joints, parents, standing, places[block], turns[block])
-    doubts += (*skeleton.doubts, *_order_doubt(skeleton), *_count_doubt(layout), *rate_doubts)
+    doubts += (*skeleton.doubts, *_doubts(skeleton, layout), *rate_doubts)
     declared = Declared(_unit(skeleton.inches), "y")
     points = Points(names, places, rate, declared, parents, offsets, turns, doubts)
     return motion_of(points, file, "amc", options, wanted)
@@ -545,23 +545,18 @@ def _unit(inches: float) -> str | None:
     return next(names, None)
 
 
-def _order_doubt(skeleton: Bones) -> tuple[str, ...]:
-    """Return a warning where a bone's numbers and its axes are in different orders."""
+def _doubts(skeleton: Bones, layout: AmcLayout) -> Iterator[str]:
+    """Warn where a bone's numbers and axes differ in order, and where frames are missing."""
     for bone in skeleton.bones:
         turns = [code for code in bone.dof if code < 3]
         if [axis for axis in bone.order if axis in turns] != turns:
             name = bone.name.decode("utf-8", "replace")[:40]
-            return (f"{name} turns in the order of its dof, not that of its axis",)
-    return ()
-
-
-def _count_doubt(layout: AmcLayout) -> tuple[str, ...]:
-    """Return a warning where frames are missing, by their numbers."""
+            yield f"{name} turns in the order of its dof, not that of its axis"
+            break
     jumps = np.flatnonzero(np.diff(layout.numbers) != 1)
-    if not len(jumps):
-        return ()
-    before, behind = layout.numbers[jumps[0] : jumps[0] + 2].tolist()
-    return (f"frame {behind} follows frame {before}: taken for the next",)
+    if len(jumps):
+        before, behind = layout.numbers[jumps[0] : jumps[0] + 2].tolist()
+        yield f"frame {behind} follows frame {before}: taken for the next"
 
 
 def joints_of(bones: Sequence[Bone]) -> tuple[tuple[str, ...], tuple[int, ...], Floats]:

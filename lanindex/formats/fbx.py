@@ -23,20 +23,12 @@ from numpy.typing import NDArray
 
 from lanindex.body.mapping import Declared, sampled
 from lanindex.errors import CaptureError
+from lanindex.formats import turning
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.people import distinct, is_human, named, others, person, take_doubt
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import given_rate, nearest_rate
-from lanindex.formats.turning import (
-    JointTree,
-    ancestry,
-    from_parents,
-    inverse,
-    joint_tree,
-    place,
-    product,
-    unit,
-)
+from lanindex.formats.turning import JointTree
 from lanindex.model import Motion, Reading
 
 MOST = 20_000_000  # nodes times frames that are looked at
@@ -146,18 +138,18 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     name, doubts = person(file, list(found))
     whose, takes = found[name], scene.answer["takes"]
     rest, upright = _placed(scene, whose, None)
-    offsets = from_parents(rest[0], whose.parents)
+    offsets = turning.from_parents(rest[0], whose.parents)
     count, size = scene.answer["count"], 1.0
     declared = _declared(scene, file)
     if declared.unit is None:
         size, declared = scene.answer["metres"], Declared("m", declared.up)
     places = np.empty((count, len(whose.joints), 3), np.float32)
     turns = np.empty((count, len(whose.joints), 4), np.float32)
-    back = inverse(upright)
+    back = turning.inverse(upright)
     for start in range(0, count, BLOCK):
         frames = np.arange(start, min(start + BLOCK, count))
         points, turned = _placed(scene, whose, frames)
-        places[frames], turns[frames] = points * size, product(turned, back)
+        places[frames], turns[frames] = points * size, turning.product(turned, back)
     rate = nearest_rate(Fraction(scene.answer["rate"]).limit_denominator(10**6))
     read_take = takes[scene.answer["take"]]
     points_of = Points(
@@ -231,9 +223,9 @@ def _people(scene: Scene) -> dict[str, JointTree]:
     helpers = {node for node, kind in enumerate(kinds) if kind == "helper"}
     found = list[tuple[str, JointTree]]()
     for top, joints in members.items():
-        if moved & ancestry(joints, parents):
+        if moved & turning.ancestry(joints, parents):
             space, colon, _ = names[joints[0]].rpartition(":")
-            tree = joint_tree(joints, names, parents, helpers)
+            tree = turning.joint_tree(joints, names, parents, helpers)
             found.append((space if colon else names[top], tree))
 
     def human(whose: JointTree) -> bool:
@@ -254,10 +246,10 @@ def _placed(
 
     def standing(node: int) -> tuple[Floats, Floats, Floats]:
         rows = moving[node][frames] if node in moving else scene.still[node][None]
-        return rows[:, :3], unit(rows[:, 3:7]), rows[:, 7:]
+        return rows[:, :3], turning.unit(rows[:, 3:7]), rows[:, 7:]
 
-    order = sorted(ancestry(whose.joints, scene.parents))
+    order = sorted(turning.ancestry(whose.joints, scene.parents))
     shape = 1 if frames is None else len(frames), len(whose.joints)
     points, turned = np.empty((*shape, 3)), np.empty((*shape, 4))
-    place(whose.joints, order, scene.parents, standing, points, turned)
+    turning.place(whose.joints, order, scene.parents, standing, points, turned)
     return points, turned

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from lanindex.body.mapping import Declared, sampled
 from lanindex.errors import CaptureError, UsageError, quoted
+from lanindex.formats import gltf_scene, turning
 from lanindex.formats.animation import rest_of_axes, turn_to_axes
 from lanindex.formats.file import File, Wanted
 from lanindex.formats.gltf_document import (
@@ -28,34 +29,11 @@ from lanindex.formats.gltf_document import (
     glb,
     opened_document,
 )
-from lanindex.formats.gltf_scene import (
-    PATHS,
-    Clock,
-    Nodes,
-    Track,
-    clock,
-    moved,
-    nodes_of,
-    people,
-    takes,
-    timed,
-    tracks,
-)
+from lanindex.formats.gltf_scene import Clock, Nodes, Track
 from lanindex.formats.people import distinct, is_human, named, others, person, take_doubt
 from lanindex.formats.points import BLOCK, Frames, Places, Points, motion_of
 from lanindex.formats.rates import given_rate
-from lanindex.formats.turning import (
-    JointTree,
-    ancestry,
-    from_parents,
-    inverse,
-    matrices,
-    place,
-    product,
-    quaternions,
-    unit,
-    without_flips,
-)
+from lanindex.formats.turning import JointTree
 from lanindex.model import Motion, Reading, Span
 from lanindex.rotation import rotations
 
@@ -95,7 +73,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     whose, ticks = found.person, found.clock
     rate = rate_of(found) if options.rate is None else given_rate(options.rate)
     rest, upright = placed(found.nodes, whose.joints)
-    offsets = from_parents(rest[0], whose.parents)
+    offsets = turning.from_parents(rest[0], whose.parents)
     gaps = unknown(found)
     known = np.ones((ticks.count, len(whose.joints)), np.bool_)
     for joint, spans in gaps.items():
@@ -177,14 +155,15 @@ def chosen(file: File, take: str | None) -> tuple[Performance, tuple[str, ...]]:
     document = opened_document(file)
     found = performers(document, take)
     name, doubts = person(file, list(found))
-    meant, known = found[name], takes(document)
+    meant, known = found[name], gltf_scene.takes(document)
     read = next(called for called, value in known if value.where == meant.take.where)
     return meant, (*doubts, *take_doubt([called for called, _ in known], read, take))
 
 
 def performers(document: Document, take: str | None) -> dict[str, Performance]:
     """Return the people of a file by their names; somebody who is not human only where none is."""
-    path, nodes, known = document.file.name, nodes_of(document), takes(document)
+    path, known = document.file.name, gltf_scene.takes(document)
+    nodes = gltf_scene.nodes_of(document)
     meant = known if take is None else [one for one in known if one[0] == take]
     if not meant:
         raise CaptureError(
@@ -192,8 +171,8 @@ def performers(document: Document, take: str | None) -> dict[str, Performance]:
             place=path,
             wanted=others(name for name, _ in known) or "an animation of a skeleton",
         )
-    moving = [(value, moved(document, value)) for _, value in meant]
-    skeletons = people(document, nodes, set().union(*(which for _, which in moving)))
+    moving = [(value, gltf_scene.moved(document, value)) for _, value in meant]
+    skeletons = gltf_scene.people(document, nodes, set().union(*(which for _, which in moving)))
     found = list[tuple[str, Performance]]()
     for name, skeleton in skeletons:
         needed = set(above(nodes, skeleton.joints))
@@ -221,8 +200,8 @@ def _human(found: Performance) -> bool:
 def _performance(
     document: Document, nodes: Nodes, person: JointTree, take: Value, needed: set[int]
 ) -> Performance:
-    found = tracks(document, take, needed)
-    ticks = clock([track.times for track in found], document.file.name)
+    found = gltf_scene.tracks(document, take, needed)
+    ticks = gltf_scene.clock([track.times for track in found], document.file.name)
     count = ticks.count * len(person.joints)
     if count > max(MOST, len(document.file.content) // 4):
         raise CaptureError(
@@ -230,12 +209,12 @@ def _performance(
             place=document.file.name,
             wanted="as many as such a file can hold",
         )
-    return Performance(document, nodes, person, take, timed(found, ticks), ticks)
+    return Performance(document, nodes, person, take, gltf_scene.timed(found, ticks), ticks)
 
 
 def above(nodes: Nodes, joints: Iterable[int]) -> list[int]:
     """Return joints and all nodes above them, parents before children."""
-    needed = ancestry(joints, nodes.parents)
+    needed = turning.ancestry(joints, nodes.parents)
     return [node for node in nodes.order if node in needed]
 
 
@@ -263,7 +242,7 @@ def placed(
             at(node, "scale", nodes.scales[node]),
         )
 
-    place(joints, above(nodes, joints), nodes.parents, standing, points, turned, rest)
+    turning.place(joints, above(nodes, joints), nodes.parents, standing, points, turned, rest)
     return points, turned
 
 
@@ -284,7 +263,7 @@ class _Cutter:
     def __init__(self, found: Performance) -> None:
         self.found = found
         self.document = found.document
-        self.tracks = timed(tracks(self.document, found.take), found.clock)
+        self.tracks = gltf_scene.timed(gltf_scene.tracks(self.document, found.take), found.clock)
         moving = {(track.node, track.path) for track in found.tracks}
         self.first = [(track.node, track.path) in moving for track in self.tracks].index(True)
         root: dict[str, Any] = self.document.root.value
@@ -325,7 +304,7 @@ class _Cutter:
             values = values.astype(np.float32)
             still = number != self.first and not (values != values[0]).any()
             values = values[:1] if still else values
-            output = pack.accessor(values.reshape(-1, PATHS.get(track.path, 1)))
+            output = pack.accessor(values.reshape(-1, gltf_scene.PATHS.get(track.path, 1)))
             sampler = {"input": once if still else every, "output": output}
             step = {"interpolation": "STEP"} if track.kind == "STEP" else {}
             take["samplers"].append({**sampler, **step})
@@ -489,13 +468,14 @@ def _turned(motion: Motion, points: Floats, parents: NDArray[np.int_]) -> tuple[
         turns = motion.rotations.astype(np.float64)
         known = np.isfinite(turns).all(axis=2)
         last = np.maximum.accumulate(np.where(known, np.arange(len(turns))[:, None], 0), axis=0)
-        return unit(np.nan_to_num(np.take_along_axis(turns, last[..., None], axis=0))), offsets
+        held = np.take_along_axis(turns, last[..., None], axis=0)
+        return turning.unit(np.nan_to_num(held)), offsets
     below = np.flatnonzero(parents >= 0)
     now = np.median(np.linalg.norm(points[:, below] - points[:, parents[below]], axis=2), axis=0)
     rest = np.linalg.norm(offsets[below], axis=1)
     if (np.abs(rest - now) > WRONG * now + RIGID).any():
         pose = points[min(motion.first, len(points) - 1)]
-        offsets = from_parents(pose, parents.tolist())
+        offsets = turning.from_parents(pose, parents.tolist())
     turns = np.empty((*points.shape[:2], 4))
     some = points[sampled(len(points))] if motion.axes else points[:0]
     rest = rest_of_axes(motion, offsets, rotations(some, offsets, parents)) if motion.axes else {}
@@ -503,7 +483,7 @@ def _turned(motion: Motion, points: Floats, parents: NDArray[np.int_]) -> tuple[
         part = slice(start, start + BLOCK)
         block = rotations(points[part], offsets, parents)
         turn_to_axes(rest, motion.axes, part, block)
-        turns[part] = quaternions(block)
+        turns[part] = turning.quaternions(block)
     return turns, offsets
 
 
@@ -513,11 +493,11 @@ def _within(points: Floats, turns: Floats, parents: NDArray[np.int_]) -> tuple[F
     for joint, parent in enumerate(parents.tolist()):
         if parent < 0:
             continue
-        back = inverse(turns[:, parent])
+        back = turning.inverse(turns[:, parent])
         way = points[:, joint] - points[:, parent]
-        ways[:, joint] = np.einsum("tij,tj->ti", matrices(back), way)
-        turned[:, joint] = product(back, turns[:, joint])
-    return ways, without_flips(unit(turned))
+        ways[:, joint] = np.einsum("tij,tj->ti", turning.matrices(back), way)
+        turned[:, joint] = turning.product(back, turns[:, joint])
+    return ways, turning.without_flips(turning.unit(turned))
 
 
 def _animation(
