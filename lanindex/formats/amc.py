@@ -55,7 +55,7 @@ Vector = tuple[float, ...]
 ROOT = b"root"
 MOST_BONES = 1000  # more than any body has
 LARGEST_FILE = 16 << 20  # bytes; a skeleton has a few thousand
-BLOCK = 1024  # frames whose numbers are held at a time
+BLOCK = 2048  # frames whose numbers are held at a time
 USUAL_RATE = Fraction(120)  # of the public collections in this format, which mostly do not tell it
 MANY_PLACES = 100_000  # of joints that do not move: so many cost nothing
 

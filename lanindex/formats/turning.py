@@ -189,7 +189,7 @@ def place(
         if parent >= 0:
             base, whole, above = known[parent]
             moved = rotated(whole, point) if above is None else (above @ point[:, :, None])[:, :, 0]
-            point, turn = base + moved, product(whole, own)
+            point, turn = base + moved, whole if own is UNTURNED else product(whole, own)
         axes = None  # without scales, turns say all
         if above is not None or (scale != 1).any():
             axes = matrices(own) * scale[:, None, :]
