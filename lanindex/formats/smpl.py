@@ -21,8 +21,10 @@ landmarks, which FreeMoCap puts before hands and face.
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,63 +34,6 @@ from lanindex.body import sampled
 from lanindex.formats.turning import UNSCALED, UNTURNED, place
 
 Floats = NDArray[np.float64]
-
-
-def _words(text: str) -> tuple[str, ...]:
-    return tuple(text.split())
-
-
-SMPL = _words(
-    "pelvis left_hip right_hip spine1 left_knee right_knee spine2 left_ankle right_ankle spine3 "
-    "left_foot right_foot neck left_collar right_collar head left_shoulder right_shoulder "
-    "left_elbow right_elbow left_wrist right_wrist left_hand right_hand"
-)
-"""The joints of SMPL; the first 22 are those of SMPL-H, SMPL-X and HumanML3D too."""
-
-_FINGERS = tuple(
-    f"{side}_{finger}{part}"
-    for side in ("left", "right")
-    for finger in ("index", "middle", "pinky", "ring", "thumb")
-    for part in (1, 2, 3)
-)
-_KIT = _words(
-    "pelvis spine chest neck head right_shoulder right_elbow right_wrist left_shoulder "
-    "left_elbow left_wrist right_hip right_knee right_ankle right_heel right_foot left_hip "
-    "left_knee left_ankle left_heel left_foot"
-)
-_H36M = _words(
-    "pelvis right_hip right_knee right_ankle left_hip left_knee left_ankle spine neck nose head "
-    "left_shoulder left_elbow left_wrist right_shoulder right_elbow right_wrist"
-)
-_COCO = _words(
-    "nose left_eye right_eye left_ear right_ear left_shoulder right_shoulder left_elbow "
-    "right_elbow left_wrist right_wrist left_hip right_hip left_knee right_knee left_ankle "
-    "right_ankle"
-)
-_BODY_25 = _words(
-    "nose neck right_shoulder right_elbow right_wrist left_shoulder left_elbow left_wrist mid_hip "
-    "right_hip right_knee right_ankle left_hip left_knee left_ankle right_eye left_eye right_ear "
-    "left_ear left_big_toe left_small_toe left_heel right_big_toe right_small_toe right_heel"
-)
-_KINECT = _words(
-    "spine_base spine_mid neck head left_shoulder left_elbow left_wrist left_hand right_shoulder "
-    "right_elbow right_wrist right_hand left_hip left_knee left_ankle left_foot right_hip "
-    "right_knee right_ankle right_foot spine_shoulder left_hand_tip left_thumb right_hand_tip "
-    "right_thumb"
-)
-_MEDIAPIPE = _words(
-    "nose left_eye_inner left_eye left_eye_outer right_eye_inner right_eye right_eye_outer "
-    "left_ear right_ear mouth_left mouth_right left_shoulder right_shoulder left_elbow "
-    "right_elbow left_wrist right_wrist left_pinky right_pinky left_index right_index left_thumb "
-    "right_thumb left_hip right_hip left_knee right_knee left_ankle right_ankle left_heel "
-    "right_heel left_foot_index right_foot_index"
-)
-
-
-def _with_face(face: int) -> tuple[str, ...]:
-    """Return MediaPipe's landmarks of body, hands and face."""
-    hands = (f"{side}_hand_{number}" for side in ("right", "left") for number in range(21))
-    return (*_MEDIAPIPE, *hands, *(f"face_{number}" for number in range(face)))
 
 
 _BONES = (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
@@ -106,20 +51,21 @@ class Order:
     rate: str = ""  # frames a second that its files have, where none is given; empty: unknown
 
 
-ORDERS = (  # all that are known
-    Order("HumanML3D", SMPL[:22], "20"),
-    Order("SMPL", SMPL),
-    Order("SMPL-H", SMPL[:22] + _FINGERS),
-    Order("SMPL-X", (*SMPL[:22], "jaw", "left_eye", "right_eye", *_FINGERS)),
-    Order("KIT-ML", _KIT, "12.5"),
-    Order("Human3.6M", _H36M),
-    Order("COCO", _COCO),
-    Order("OpenPose", _BODY_25),
-    Order("Kinect v2, NTU RGB+D", _KINECT, "30"),
-    Order("MediaPipe", _MEDIAPIPE),
-    Order("FreeMoCap", _with_face(468)),
-    Order("FreeMoCap", _with_face(478)),
-)
+def _orders() -> tuple[Order, ...]:
+    """Return all orders that are known: those of `joint_orders.toml`."""
+    path, found = Path(__file__).with_name("joint_orders.toml"), []
+    for told in tomllib.loads(path.read_text("utf-8"))["order"]:
+        names = told["names"].split()
+        if "face" in told:
+            names += [f"{side}_hand_{point}" for side in ("right", "left") for point in range(21)]
+            names += [f"face_{point}" for point in range(told["face"])]
+        found.append(Order(told["title"], tuple(names), told.get("rate", "")))
+    return tuple(found)
+
+
+ORDERS = _orders()
+SMPL = next(order.names for order in ORDERS if order.title == "SMPL")
+"""The joints of SMPL; the first 22 are those of SMPL-H, SMPL-X and HumanML3D too."""
 
 
 def order_of(places: NDArray[Any]) -> Order | None:
