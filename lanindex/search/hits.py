@@ -124,7 +124,7 @@ class Hits(Sequence[Hit]):
 
     @property
     def captures(self) -> int:
-        """In how many captures they are."""
+        """How many captures have hits."""
         return len(self._counted()[0])
 
     def tally(self) -> list[tuple[int, int]]:

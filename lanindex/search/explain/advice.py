@@ -48,11 +48,11 @@ _CLOCK_FACTOR = 4
 """How many times as long it may take by the clock on a busy machine."""
 
 _FOR_LIMITS, _FOR_EDITS = 0.4, 0.7
-"""The shares of the time until which limits are left out, and until which patterns alike are
-tried; the rest is for the other conditions."""
+"""Shares of the time: limits are left out until the first, similar patterns are tried until the
+second; the rest is for the other conditions."""
 
 _COMBINED = 60
-"""Changes, and changes of what they led to, that are tried where no single one helps."""
+"""How many changes, and changes of each changed query, are tried where no single one helps."""
 
 HitCounts = tuple[int, int]
 """How many hits, and in how many captures."""
@@ -202,7 +202,7 @@ class _Adviser:
     instead: list[tuple[Change, Suggestion]] = field(default_factory=list)
 
     def advice(self) -> Advice:
-        """Try what is likeliest first: limits, then what is alike, then all other conditions."""
+        """Try the likeliest changes first: limits, similar patterns, then other conditions."""
         every = changes(self.query)
         conditions = [it for it in every if it.condition]
         often = Counter(it.condition for it in conditions)
