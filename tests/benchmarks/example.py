@@ -70,7 +70,7 @@ from lanindex.formats import read
 from lanindex.pipeline.example import normalised, warped
 from lanindex.pipeline.labels import read_labels
 from lanindex.search import sphere
-from lanindex.search.example import align, nearest
+from lanindex.search.example import likeness
 from lanindex.search.example.likeness import Clips, Source
 
 STYLES: dict[str, Callable[[Path], str]] = {
@@ -159,7 +159,7 @@ def aligned(own: Set, change: Callable[[np.ndarray], np.ndarray] = np.asarray) -
     laid_out = own.clips(change)
     windows = laid_out.whole()
     each = [laid_out.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
-    return lambda one: -align.compared(each[one], laid_out, windows)
+    return lambda one: -likeness.compared(each[one], laid_out, windows)
 
 
 def searched(own: Set) -> Ranking:
@@ -168,7 +168,7 @@ def searched(own: Set) -> Ranking:
 
     def far(one: int) -> np.ndarray:
         seconds = own.frames[one] / own.rates[one]
-        found = nearest.nearest(each[one], seconds, source, len(own.frames))
+        found = likeness.nearest(each[one], seconds, source, len(own.frames))
         distance = np.zeros(len(own.frames))
         for near in found.near:
             distance[near.clip] = -near.likeness
@@ -180,7 +180,7 @@ def searched(own: Set) -> Ranking:
 def bounded(own: Set) -> Ranking:
     laid_out = own.clips()
     each = [laid_out.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
-    return lambda one: -nearest.bounds_of(each[one], laid_out).whole
+    return lambda one: -likeness.bounds_of(each[one], laid_out).whole
 
 
 def dwelling(own: Set) -> Ranking:
@@ -282,11 +282,11 @@ def main() -> None:
         told("without runner-up cells", own, aligned(own, without("margin")))
         told("without swings", own, aligned(own, without("swings")))
         for constant in ("SUBSTITUTED", "PACE", "POSE", "STEP"):
-            kept = getattr(align, constant)
+            kept = getattr(likeness, constant)
             for value in (0.0, kept / 2, 2 * kept):
-                setattr(align, constant, value)
+                setattr(likeness, constant, value)
                 told(f"{constant} {value:g} in place of {kept:g}", own, aligned(own))
-            setattr(align, constant, kept)
+            setattr(likeness, constant, kept)
         timed(own, ways)
 
 
@@ -314,7 +314,7 @@ def timed(own: Set, ways: dict[str, Ranking]) -> None:
             query = each.cut(int(one), 0, own.frames[one])
             seconds = own.frames[one] / own.rates[one]
             begin = process_time()
-            nearest.nearest(query, seconds, source, limit)
+            likeness.nearest(query, seconds, source, limit)
             times.append(1000 * (process_time() - begin))
         print(f"  the best {limit} of {len(many.frames)} clips{'':24} {median(times):.1f}")
 
