@@ -1,1 +1,1 @@
-"""The faces: the only code that prints, parses arguments or speaks HTTP."""
+"""The faces: the only code that prints or parses arguments."""

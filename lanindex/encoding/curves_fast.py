@@ -302,7 +302,7 @@ def _bends(angle, width, rate, least):
 
 
 def bends(angles: Floats, profile: Profile) -> list[Floats]:
-    """Return the bends of limbs: see `lanindex.encoding.curves.found`."""
+    """Return the bends of limbs: see `lanindex.encoding.curves.bends`."""
     numbers = window(CALM, profile.rate), float(profile.rate), round(LULL * profile.rate)
     return [_bends(angle, *numbers) for angle in angles]
 
