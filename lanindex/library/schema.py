@@ -124,7 +124,7 @@ segment = sa.Table(
     sa.Column("id", sa.Integer, primary_key=True),  # never used twice: the newest is the highest
     sa.Column("captures", sa.Integer, nullable=False),
     sa.Column("symbols", sa.BigInteger, nullable=False),
-    sa.Column("listing", sa.Text, nullable=False),  # JSON: its columns, see columns.Listing
+    sa.Column("listing", sa.Text, nullable=False),  # JSON: its columns, see segments.Entry
     sa.Column("checksum", sa.Integer, nullable=False),  # of the three
     sqlite_autoincrement=True,
 )
