@@ -6,7 +6,7 @@ Source: ``encoding/BODY.md``, "Turns", "Bends", "Swings" and "Onset".
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, pairwise
 from math import sqrt
 from typing import Any, NamedTuple
@@ -242,13 +242,18 @@ STEADY = 0.15
 """Seconds that angles are averaged over where it is told how fast they change."""
 
 
-def moves(angles: Angles, profile: Profile) -> list[tuple[int, int]]:
+def moves(angles: Angles, profile: Profile, fast: bool = False) -> list[Ends]:
     """Return from which frame to which angles go somewhere.
 
     `angles` (N,) complex128, degrees: how far something is turned, or how far forward (the
     imaginary part) and to the right it leans.
     """
     rate, width = float(profile.rate), window(STEADY, profile.rate)
+    least = round(BRIEF * rate)
+    if fast:
+        from lanindex.encoding import curves_fast
+
+        return list(map(tuple, curves_fast.moves(angles, width, rate, least).tolist()))
     if len(angles) < 2:
         return []
     pace = np.empty(len(angles))
@@ -258,7 +263,7 @@ def moves(angles: Angles, profile: Profile) -> list[tuple[int, int]]:
         pace[block.inner] = np.hypot(aside * rate, ahead * rate)[block.within]
     found = []
     for first, last in departures(angles, MOVED):
-        parts = _move_parts(angles, pace, first, last, round(BRIEF * rate))
+        parts = _move_parts(angles, pace, first, last, least)
         before = [first, *(stop for _, stop in parts)]
         behind = [*(start for start, _ in parts[1:]), last]
         for part, low, high in zip(parts, before, behind, strict=False):
@@ -289,12 +294,8 @@ def arrivals(
 
     `angles` (N,) complex128, as for `moves`; one at least.
     """
-    if fast:
-        from lanindex.encoding import curves_fast
-
-        return curves_fast.arrivals(angles, away, profile, eighths)
     found = [_there(angles, 0, 0, away, eighths)]
-    for start, stop in moves(angles, profile):
+    for start, stop in moves(angles, profile, fast):
         one = _there(angles, start, min(stop, len(angles) - 1), away, eighths)
         if one.direction != PLACE or found[-1].direction != PLACE:
             found.append(one)
@@ -334,33 +335,31 @@ def bends(angles: Floats, profile: Profile, fast: bool = False) -> list[Floats]:
     `angles` (P, N) float64, degrees from straight; returned (P), as from `table`: the degree
     at the beginning, and the bends.
     """
+    rate, width, least = float(profile.rate), window(CALM, profile.rate), round(LULL * profile.rate)
+    first = smooth(angles[:, : width // 2 + 1], width)[:, 0].tolist()
     if fast:
         from lanindex.encoding import curves_fast
 
-        return curves_fast.bends(angles, profile)
-    calm = smooth(angles, window(CALM, profile.rate))
-    short = angles.shape[1] < 2
-    pace = np.zeros(angles.shape) if short else np.gradient(calm, axis=1) * float(profile.rate)
-    return [table(_bends(*curves, profile)) for curves in zip(angles, calm, pace, strict=True)]
+        parts = [curves_fast.bend_parts(angle, width, rate, least).tolist() for angle in angles]
+    else:
+        calm = smooth(angles, width)
+        short = angles.shape[1] < 2
+        pace = np.zeros(angles.shape) if short else np.gradient(calm, axis=1) * rate
+        each = zip(angles, calm, pace, strict=True)
+        parts = [list(_bend_parts(*curves, rate, least)) for curves in each]
+    return [table(_bends(*curves)) for curves in zip(angles, first, parts, strict=True)]
 
 
-def _bends(angle: Floats, calm: Floats, pace: Floats, profile: Profile) -> list[Event]:
-    degree = min(round(calm[0] / DEGREE), SIXTHS)
-    bends = [_bend(0, 0, bending(degree), float(calm[0]), degree)]
-    fast = np.abs(pace)
-    least = round(LULL * profile.rate)
-    for first, last in swings(calm, SWING):
-        if abs(calm[last] - calm[first]) < SWING:
-            continue
-        way = 1 if calm[last] > calm[first] else -1
-        for part, within in _bend_parts(way * pace[first : last + 1], first, least):
-            arrived = float(angle[part[1]])
-            if way * (arrived - DEGREE * degree) <= SWING:
-                continue
+def _bends(angle: Floats, first: float, parts: Iterable[tuple[int, int, int, int]]) -> list[Event]:
+    """Return the degree at the beginning, and the bends: see `_bend_parts`."""
+    degree = min(round(first / DEGREE), SIXTHS)
+    bends = [_bend(0, 0, bending(degree), first, degree)]
+    for way, last, start, stop in parts:
+        arrived = float(angle[last])
+        if way * (arrived - DEGREE * degree) > SWING:
             degree = min(round(arrived / DEGREE), SIXTHS)
             amount = bending(degree) if way > 0 else stretching(degree)
-            begin, end = seen(angle, fast, part, within, IDLES / float(profile.rate))
-            bends.append(_bend(begin, end, amount, arrived, degree))
+            bends.append(_bend(start, stop, amount, arrived, degree))
     return bends
 
 
@@ -369,16 +368,23 @@ def _bend(start: int, stop: int, amount: int, angle: float, degree: int) -> Even
     return Event(start, stop, -1, -1, max(1 - 2 * off, 0.0), amount=amount)
 
 
-def _bend_parts(pace: Floats, first: int, least: int) -> Iterator[tuple[Ends, Ends]]:
-    """Part a swing where it rests or gives way: what moves, and what may go on slowly between.
+def _bend_parts(
+    angle: Floats, calm: Floats, pace: Floats, rate: float, least: int
+) -> Iterator[tuple[int, int, int, int]]:
+    """Part swings where they rest or give way: what moves, and what may go on slowly between.
 
-    Beside the first and the last frame of each are those that its borders lie between: what moves
-    may have begun in the rest before, and end in the one behind.
+    Yielded are the way (1 or -1), the last frame, and from which frame to which it is seen. What
+    moves may have begun in the rest before, and end in the one behind.
     """
-    last = first + len(pace) - 1
-    slow = lulls(pace, IDLES, least)
-    rests = ((first + start, min(first + stop, last)) for start, stop in slow)
-    edges = [first, first, *chain(*rests), last, last]
-    for number, part in enumerate(pairwise(edges[1:-1])):
-        if part[0] < part[1]:
-            yield part, part if number % 2 else (edges[number], edges[number + 3])
+    fast = np.abs(pace)
+    for first, last in swings(calm, SWING):
+        if abs(calm[last] - calm[first]) < SWING:
+            continue
+        way = 1 if calm[last] > calm[first] else -1
+        slow = lulls(way * pace[first : last + 1], IDLES, least)
+        rests = ((first + start, min(first + stop, last)) for start, stop in slow)
+        edges = [first, first, *chain(*rests), last, last]
+        for number, part in enumerate(pairwise(edges[1:-1])):
+            if part[0] < part[1]:
+                within = part if number % 2 else (edges[number], edges[number + 3])
+                yield way, part[1], *seen(angle, fast, part, within, IDLES / rate)

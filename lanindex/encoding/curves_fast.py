@@ -5,31 +5,13 @@ The same as `curves` does without, which are the truth: equal numbers.
 
 from __future__ import annotations
 
-from math import atan2, degrees, hypot, sqrt
+from math import hypot, sqrt
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import PLACE, SIXTHS
-from lanindex.encoding.arithmetic import window
-from lanindex.encoding.curves import (
-    BRIEF,
-    CALM,
-    FAINT,
-    IDLES,
-    LULL,
-    MOVED,
-    PAUSE,
-    PLAIN,
-    STEADY,
-    SWING,
-    WIDTH,
-    Angles,
-    Event,
-)
-from lanindex.encoding.profile import Profile
-from lanindex.model.derived import DEGREE, STRETCHES
+from lanindex.encoding.curves import FAINT, IDLES, MOVED, PAUSE, PLAIN, SWING, WIDTH
 
 
 @numba.njit
@@ -84,9 +66,6 @@ def _smooth(rough, half, calm):
     whole = 2.0 * half + 1.0
     for frame in range(frames):
         calm[frame] /= whole - max(half - frame, 0) - max(half - (frames - 1 - frame), 0)
-
-
-FIELDS = len(Event._fields)
 
 
 @numba.njit
@@ -254,31 +233,14 @@ def _edges(first, last, rests, behind):
     return edges
 
 
-@numba.njit
-def _put(table, count, frames, direction, margin, amount, speed):
-    """Write an event: see `lanindex.encoding.curves.Event`; return how many there are."""
-    row = table[count]
-    row[0], row[1], row[2] = frames[0], frames[1], direction
-    row[3], row[4], row[5], row[6], row[7], row[8] = -1.0, margin, 0.0, amount, speed, -1.0
-    return count + 1
-
-
-@numba.njit
-def _bend(table, count, frames, way, angle):
-    """Write a bend; return how many there are, and the degree."""
-    degree = min(int(np.rint(angle / DEGREE)), SIXTHS)
-    amount = float(degree + STRETCHES if way < 0 else degree)
-    clear = max(1 - 2 * abs(angle / DEGREE - degree), 0.0)
-    return _put(table, count, frames, -1, clear, amount, -0.01), degree
-
-
 @numba.njit(cache=True, nogil=True)
-def _bends(angle, width, rate, least):
+def bend_parts(angle, width, rate, least):
+    """Return the parts of swings, (R, 4): see `lanindex.encoding.curves._bend_parts`."""
     calm = _mean(angle, width)
-    pace, fast, table = _slopes(calm, rate), _slopes(calm, rate), np.empty((len(angle) + 1, FIELDS))
+    pace, fast = _slopes(calm, rate), _slopes(calm, rate)
+    found, count = np.empty((len(angle), 4), np.int64), 0
     for frame in range(len(fast)):
         fast[frame] = abs(fast[frame])
-    count, degree = _bend(table, 0, (0, 0), 1, calm[0])
     for first, last in _swings(calm, SWING):
         if abs(calm[last] - calm[first]) < SWING:
             continue
@@ -294,32 +256,11 @@ def _bends(angle, width, rate, least):
                 start, stop = edges[place]
                 low = edges[place - 1, 1] if place else first
                 high = edges[place + 1, 0] if place + 1 < len(edges) else last
-            arrived = angle[stop]
-            if start < stop and way * (arrived - DEGREE * degree) > SWING:
-                frames = _seen(angle, fast, start, stop, low, high, IDLES / rate)
-                count, degree = _bend(table, count, frames, way, arrived)
-    return table[:count].copy()
-
-
-def bends(angles: Floats, profile: Profile) -> list[Floats]:
-    """Return the bends of limbs: see `lanindex.encoding.curves.bends`."""
-    numbers = window(CALM, profile.rate), float(profile.rate), round(LULL * profile.rate)
-    return [_bends(angle, *numbers) for angle in angles]
-
-
-@numba.njit
-def _there(angle, frames, away, step, table, count):
-    """Write where angles have arrived; return how many events there are."""
-    size = abs(angle)
-    if size < away:
-        if count and table[count - 1, 2] == PLACE:
-            return count
-        return _put(table, count, frames, PLACE, 1 - size / away, 0.0, -0.01)
-    azimuth = degrees(atan2(angle.imag, angle.real))
-    code = int(np.rint(azimuth / step)) % (360 // step)
-    off = abs((azimuth - step * code + 180) % 360 - 180)
-    margin = min(size / away - 1, 1 - off / (step / 2), 1.0)
-    return _put(table, count, frames, code * step // 45, margin, np.rint(size), -0.01)
+            if start < stop:
+                found[count, 0], found[count, 1] = way, stop
+                found[count, 2:] = _seen(angle, fast, start, stop, low, high, IDLES / rate)
+                count += 1
+    return found[:count].copy()
 
 
 @numba.njit
@@ -338,13 +279,13 @@ def _parts(angles, edges, first, last):
 
 
 @numba.njit(cache=True, nogil=True)
-def _arrivals(angles, width, rate, least, away, step):
+def moves(angles, width, rate, least):
+    """Return from which frame to which angles go somewhere, (R, 2)."""
     aside, ahead = angles.real.copy(), angles.imag.copy()
     aside, ahead = _slopes(_mean(aside, width), rate), _slopes(_mean(ahead, width), rate)
-    pace, table = np.empty(len(angles)), np.empty((len(angles) + 1, FIELDS))
+    pace, found, count = np.empty(len(angles)), np.empty((len(angles), 2), np.int64), 0
     for frame in range(len(pace)):
         pace[frame] = hypot(aside[frame], ahead[frame])
-    count = _there(angles[0], (0, 0), away, step, table, 0)
     for first, last in _departures(angles, MOVED):
         rests = _lulls(pace, first, last, 1, PAUSE, least)
         edges = _edges(first, last + 1, rests, last + 1)
@@ -353,15 +294,6 @@ def _arrivals(angles, width, rate, least, away, step):
             low = edges[number - 1, 1] if number else first
             high = edges[number + 1, 0] if number + 1 < many else last
             part = edges[number]
-            frames = _seen(angles, pace, part[0], part[1], low, high, PAUSE / rate)
-            stop = min(frames[1], len(angles) - 1)
-            count = _there(angles[stop], (frames[0], stop), away, step, table, count)
-    return table[:count].copy()
-
-
-def arrivals(angles: Angles, away: float, profile: Profile, eighths: bool) -> Floats:
-    """Return where angles are, and where they go: see `lanindex.encoding.curves.arrivals`."""
-    rate = float(profile.rate)
-    numbers = window(STEADY, profile.rate), rate, round(BRIEF * rate)
-    found: Floats = _arrivals(angles, *numbers, away, 45 if eighths else 180)
-    return found
+            found[count] = _seen(angles, pace, part[0], part[1], low, high, PAUSE / rate)
+            count += 1
+    return found[:count].copy()

@@ -211,14 +211,18 @@ def nearest(points: Floats, plan: Plan, rate: float, fast: bool = False) -> Near
 
     `points` (3, P, N), as from `points`; it is filled.
     """
+    fill(points, plan)
+    frames = points.shape[2]
+    off = np.zeros((5, frames), bool)
+    off[NEVER], off[RIGHT_HANGS:] = True, _hangs(points, plan.arms)
     if fast:
         from lanindex.encoding import touch_fast
 
-        return touch_fast.nearest(points, plan, rate)
-    fill(points, plan)
-    found = empty(points.shape[2])
-    for part in blocks(points.shape[2], 1, MANY):
-        found.take(_nearest(np.ascontiguousarray(points[..., part.outer]), plan, rate), part)
+        return touch_fast.nearest(points, plan, off, rate)
+    found = empty(frames)
+    for part in blocks(frames, 1, MANY):
+        some = np.ascontiguousarray(points[..., part.outer])
+        found.take(_nearest(some, plan, off[:, part.outer], rate), part)
     return found
 
 
@@ -228,12 +232,10 @@ def empty(frames: int) -> Near:
     return Near(np.empty((3, frames), np.int8), apart, pace)
 
 
-def _nearest(points: Floats, plan: Plan, rate: float) -> Near:
+def _nearest(points: Floats, plan: Plan, off: Flags, rate: float) -> Near:
     frames = points.shape[2]
     line, along = np.empty((3, frames), np.int64), np.empty((3, frames))
     apart = np.empty((3, frames), np.float32)
-    off = np.zeros((5, frames), bool)
-    off[NEVER], off[RIGHT_HANGS:] = True, _hangs(points, plan.arms)
     for part in blocks(frames, size=FEW):
         some = part.inner
         away, where = _gaps(points[..., some], plan, off[:, some])

@@ -5,69 +5,17 @@ The same as `touch` does with numpy, which is the truth: equal numbers.
 
 from __future__ import annotations
 
-from math import cos, radians, sqrt
+from math import sqrt
 
 import numba
 import numpy as np
 
-from lanindex.encoding.touch import (
-    CLASPED,
-    FAR,
-    HANGS,
-    LEAVES,
-    NEVER,
-    RIGHT_HANGS,
-    STRAIGHT,
-    Floats,
-    Near,
-    Plan,
-    empty,
-)
+from lanindex.encoding.touch import CLASPED, FAR, LEAVES, NEVER, Flags, Floats, Near, Plan, empty
 
 
 @numba.njit
 def _size(x, y, z):
     return sqrt(x * x + z * z + y * y)
-
-
-@numba.njit(error_model="numpy")
-def _fill(points, joints, tips, far, trunk):
-    """Write palms and what else lines go through: see `lanindex.encoding.touch.fill`."""
-    x, y, z = points
-    for tip in range(len(far)):
-        one, two, row = tips[0, tip], tips[1, tip], joints + tip
-        for frame in range(points.shape[2]):
-            a, b, c = x[one, frame], y[one, frame], z[one, frame]
-            d, e, f = x[two, frame] - a, y[two, frame] - b, z[two, frame] - c
-            size = max(_size(d, e, f), 1e-9)
-            x[row, frame] = d / size * far[tip, 0] + a
-            y[row, frame] = e / size * far[tip, 0] + b
-            z[row, frame] = f / size * far[tip, 0] + c
-    if len(trunk):
-        right, left, neck, hip, waist, first = trunk
-        for curve in points:
-            for frame in range(points.shape[2]):
-                middle = (curve[right, frame] + curve[left, frame]) / 2
-                curve[hip, frame] = middle
-                if waist >= joints:
-                    curve[waist, frame] = (middle + curve[neck, frame]) / 2
-                for side in range(2):
-                    own = curve[trunk[side], frame]
-                    curve[first + 2 * side, frame] = curve[waist, frame] + own - middle
-                    curve[first + 2 * side + 1, frame] = curve[neck, frame] + own - middle
-
-
-@numba.njit
-def _hang(points, rows, straight, cosine, hangs):
-    """Write when an arm hangs beside the trunk."""
-    wrist, shoulder, hip, neck = rows
-    x, y, z = points
-    for frame in range(len(hangs)):
-        a, d = x[wrist, frame] - x[shoulder, frame], x[hip, frame] - x[neck, frame]
-        b, e = y[wrist, frame] - y[shoulder, frame], y[hip, frame] - y[neck, frame]
-        c, f = z[wrist, frame] - z[shoulder, frame], z[hip, frame] - z[neck, frame]
-        arm, along = _size(a, b, c), a * d + c * f + b * e
-        hangs[frame] = arm > straight and along > cosine * arm * _size(d, e, f)
 
 
 @numba.njit(error_model="numpy")
@@ -112,16 +60,8 @@ def _past(points, lines, line, along, apart, rate, far, pace):
 
 
 @numba.njit(cache=True, nogil=True)
-def _nearest(
-    points, joints, tips, far, trunk, arms, lines, reaches, rate, numbers, what, apart, pace
-):
-    straight, cosine, leaves, most = numbers
-    _fill(points, joints, tips, far, trunk)
+def _nearest(points, lines, reaches, off, rate, leaves, most, what, apart, pace):
     frames = points.shape[2]
-    off = np.zeros((5, frames), np.bool_)
-    for side in range(2):
-        if arms[:, side].min() >= 0:
-            _hang(points, arms[:, side], straight, cosine, off[RIGHT_HANGS + side])
     ways, away, share = np.empty((6, frames)), np.empty(frames, np.float32), np.empty(frames)
     nearest, along = np.empty((3, frames), np.int64), np.empty((3, frames))
     for number in range(lines.shape[1]):
@@ -141,10 +81,8 @@ def _nearest(
         _past(points, lines, nearest[near], along[near], apart[near], rate, most, pace[near])
 
 
-def nearest(points: Floats, plan: Plan, rate: float) -> Near:
+def nearest(points: Floats, plan: Plan, off: Flags, rate: float) -> Near:
     """Return what hands are nearest to: see `lanindex.encoding.touch.nearest`."""
     found = empty(points.shape[2])
-    numbers = np.array((STRAIGHT, cos(radians(HANGS)), LEAVES, FAR))
-    made = len(plan.joints), plan.tips, plan.far, plan.trunk
-    _nearest(points, *made, plan.arms, plan.lines, plan.reaches, rate, numbers, *found)
+    _nearest(points, plan.lines, plan.reaches, off, rate, LEAVES, float(FAR), *found)
     return found

@@ -40,12 +40,12 @@ def test_an_even_pace_has_a_beginning(pace):
 
 @pytest.mark.parametrize("seed", seeds(60))
 def test_compiled_curves_go_as_plain_ones(seed):
-    fast = pytest.importorskip("lanindex.encoding.curves_fast")
+    pytest.importorskip("numba")
     random, curve = np.random.default_rng(seed), line(seed)
     if seed % 2:
         curve = curve + random.normal(0, 0.5, len(curve))
     both, profile = curve + 1j * np.roll(curve, len(curve) // 3), load("default")
-    (bent,), (others,) = fast.bends(curve[None], profile), bends(curve[None], profile)
+    (bent,), (others,) = bends(curve[None], profile, fast=True), bends(curve[None], profile)
     assert bent.tobytes() == others.tobytes()
     for told in itertools.product((15.0, 30.0), (profile,), (False, True)):
-        assert fast.arrivals(both, *told).tobytes() == arrivals(both, *told).tobytes()
+        assert arrivals(both, *told, fast=True).tobytes() == arrivals(both, *told).tobytes()

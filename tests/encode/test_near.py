@@ -35,7 +35,7 @@ def test_both_ways_are_equal(seed, frames):
     places = wandering(seed, frames)
     told = plan(tuple(places))
     one, other = points(places, ARM, told), points(places, ARM, told)
-    assert same(nearest(one, told, RATE), fast.nearest(other, told, RATE))
+    assert same(nearest(one, told, RATE), nearest(other, told, RATE, fast=True))
     assert one.tobytes() == other.tobytes()
     assert len(fast._nearest.signatures) == 1  # compiled once for all
 
