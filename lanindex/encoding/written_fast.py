@@ -6,7 +6,7 @@ equal rows. What rounds otherwise in a compiled loop (angles, margins) is left t
 
 from __future__ import annotations
 
-from functools import cache, lru_cache
+from functools import cache
 from math import atan2, degrees, inf, sqrt
 
 import numba
@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PLACE
+from lanindex.encoding.arithmetic import parted
 from lanindex.encoding.curves_fast import middle
-from lanindex.encoding.direction import Space, angles, borders, course, numbers
+from lanindex.encoding.direction import Space, angles, course
 from lanindex.encoding.limbs import Limbs
-from lanindex.encoding.profile import Profile, Rules
+from lanindex.encoding.profile import Profile
 from lanindex.encoding.written import LONG_HOLD, ROW, Written, finished, spaces
 from lanindex.notation.lpd_ldd import Ranges
 
@@ -170,7 +171,7 @@ def _sector(x, z, starts, order):
 @numba.njit
 def _find(x, y, z, first, last, numbers, sides, order, cells):
     """Find out cells from a frame to another; return how many are unclear."""
-    radius, mid_cosine, mid_sine, high_cosine, high_sine = numbers[6:]
+    radius, mid_cosine, mid_sine, high_cosine, high_sine = numbers[5:]
     place, sector, unclear = radius * radius, UNSEEN, 0
     a = b = c = d = 0.0
     for frame in range(first, last + 1):
@@ -211,83 +212,58 @@ def _nearest(x, y, z, start, stop, length, middle):
     return found, least
 
 
-@numba.njit
-def _longer(table, many):
-    more = np.empty((2 * len(table), table.shape[1]), table.dtype)
-    more[:many] = table[:many]
-    return more
-
-
 @numba.njit(cache=True, nogil=True)
-def moved(curves, rate, onset, numbers, sides, orders, cells):
-    """Return the moves of parts, and find out the cells that they pass.
+def moved(curve, rate, onset, numbers, sides, order, cells):
+    """Return the moves of a part, and find out the cells that they pass; and how many are unclear.
 
-    `curves` (3, P, N) float64, mm; `numbers` (P, 11): the highest speed of a candidate, its
-    prominence, the speed that is still, d_t, how far a part may stray in a hold, its length, the
-    radius of place, cosine and sine of the elevations at which mid and high begin; `sides` (P, 8,
-    5): cosine and sine of the azimuths where a direction begins and ends, and where it begins in
-    degrees; no cosine and sine where it takes half of the circle or more; `orders` (P, 8): the
-    directions in order of azimuth; `cells` (P, N) int8, `UNSEEN`: of the frames that are asked for
-    they are written; `moves` (M, 5) int64: the fields of `Segment`, and room for how many runs it
-    passes; `counts` (P) moves of each part.
+    `curve` (3, N) float64, mm; `numbers` (10,): the highest speed of a candidate, its prominence,
+    the speed that is still, d_t, how far a part may stray in a hold, the radius of place, cosine
+    and sine of the elevations at which mid and high begin; `sides` (8, 5): cosine and sine of the
+    azimuths where a direction begins and ends, and where it begins in degrees; no cosine and sine
+    where it takes half of the circle or more; `order` (8,): the directions in order of azimuth;
+    `cells` (N,) int8, `UNSEEN`: of the frames that are asked for they are written; `moves` (M, 5)
+    int64: the fields of `Segment`, and room for how many runs it passes.
     """
-    parts, frames = cells.shape
+    x, y, z = curve
+    slow, prominence, still, distance, limit = numbers[:5]
+    frames = len(cells)
     speed, depths, rims = np.empty(frames), np.empty(frames), np.empty(frames)
     firsts, lasts = np.empty(frames, np.int64), np.empty(frames, np.int64)
     holds = np.empty((frames + 1, 2), np.int64)
-    counts = np.empty(parts, np.int64)
-    moves = np.empty((64 * parts, 5), np.int64)
-    done = unclear = 0
-    for part in range(parts):
-        x, y, z = curves[0, part], curves[1, part], curves[2, part]
-        slow, prominence, still, distance, limit = numbers[part, :5]
-        order, own = orders[part], cells[part]
-        _speeds(x, y, z, rate, speed)
-        count = _minima(speed, slow, prominence, still, depths, rims, firsts, lasts)
-        count = _holds(x, y, z, firsts, lasts, count, distance, limit, holds)
-        counts[part] = count - 1
-        while len(moves) < done + count:
-            moves = _longer(moves, done)
-        _moves(speed, holds, count, onset, still, moves[done:, :4])
-        unclear += _find(x, y, z, 0, 0, numbers[part], sides[part], order, own)
-        for number in range(done, done + count - 1):
-            first, last = moves[number, 0], moves[number, 1]
-            unclear += _find(x, y, z, first, last, numbers[part], sides[part], order, own)
-        done += count - 1
-    return moves[:done], counts, unclear
+    _speeds(x, y, z, rate, speed)
+    count = _minima(speed, slow, prominence, still, depths, rims, firsts, lasts)
+    count = _holds(x, y, z, firsts, lasts, count, distance, limit, holds)
+    moves = np.empty((count - 1, 5), np.int64)
+    _moves(speed, holds, count, onset, still, moves)
+    unclear = _find(x, y, z, 0, 0, numbers, sides, order, cells)
+    for move in moves:
+        unclear += _find(x, y, z, move[0], move[1], numbers, sides, order, cells)
+    return moves, unclear
 
 
 @numba.njit(cache=True, nogil=True)
-def passed(curves, moves, counts, lengths, middles, cells):
+def passed(curve, moves, length, middles, cells):
     """Return the runs that moves pass, and write how many each does.
 
-    `lengths` (P,) float64, mm; `middles` (P, 27, 3): the middle of each cell; `runs` (R, 4) int64:
-    the cell, its frames, and the one that is nearest to the middle; `apart` (R, 1) float64, how far
-    from it.
+    `length` mm; `middles` (27, 3): the middle of each cell; `runs` (R, 4) int64: the cell, its
+    frames, and the one that is nearest to the middle; `apart` (R,) float64, how far from it.
     """
-    runs = np.empty((128 * len(counts), 4), np.int64)
-    nearest = np.empty((128 * len(counts), 1))
-    done = many = 0
-    for part in range(len(counts)):
-        x, y, z, own = curves[0, part], curves[1, part], curves[2, part], cells[part]
-        for number in range(done, done + counts[part]):
-            first, last = moves[number, 0], moves[number, 1]
-            while len(runs) < many + last - first + 1:
-                runs, nearest = _longer(runs, many), _longer(nearest, many)
-            begin, start = many, first
-            while start <= last:
-                code, stop = own[start], start + 1
-                while stop <= last and own[stop] == code:
-                    stop += 1
-                some = last if stop > last else start
-                scale = lengths[part] if code // 3 == PLACE else 0.0
-                near, off = _nearest(x, y, z, some, stop, scale, middles[part, code])
-                runs[many, 0], runs[many, 1], runs[many, 2], runs[many, 3] = code, start, stop, near
-                nearest[many, 0] = off
-                many, start = many + 1, stop
-            moves[number, 4] = many - begin
-        done += counts[part]
-    return runs[:many], nearest[:many]
+    x, y, z = curve
+    most = len(cells) + len(moves)
+    runs, apart, many = np.empty((most, 4), np.int64), np.empty(most), 0
+    for move in moves:
+        begin, start, last = many, move[0], move[1]
+        while start <= last:
+            code, stop = cells[start], start + 1
+            while stop <= last and cells[stop] == code:
+                stop += 1
+            some = last if stop > last else start
+            scale = length if code // 3 == PLACE else 0.0
+            near, apart[many] = _nearest(x, y, z, some, stop, scale, middles[code])
+            runs[many, 0], runs[many, 1], runs[many, 2], runs[many, 3] = code, start, stop, near
+            many, start = many + 1, stop
+        move[4] = many - begin
+    return runs[:many].copy(), apart[:many].copy()
 
 
 _SYMBOL, _DROPPED, _PASSING, _REJOINED = range(4)
@@ -408,12 +384,21 @@ def _put(runs, outcome, deleted, start, end, rows, many, now):
     return many, now
 
 
-@numba.njit
-def _written(curve, moves, runs, apart, angle, scales, middles, lengthen, ruled, rows, scratch):
-    """Write the rows of a part, in frames from the stretch's first; return how many."""
-    within, distance = scales
-    openings, rules = ruled
-    alive, outcome, deleted, idle = scratch
+@numba.njit(cache=True, nogil=True)
+def written_rows(
+    curve, cell, moves, runs, apart, angle, within, distance, middles, lengthen, openings, rules
+):
+    """Return the rows of a part, (S,) of `ROW`, in frames from the stretch's first.
+
+    `curve` (3, N) float64, mm; `cell` of the first frame; `angle` (R,) float64, degrees from the
+    middle of a run's cell; `distance` d_t, mm; `middles` (27, 3) mm; `openings` and `rules` as of
+    `Rules.table`.
+    """
+    longest = max(1, moves[:, 4].max()) if len(moves) else 1
+    alive, outcome = np.empty(longest, np.int64), np.empty(longest, np.int64)
+    deleted, idle = np.empty(longest, np.int64), np.empty(len(moves), np.int64)
+    rows = np.zeros(len(runs) + 1, ROW)
+    rows[0].cell = cell
     many, now, waiting, begun = 1, 0, 0, 0
     for number in range(len(moves)):
         move = moves[number]
@@ -438,43 +423,7 @@ def _written(curve, moves, runs, apart, angle, scales, middles, lengthen, ruled,
         waiting, start = 0, max(begin, rows[now].stop)
         end = max(move[3] + 1, start)
         many, now = _put(some, outcome, deleted, start, end, rows, many, now)
-    return many
-
-
-@numba.njit(cache=True, nogil=True)
-def written_rows(
-    curves, moves, counts, runs, apart, angle, firsts, within, distances, middles, lengthen, which,
-    openings, rules,
-):  # fmt: skip
-    """Return the rows of parts, and how many each has.
-
-    `curves` (3, P, N) float64, mm; `angle` (R,) float64, degrees from the middle of a run's cell;
-    `firsts` (P,) the cells of the first frame; `distances` (P,) d_t, mm; `middles` (P, 27, 3) mm;
-    `which` (P,) which rules are a part's; returned (S,) of `ROW`, and (P,) rows of each part.
-    """
-    parts, longest = len(counts), 1
-    for move in moves:
-        longest = max(longest, move[4])
-    scratch = (
-        np.empty(longest, np.int64), np.empty(longest, np.int64), np.empty(longest, np.int64),
-        np.empty(len(moves), np.int64),
-    )  # fmt: skip
-    table = np.zeros(len(runs) + parts, ROW)
-    shares = np.empty(parts, np.int64)
-    done = first = run = 0
-    for part in range(parts):
-        own = moves[first : first + counts[part]]
-        behind = run + own[:, 4].sum()
-        some = table[done:]
-        some[0].cell = firsts[part]
-        ruled = openings[which[part]], rules
-        many = _written(
-            curves[:, part], own, runs[run:behind], apart[run:behind], angle[run:behind],
-            (within, distances[part]), middles[part], lengthen, ruled, some, scratch,
-        )  # fmt: skip
-        shares[part] = many
-        done, first, run = done + many, first + counts[part], behind
-    return table[:done], shares
+    return rows[:many].copy()
 
 
 Floats = NDArray[np.float64]
@@ -485,75 +434,47 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
     """Write down parts that are known over one stretch, as `written.written` does."""
     around = spaces(limbs, profile)
     curves = np.ascontiguousarray(limbs.curve.transpose(2, 0, 1))
-    moves, runs, apart, counts, cells = _passed(curves, around, profile)
-    owner = np.arange(len(around)).repeat(counts).repeat(moves[:, 4])
-    angle = angles(curves[:, owner, runs[:, 3]].T, runs[:, 0], apart)
-    table, shares = written_rows(
-        curves,
-        moves,
-        counts,
-        runs,
-        apart,
-        angle,
-        cells[:, 0].astype(np.int64),
-        profile.achieved_within,
-        np.array([profile.distance.of(length) for length in limbs.lengths.tolist()]),
-        borders(tuple(one.ranges for one in around)).references * limbs.lengths[:, None, None],
-        profile.onset > 0,
-        *_rule_tables(tuple(profile.rules[part] for part in limbs.parts)),
-    )
-    return finished(table, shares.tolist(), limbs, around, profile)
+    each = [_passed(curves[:, part], one, profile) for part, one in enumerate(around)]
+    counts = [len(runs) for *_, runs, _ in each]
+    runs, apart = (np.concatenate(those) for those in list(zip(*each, strict=True))[2:])
+    limb = np.arange(len(around)).repeat(counts)
+    angle = parted(angles(curves[:, limb, runs[:, 3]].T, runs[:, 0], apart), counts)
+    tables = [
+        written_rows(
+            curves[:, part],
+            *each[part],
+            angle[part],
+            profile.achieved_within,
+            profile.distance.of(one.length),
+            one.references * one.length,
+            profile.onset > 0,
+            *profile.rules[limbs.parts[part]].table,
+        )
+        for part, one in enumerate(around)
+    ]
+    return finished(np.concatenate(tables), list(map(len, tables)), limbs, around, profile)
 
 
-@lru_cache(8)
-def _rule_tables(each: tuple[Rules, ...]) -> tuple[Ints, Ints, Ints]:
-    """Return which rules are a part's, and all of them: see `rows`."""
-    different = list(dict.fromkeys(each))
-    begins = np.cumsum([0, *(len(one.table[1]) for one in different)])
-    openings = [one.table[0] + begin for one, begin in zip(different, begins, strict=False)]
-    rules = np.concatenate([one.table[1] for one in different])
-    return np.array([different.index(one) for one in each]), np.array(openings), rules
-
-
-def _passed(
-    curves: Floats, around: list[Space], profile: Profile
-) -> tuple[Ints, Ints, Floats, Ints, NDArray[np.int8]]:
-    """Return moves, runs, how far they are from the middle, moves of each part, and cells."""
-    cells = np.full(curves.shape[1:], UNSEEN, np.int8)
-    division, measures = numbers(around)
-    turned, levels, orders = _borders_turned(tuple(one.ranges for one in around))
-    length, radius, *_ = measures
+def _passed(curve: Floats, around: Space, profile: Profile) -> tuple[int, Ints, Ints, Floats]:
+    """Return the cell of the first frame, moves, runs, and how far these are from the middle."""
+    cells = np.full(curve.shape[1], UNSEEN, np.int8)
+    length = around.length
     distance = profile.distance.of(length)
-    limit = profile.path_check * distance
     speeds = (profile.candidate_speed, profile.prominence, profile.still)
-    table = np.empty((len(around), 7 + levels.shape[1]))
-    table[:, 7:] = levels
-    values = *(one.of(length) for one in speeds), distance, limit, length, radius
-    for column, value in enumerate(values):
-        table[:, column] = value
-    table[table[:, 4] == 0, 4] = inf
-    tables = table, turned, orders, cells
-    moves, counts, unclear = moved(curves, float(profile.rate), profile.onset, *tables)
+    levels, sides, order = _borders(around.ranges)
+    numbers = *(one.of(length) for one in speeds), distance, profile.path_check * distance or inf
+    table = np.array((*numbers, around.ranges.radius(length), *levels))
+    moves, unclear = moved(curve, float(profile.rate), profile.onset, table, sides, order, cells)
     if unclear:
-        for part, one in enumerate(around):
-            some = np.flatnonzero(cells[part] == UNCLEAR)
-            (seen,) = course(curves[:, part, some].T[None], [one])
-            cells[part, some] = seen.cells
-    middles = division.references
-    runs, apart = passed(curves, moves, counts, length, middles, cells)
-    return moves, runs, apart[:, 0], counts, cells
+        some = np.flatnonzero(cells == UNCLEAR)
+        (seen,) = course(curve[:, some].T[None], [around])
+        cells[some] = seen.cells
+    return int(cells[0]), moves, *passed(curve, moves, length, around.references, cells)
 
 
 @cache
-def _borders_turned(each: tuple[Ranges, ...]) -> tuple[Floats, Floats, Ints]:
-    """Return sides, cosine and sine of the levels, and orders: see `moved`."""
-    levels = np.radians([(one.mid, one.high) for one in each])
-    turned = np.stack((np.cos(levels), np.sin(levels)), axis=2).reshape(len(each), 4)
-    orders = np.array([np.argsort(one.starts) for one in each])
-    return np.array([_sides(one) for one in each]), turned, orders
-
-
-def _sides(ranges: Ranges) -> Floats:
+def _borders(ranges: Ranges) -> tuple[tuple[float, ...], Floats, Ints]:
+    """Return cosine and sine of the levels; sides; and order: see `moved`."""
     starts = np.array(ranges.starts)
     order = np.argsort(starts)
     stops = np.empty(8)
@@ -561,4 +482,6 @@ def _sides(ranges: Ranges) -> Floats:
     narrow = (stops - starts) % 360 < 180
     begin, end = np.radians(starts), np.radians(stops)
     turned = np.array((np.cos(begin), np.sin(begin), np.cos(end), np.sin(end))) * narrow
-    return np.vstack((turned, starts)).T
+    levels = np.radians((ranges.mid, ranges.high))
+    borders = np.stack((np.cos(levels), np.sin(levels)), axis=1)
+    return tuple(borders.ravel().tolist()), np.vstack((turned, starts)).T, order
