@@ -68,6 +68,34 @@ def _smooth(rough, half, calm):
         calm[frame] /= whole - max(half - frame, 0) - max(half - (frames - 1 - frame), 0)
 
 
+@numba.njit(cache=True, nogil=True)
+def smoothed(rough, half):
+    """Return the moving averages of curves, (R, N): see `lanindex.encoding.arithmetic.smooth`."""
+    calm = np.empty(rough.shape)
+    for row in range(len(rough)):
+        _smooth(rough[row], half, calm[row])
+    return calm
+
+
+@numba.njit(cache=True, nogil=True)
+def resampled(points, index, weights):
+    """Return values between points (R, S), (R, N): see `lanindex.encoding.places.Resampling`."""
+    values, slope = np.empty((len(points), len(index))), np.empty(points.shape[1])
+    here, there, rise, fall = weights
+    last = len(slope) - 1
+    for row in range(len(points)):
+        own = points[row]
+        slope[0], slope[last] = own[1] - own[0], own[last] - own[last - 1]
+        for place in range(1, last):
+            slope[place] = (own[place + 1] - own[place - 1]) / 2.0
+        for frame in range(len(index)):
+            place = index[frame]
+            value = own[place] * here[frame] + own[place + 1] * there[frame]
+            value += slope[place] * rise[frame]
+            values[row, frame] = value + slope[place + 1] * fall[frame]
+    return values
+
+
 @numba.njit
 def _mean(curve, width):
     calm = np.empty(len(curve))

@@ -111,8 +111,8 @@ def _curve(stretch: Stretch, turn: Floats, pairs: Sequence[tuple[str, str]]) -> 
         some = frames[part.outer]
         places, angle = stretch.sources(names, some), turn[some.start : some.stop]
         sine, cosine = np.sin(angle), np.cos(angle)
-        ways = stretch.work.values(places[:, children] - places[:, parents], some)
+        ways = stretch.work.values(places[:, children] - places[:, parents], some, body.fast)
         forward, up, right = ways.T
         turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
-        curve[..., part.inner] = smooth(turned, width)[..., part.within]
+        curve[..., part.inner] = smooth(turned, width, body.fast)[..., part.within]
     return curve.transpose(1, 2, 0)

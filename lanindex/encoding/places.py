@@ -53,7 +53,7 @@ class Resampling:
         """
         return _weights(self, frames)
 
-    def values(self, points: Floats, frames: range) -> Floats:
+    def values(self, points: Floats, frames: range, fast: bool = False) -> Floats:
         """Return the values of some frames.
 
         `points` (S, ...) float64, the points of ``sources(frames)``; returned (N, ...) float64.
@@ -61,6 +61,13 @@ class Resampling:
         index, weights = self.weights(frames)
         if not len(index):
             return points
+        if fast:
+            from lanindex.encoding import curves_fast
+
+            rows = np.ascontiguousarray(points.T)
+            flat = curves_fast.resampled(rows.reshape(-1, len(points)), index, weights)
+            between: Floats = flat.reshape(*rows.shape[:-1], len(index))
+            return between.T
         slope = np.gradient(points, axis=0).T
         values: Floats = (
             points.T.take(index, axis=-1) * weights[0]
@@ -155,8 +162,9 @@ class Stretch:
         width = window(profile.smoothing, profile.rate)
         first = max(frames.start - width // 2, 0)
         some = self.frames[first : frames.stop + width // 2]
-        rough = self.work.values(self.sources(names, some), some).T
-        calm = smooth(rough, width).transpose(1, 2, 0)
+        fast = self.body.fast
+        rough = self.work.values(self.sources(names, some), some, fast).T
+        calm = smooth(rough, width, fast).transpose(1, 2, 0)
         return calm[:, frames.start - first : frames.stop - first]
 
     def sources(self, names: Sequence[str], frames: range) -> Floats:

@@ -116,54 +116,41 @@ def _text(value: Any) -> str:
     return value
 
 
-def _positive(value: Any) -> Fraction:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.1 <= value <= 1000:
-        raise ValueError("a number from 0.1 to 1000")
-    return Fraction(str(value))
-
-
-def _count(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 < value <= 4096:
-        raise ValueError("a whole number from 1 to 4096")
+def _number(value: Any, low: float, high: float, kind: type[float] = float) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int | kind) or not low <= value <= high:
+        whole = "whole " if kind is int else ""
+        raise ValueError(f"a {whole}number from {low:g} to {high:g}")
     return value
 
 
-def _upto(top: float) -> Callable[[Any], float]:
-    def read(value: Any) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= top:
-            raise ValueError(f"a number from 0 to {top:g}")
-        return float(value)
-
-    return read
+def _positive(value: Any) -> Fraction:
+    return Fraction(str(_number(value, 0.1, 1000)))
 
 
-def _matched(value: Any, pattern: str, wanted: str) -> re.Match[str]:
-    match = re.fullmatch(r"(\d+(?:\.\d+)?)\s*" + pattern, value) if isinstance(value, str) else None
+def _quantity(value: Any, units: str, wanted: str) -> tuple[float, str]:
+    """Return a number and its unit."""
+    pattern = rf"(\d+(?:\.\d+)?)\s*({units})"
+    match = re.fullmatch(pattern, value) if isinstance(value, str) else None
     if match is None:
         raise ValueError(wanted)
-    return match
-
-
-def _bounded(number: str) -> float:
-    value = float(number)
-    if value > 1e6:
+    if float(match[1]) > 1e6:
         raise ValueError("a number of at most 1000000")
-    return value
+    return float(match[1]), match[2]
 
 
 def _seconds(value: Any) -> float:
-    match = _matched(value, "(ms|s)", '"83 ms" or "0.083 s"')
-    return _bounded(match[1]) / (1000 if match[2] == "ms" else 1)
+    number, unit = _quantity(value, "ms|s", '"83 ms" or "0.083 s"')
+    return number / (1000 if unit == "ms" else 1)
 
 
 def _speed(value: Any) -> Measure:
-    match = _matched(value, "(mm|L)/s", '"600 mm/s" or "1.09 L/s"')
-    return Measure(_bounded(match[1]), match[2] == "L")
+    number, unit = _quantity(value, "mm/s|L/s", '"600 mm/s" or "1.09 L/s"')
+    return Measure(number, unit == "L/s")
 
 
 def _length(value: Any) -> Measure:
-    match = _matched(value, "(mm|L)", '"50 mm" or "0.09 L"')
-    return Measure(_bounded(match[1]), match[2] == "L")
+    number, unit = _quantity(value, "mm|L", '"50 mm" or "0.09 L"')
+    return Measure(number, unit == "L")
 
 
 def _rhythm(value: Any) -> tuple[int, int]:
@@ -181,12 +168,12 @@ _FIELDS: dict[str, Callable[[Any], Any]] = {
     "prominence": _speed,
     "still": _speed,
     "distance": _length,
-    "path_check": _upto(100),
-    "achieved_within": _upto(180),
-    "onset": _upto(0.25),
+    "path_check": lambda value: float(_number(value, 0, 100)),
+    "achieved_within": lambda value: float(_number(value, 0, 180)),
+    "onset": lambda value: float(_number(value, 0, 0.25)),
     "speed": _positive,
     "rhythm": _rhythm,
-    "division": _count,
+    "division": lambda value: _number(value, 1, 4096, int),
 }
 
 

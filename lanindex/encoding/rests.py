@@ -20,7 +20,6 @@ from lanindex.encoding.places import Stretch
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Places = dict[str, Floats]
-Speeds = tuple[float, float, float]
 
 KNEELS, SITS, LIES, PROPS = 0.16, 0.2, 0.3, 0.12
 """Lengths of a leg above the floor: a knee that is lower kneels, hips that are lower sit, hips and
@@ -98,19 +97,18 @@ def masses(names: tuple[str, ...]) -> Floats:
     return np.array([*found.values()])
 
 
-def carriers(points: Floats, masses: Floats, feet: Flags, rate: float, speeds: Speeds) -> Flags:
+def carriers(points: Floats, masses: Floats, feet: Flags, rate: float) -> Flags:
     """Return what may carry: where it begins to, and where it goes on, (2, C, N).
 
     `points` (3, J, N), as from `points`; `masses` (J,), as from the function; `feet` (2, N) bool,
     whether they carry.
     """
-    stirs, stands, slides = speeds
     pace = _pace(points, rate)
     hips, calm = points[1, :2].min(axis=0), pace[:2].min(axis=0)
     high = np.concatenate(([hips, np.maximum(hips, points[1, 2])], points[1, 3:7]))
     pace = np.concatenate(([calm, calm], pace[3:7]))
     limit = HEIGHTS[:, None]
-    lies = np.array(((high < limit) & (pace < stands), (high < limit * HIGHER) & (pace < slides)))
+    lies = np.array(((high < limit) & (pace < STANDS), (high < limit * HIGHER) & (pace < SLIDES)))
     toes = feet & (points[1, -2:] < AWAY)
     on = np.concatenate((feet, toes, lies[1, 2:4]))
     off, crouches = np.zeros(len(hips)), hips < CROUCHES
@@ -124,7 +122,7 @@ def carriers(points: Floats, masses: Floats, feet: Flags, rate: float, speeds: S
     topples = np.array((off > TOPPLES, off > TOPPLES / 2))
     found[:, HAND] = (lies[:, 4] | lies[:, 5]) & topples
     crouches &= topples[0]
-    found[:, OTHER] = crouches & (calm < stirs), crouches & (calm < stands)
+    found[:, OTHER] = crouches & (calm < STIRS), crouches & (calm < STANDS)
     return found
 
 
@@ -163,7 +161,6 @@ ANKLE = 0.08
 SETTLES = 0.5
 """Seconds that a body is still at least of which something unseen must carry the weight."""
 
-SPEEDS = (STIRS, STANDS, SLIDES)
 NEEDED = tuple(side + it for side in SIDES for it in ("Hip", "Ankle"))
 WISHED = ("Neck", *(side + it for side in SIDES for it in ("Knee", "Toe", "Wrist")))
 
@@ -179,7 +176,7 @@ def rests(ground: Ground, places: Stretch) -> list[Event]:
             own = np.zeros((2, len(CARRIERS), block.outer.stop - block.outer.start), bool)
             body = points(seen, ground.leg, floor, some)
             feet = ground.carries[:, block.outer][:, some]
-            own[..., some] = carriers(body, mass, feet, rate, SPEEDS)
+            own[..., some] = carriers(body, mass, feet, rate)
             low[..., block.inner] = own[..., block.within]
     for start, stop in ground.air:
         low[..., start:stop] = False

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from effort import seeds
 
-from lanindex.encoding.rests import JOINTS, SPEEDS, carriers, lowest, masses, points
+from lanindex.encoding.rests import JOINTS, carriers, lowest, masses, points
 
 LEG, FLOOR, RATE = 800.0, 0.2, 60.0
 
@@ -23,7 +23,7 @@ def sinking(seed: int, frames: int) -> dict[str, np.ndarray]:
 
 def told(places: dict[str, np.ndarray], some: slice, feet: np.ndarray) -> np.ndarray:
     body = points(places, LEG, FLOOR, some)
-    return carriers(body, masses(tuple(places)), feet[:, some], RATE, SPEEDS)
+    return carriers(body, masses(tuple(places)), feet[:, some], RATE)
 
 
 @pytest.mark.parametrize("seed", seeds(12))
