@@ -205,18 +205,12 @@ def turns(heading: Floats, profile: Profile) -> Floats:
     pace = np.abs(np.gradient(calm)) * rate
     found = []
     for first, last in swings(calm, TURNS):
-        for start, stop in _turn_parts(pace[first : last + 1], round(BRIEF * rate)):
-            done = calm[first + stop - 1] - calm[first + start]
-            if abs(done) >= TURNS:
-                found.append(_turn(light, first + start, first + stop, rate))
+        rests = lulls(pace[first : last + 1], PAUSE, round(BRIEF * rate))
+        edges = [first, *(first + edge for edge in chain(*rests)), last + 1]
+        for start, stop in zip(edges[::2], edges[1::2], strict=True):
+            if stop > start and abs(calm[stop - 1] - calm[start]) >= TURNS:
+                found.append(_turn(light, start, stop, rate))
     return table([one for one in found if one.amount >= TURNS])
-
-
-def _turn_parts(pace: Floats, least: int) -> list[tuple[int, int]]:
-    """Part a turn where it rests."""
-    rests = lulls(pace, PAUSE, least)
-    edges = [0, *chain(*rests), len(pace)]
-    return [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b > a]
 
 
 def _turn(heading: Floats, start: int, stop: int, rate: float) -> Event:

@@ -66,33 +66,13 @@ def _few(counts: Sequence[int]) -> Iterator[slice]:
 def _measured(
     limbs: Limbs, limb: IntArray, first: IntArray, last: IntArray, rate: float
 ) -> tuple[Floats, Floats, Floats]:
-    """Return how fast, how far and how straight some rows are gone, (S,) each."""
-    pace = max(round(WAY * rate), 1)
-    peaks, begins, turned, gone = _looked(
-        limbs.curve.transpose(2, 0, 1), limb, first, last, limbs.lengths, pace
-    )
-    turned = 2 * np.arcsin(np.minimum(turned / 2, 1))
-    steps = np.hypot(turned, gone)
-    whole, degrees = steps[begins], np.degrees(turned[begins])
-    steps[begins] = 0
-    way = np.add.reduceat(steps, begins)
-    straight = np.divide(whole, way, out=np.ones(len(whole)), where=way > 0)
-    return peaks * rate / limbs.lengths[limb], degrees, np.minimum(straight, 1.0)
+    """Return how fast, how far and how straight some rows are gone, (S,) each.
 
+    The way of a row is looked at in points `WAY` apart, of which the last may lie nearer.
 
-def _looked(
-    curves: Floats, limb: IntArray, first: IntArray, last: IntArray, lengths: Floats, pace: int
-) -> tuple[Floats, IntArray, Floats, Floats]:
-    """Return what rows go along their curves.
-
-    The way of a row is looked at in points, `pace` frames apart, of which the last may lie nearer.
-
-    `curves` (3, P, N) float64, mm; `limb, first, last` (S,) int64: the part of each row, and its
-    frames, both included; `lengths` (P,) float64, mm; `peaks` (S,) float64: the highest speed, mm a
-    frame, by central differences; `begins` (S,) int64: where the points of each row begin; `turned,
-    gone` (M,) float64: between the directions of each point and the one before it how far their
-    tips are apart; and how much farther away it is, in lengths of the part.
+    `limb, first, last` (S,) int64: the part of each row, and its frames, both included.
     """
+    pace, curves, lengths = max(round(WAY * rate), 1), limbs.curve.transpose(2, 0, 1), limbs.lengths
     counts = -((first - last) // pace) + 1
     begins = np.cumsum(counts) - counts
     row = np.arange(len(first)).repeat(counts)
@@ -104,8 +84,14 @@ def _looked(
     before = np.arange(-1, len(row) - 1)
     after = before + 1
     before[begins], after[begins] = begins, begins + counts - 1
-    turned = _size(points[:, after] - points[:, before])
-    return _peaks(curves, limb, first, last), begins, turned, away[after] - away[before]
+    turned = 2 * np.arcsin(np.minimum(_size(points[:, after] - points[:, before]) / 2, 1))
+    steps = np.hypot(turned, away[after] - away[before])
+    whole, degrees = steps[begins], np.degrees(turned[begins])
+    steps[begins] = 0
+    way = np.add.reduceat(steps, begins)
+    straight = np.divide(whole, way, out=np.ones(len(whole)), where=way > 0)
+    peaks = _peaks(curves, limb, first, last)
+    return peaks * rate / lengths[limb], degrees, np.minimum(straight, 1.0)
 
 
 def _size(points: Floats) -> Floats:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import HIGH, LOW, MID, PLACE
 from lanindex.encoding.arithmetic import runs
 from lanindex.encoding.curves import SECTOR, Event, begun
-from lanindex.encoding.ground import FLICKER, FOOT, HIPS, SIDES, STIRS, Flags, Ground
+from lanindex.encoding.ground import FLICKER, FOOT, HIPS, SIDES, STIRS, Ground
 
 Floats = NDArray[np.float64]
 Heights = NDArray[np.float32]
@@ -176,25 +176,11 @@ def _slid(ground: Ground, left: Sequence[tuple[int, int, int]]) -> list[float]:
 
 
 def _levels(ground: Ground, foot: int, frames: Sequence[int]) -> list[int]:
+    """Return the levels of steps, by how the leg takes the weight from some frames on."""
     if not frames:
         return []
-    own = ground.carries[foot], ground.bent[foot], ground.feet.heights[foot]
-    return levels(frames, *own, ground.usual[foot], ground.rate)
-
-
-def levels(
-    frames: Sequence[int],
-    carries: Flags,
-    bent: NDArray[np.float32],
-    heights: NDArray[np.float32],
-    usual: float | None,
-    rate: float,
-) -> list[int]:
-    """Return the levels of steps, by how the leg takes the weight from some frames on.
-
-    `carries, bent` (N,) as of a `Ground`, of the foot; `heights` (K, N) as of `Feet`, of the foot.
-    """
-    width, count = max(round(WEIGHT * rate), 1), len(carries)
+    carries, bent, usual = ground.carries[foot], ground.bent[foot], ground.usual[foot]
+    width, count = max(round(WEIGHT * ground.rate), 1), len(carries)
     near = np.array(frames, np.int64)[:, None] + np.arange(width)
     there = np.minimum(near, count - 1)
     carried = carries[there] & (near < count)
@@ -202,7 +188,7 @@ def levels(
     low = (knees > BENT) & (knees < np.inf)  # where it is not known it is not more
     high = np.zeros(len(near), bool)
     if usual is not None:
-        ankle, toe = heights
+        ankle, toe = ground.feet.heights[foot]
         rise = np.sort(np.where(carried, ankle[there] - toe[there], np.inf), axis=1)
         middle = np.count_nonzero(carried, axis=1)[:, None]
         middle = np.concatenate((middle - 1, middle), axis=1) // 2

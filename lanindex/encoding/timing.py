@@ -72,14 +72,11 @@ def to_source(
     if len(gone := np.flatnonzero(later & passing)):
         outer = np.union1d(shown, ends - 1)
         outer = outer[np.searchsorted(outer, gone)]
-        borders[:, gone] = _nested(borders[:, gone], *borders[:, outer])
+        low, high = borders[:, outer]  # so that each has a frame within
+        starts = np.minimum(np.maximum(borders[0, gone], low), high - 1)
+        stops = np.minimum(np.maximum(borders[1, gone], starts + 1), high)
+        borders[:, gone] = starts, stops
     rows["start"], rows["stop"] = borders
-
-
-def _nested(spans: IntArray, low: IntArray, high: IntArray) -> IntArray:
-    """Lay each span inside another, so that it has a frame; (2, S)."""
-    starts = np.minimum(np.maximum(spans[0], low), high - 1)
-    return np.array((starts, np.minimum(np.maximum(spans[1], starts + 1), high)))
 
 
 def _apart(spans: IntArray, counts: IntArray) -> IntArray:
