@@ -79,6 +79,25 @@ def bend(upper: Floats, lower: Floats) -> Floats:
     return angle
 
 
+def unwrapped(angles: Floats) -> Floats:
+    """Return radians (N,) in one go, past half a circle on: as numpy's unwrap does, in blocks."""
+    steps = [slice(part.inner.start, part.inner.stop + 1) for part in blocks(len(angles) - 1)]
+    if all((np.abs(np.diff(angles[some])) < np.pi).all() for some in steps):
+        return angles
+    found, gone = angles.copy(), 0.0
+    for some in steps:
+        step = np.diff(angles[some])
+        turn = np.mod(step + np.pi, 2 * np.pi) - np.pi
+        turn[(turn == -np.pi) & (step > 0)] = np.pi
+        turn -= step
+        turn[np.abs(step) < np.pi] = 0
+        turn[0] += gone
+        turned = turn.cumsum()
+        found[some][1:] += turned
+        gone = float(turned[-1])
+    return found
+
+
 def smooth(curve: Floats, window: int, fast: bool = False) -> Floats:
     """Return the centred moving average; at the ends of the frames that exist.
 

@@ -104,15 +104,17 @@ def _curve(stretch: Stretch, turn: Floats, pairs: Sequence[tuple[str, str]]) -> 
     """Return curves between joints, (P, N, 3), worked out block by block."""
     body, frames = stretch.body, stretch.frames
     names = body.names if body.short else stretch.names
-    parents, children = (list(map(names.index, ends)) for ends in zip(*pairs, strict=True))
+    ends = [tuple(map(names.index, pair)) for pair in pairs]
     width = window(body.profile.smoothing, body.profile.rate)
     curve = np.empty((3, len(pairs), len(frames)))
     for part in blocks(len(frames), width // 2):
         some = frames[part.outer]
         places, angle = stretch.sources(names, some), turn[some.start : some.stop]
         sine, cosine = np.sin(angle), np.cos(angle)
-        ways = stretch.work.values(places[:, children] - places[:, parents], some, body.fast)
-        forward, up, right = ways.T
-        turned = np.stack((forward * cosine - right * sine, up, forward * sine + right * cosine))
-        curve[..., part.inner] = smooth(turned, width, body.fast)[..., part.within]
+        for number, (parent, child) in enumerate(ends):  # few numbers at a time stay in the cache
+            way = stretch.work.values(places[:, child] - places[:, parent], some, body.fast)
+            forward, up, right = way.T
+            turned = forward * cosine - right * sine, up, forward * sine + right * cosine
+            calm = smooth(np.array(turned), width, body.fast)
+            curve[:, number, part.inner] = calm[:, part.within]
     return curve.transpose(1, 2, 0)

@@ -27,11 +27,13 @@ WAY = 0.05
 FEW = 1 << 13
 """Rows that are measured together."""
 
-_TINY = 1e-9
+TINY = 1e-9
 """Millimetres: who is no farther away points nowhere."""
 
 
-def measure(rows: Rows, counts: Sequence[int], limbs: Limbs, profile: Profile) -> None:
+def measure(
+    rows: Rows, counts: Sequence[int], limbs: Limbs, profile: Profile, fast: bool = False
+) -> None:
     """Fill in the measures of rows, in place; a starting position has none.
 
     `rows` (S,) of `model.SYMBOL`, part by part, start and stop in resampled frames, the first of
@@ -46,7 +48,7 @@ def measure(rows: Rows, counts: Sequence[int], limbs: Limbs, profile: Profile) -
     moved = np.append(False, limb[1:] == limb[:-1])
     for some in _few(counts):
         chosen = limb[some], first[some], last[some]
-        values = _measured(limbs, *chosen, float(profile.rate))
+        values = _measured(limbs, *chosen, float(profile.rate), fast)
         for name, measured in zip(("speed", "size", "straightness"), values, strict=True):
             how = FIELDS[name]
             stored = np.rint(np.minimum(measured * how.scale, how.most)) / how.scale
@@ -64,34 +66,51 @@ def _few(counts: Sequence[int]) -> Iterator[slice]:
 
 
 def _measured(
-    limbs: Limbs, limb: IntArray, first: IntArray, last: IntArray, rate: float
+    limbs: Limbs, limb: IntArray, first: IntArray, last: IntArray, rate: float, fast: bool
 ) -> tuple[Floats, Floats, Floats]:
-    """Return how fast, how far and how straight some rows are gone, (S,) each.
+    """Return how fast, how far and how straight some rows are gone, (S,) each."""
+    look = _looked
+    if fast:
+        from lanindex.encoding.written_fast import looked as look
+    pace = max(round(WAY * rate), 1)
+    peaks, begins, turned, gone = look(
+        limbs.curve.transpose(2, 0, 1), limb, first, last, limbs.lengths, pace
+    )
+    turned = 2 * np.arcsin(np.minimum(turned / 2, 1))
+    steps = np.hypot(turned, gone)
+    whole, degrees = steps[begins], np.degrees(turned[begins])
+    steps[begins] = 0
+    way = np.add.reduceat(steps, begins)
+    straight = np.divide(whole, way, out=np.ones(len(whole)), where=way > 0)
+    return peaks * rate / limbs.lengths[limb], degrees, np.minimum(straight, 1.0)
 
-    The way of a row is looked at in points `WAY` apart, of which the last may lie nearer.
 
-    `limb, first, last` (S,) int64: the part of each row, and its frames, both included.
+def _looked(
+    curves: Floats, limb: IntArray, first: IntArray, last: IntArray, lengths: Floats, pace: int
+) -> tuple[Floats, IntArray, Floats, Floats]:
+    """Return what rows go along their curves.
+
+    The way of a row is looked at in points, `pace` frames apart, of which the last may lie nearer.
+
+    `curves` (3, P, N) float64, mm; `limb, first, last` (S,) int64: the part of each row, and its
+    frames, both included; `lengths` (P,) float64, mm; `peaks` (S,) float64: the highest speed, mm a
+    frame, by central differences; `begins` (S,) int64: where the points of each row begin; `turned,
+    gone` (M,) float64: between the directions of each point and the one before it how far their
+    tips are apart; and how much farther away it is, in lengths of the part.
     """
-    pace, curves, lengths = max(round(WAY * rate), 1), limbs.curve.transpose(2, 0, 1), limbs.lengths
     counts = -((first - last) // pace) + 1
     begins = np.cumsum(counts) - counts
     row = np.arange(len(first)).repeat(counts)
     frames = first[row] + pace * (np.arange(len(row)) - begins[row])
     points = curves[:, limb[row], np.minimum(frames, last[row])]
     away = _size(points)
-    points /= np.maximum(away, _TINY)
+    points /= np.maximum(away, TINY)
     away /= lengths[limb[row]]
     before = np.arange(-1, len(row) - 1)
     after = before + 1
     before[begins], after[begins] = begins, begins + counts - 1
-    turned = 2 * np.arcsin(np.minimum(_size(points[:, after] - points[:, before]) / 2, 1))
-    steps = np.hypot(turned, away[after] - away[before])
-    whole, degrees = steps[begins], np.degrees(turned[begins])
-    steps[begins] = 0
-    way = np.add.reduceat(steps, begins)
-    straight = np.divide(whole, way, out=np.ones(len(whole)), where=way > 0)
-    peaks = _peaks(curves, limb, first, last)
-    return peaks * rate / lengths[limb], degrees, np.minimum(straight, 1.0)
+    turned = _size(points[:, after] - points[:, before])
+    return _peaks(curves, limb, first, last), begins, turned, away[after] - away[before]
 
 
 def _size(points: Floats) -> Floats:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
 from lanindex.encoding.angles import Told, bends, leans
-from lanindex.encoding.arithmetic import held, parted, smooth, window
+from lanindex.encoding.arithmetic import held, parted, smooth, unwrapped, window
 from lanindex.encoding.curves import BRIEF, SECTOR, STRIDE, Event, pieces, table, turns
 from lanindex.encoding.ground import LEGS, Ground, grounds
 from lanindex.encoding.joints import Body
@@ -65,7 +65,7 @@ def travel(hips: Stretch, front: Floats, leg: float, profile: Profile) -> Floats
     margin = 1 - np.where(moves, np.abs(off) / SECTOR, np.hypot(ahead, aside) / GOES)
     top = np.maximum.reduceat(np.hypot(forward, right, out=forward), starts)
     del right
-    path = np.unwrap(path)
+    path = unwrapped(path)
     np.degrees(path, out=path)
     curved = np.rint(np.maximum.reduceat(path, starts) - np.minimum.reduceat(path, starts))
     found = np.full((len(starts), len(Event._fields)), -1.0)
@@ -112,7 +112,7 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
         yield from _feet(body, leg, turn, doubts)
     for hips in stretches(body, ("RHip", "LHip")):
         begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
-        front, profile = np.unwrap(front), body.profile
+        front, profile = unwrapped(front), body.profile
         way = table([])
         if leg:
             way = travel(hips, smooth(front, window(STRIDE, profile.rate)), leg, profile)

@@ -455,6 +455,7 @@ def finished(
     limbs: Limbs,
     around: Sequence[Space],
     profile: Profile,
+    fast: bool = False,
 ) -> list[Written]:
     """Return parts with the margins and measures of their rows, in frames of the source.
 
@@ -470,7 +471,7 @@ def finished(
     rows["start"], rows["stop"] = table["start"] + limbs.begin, table["stop"] + limbs.begin
     rows["margin"] = np.round(clear, 3)
     rows["runner_direction"], rows["runner_level"] = np.divmod(other, 3)
-    measure(rows, counts, limbs, profile)
+    measure(rows, counts, limbs, profile, fast)
     to_source(rows, counts, [limbs.known] * len(counts), limbs.rate, profile.rate)
     each = zip(limbs.parts, parted(rows, counts), strict=True)
     return [Written(part, limbs.known, of_part) for part, of_part in each]

@@ -18,6 +18,7 @@ from lanindex.encoding.arithmetic import parted
 from lanindex.encoding.curves_fast import middle
 from lanindex.encoding.direction import Space, angles, course
 from lanindex.encoding.limbs import Limbs
+from lanindex.encoding.measures import TINY
 from lanindex.encoding.profile import Profile
 from lanindex.encoding.written import LONG_HOLD, ROW, Written, finished, spaces
 from lanindex.notation.lpd_ldd import Ranges
@@ -426,6 +427,51 @@ def written_rows(
     return rows[:many].copy()
 
 
+@numba.njit
+def _speed(curve, frame):
+    """Return the square of twice the way in a frame, one-sided at the ends."""
+    last = curve.shape[1] - 1
+    before, after = max(frame - 1, 0), min(frame + 1, last)
+    square = 0.0
+    for axis in range(3):
+        way = curve[axis, after] - curve[axis, before]
+        square += way * way
+    return square if after - before == 2 else 4 * square
+
+
+@numba.njit(cache=True, nogil=True)
+def looked(curves, limb, first, last, lengths, pace):
+    """Return what rows go along their curves: see `lanindex.encoding.measures._looked`."""
+    count, many = len(first), 0
+    peaks, begins = np.empty(count), np.empty(count, np.int64)
+    for row in range(count):
+        begins[row] = many
+        many += -((first[row] - last[row]) // pace) + 1
+    turned, gone = np.empty(many), np.empty(many)
+    for row in range(count):
+        curve, length = curves[:, limb[row]], lengths[limb[row]]
+        peak = 0.0
+        for frame in range(first[row], last[row] + 1):
+            peak = max(peak, _speed(curve, frame))
+        peaks[row] = sqrt(peak) / 2
+        until = begins[row + 1] if row + 1 < count else many
+        x = y = z = away = 0.0
+        for place in range(begins[row], until):
+            frame = min(first[row] + pace * (place - begins[row]), last[row])
+            a, b, c = curve[0, frame], curve[1, frame], curve[2, frame]
+            size = sqrt(a * a + c * c + b * b)
+            least = max(size, TINY)
+            a, b, c, size = a / least, b / least, c / least, size / length
+            d, e, f = a - x, b - y, c - z
+            turned[place], gone[place] = sqrt(d * d + f * f + e * e), size - away
+            if place == begins[row]:
+                begun = (a, b, c, size)
+            x, y, z, away = a, b, c, size
+        x, y, z = x - begun[0], y - begun[1], z - begun[2]
+        turned[begins[row]], gone[begins[row]] = sqrt(x * x + z * z + y * y), away - begun[3]
+    return peaks, begins, turned, gone
+
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -452,7 +498,7 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
         )
         for part, one in enumerate(around)
     ]
-    return finished(np.concatenate(tables), list(map(len, tables)), limbs, around, profile)
+    return finished(np.concatenate(tables), list(map(len, tables)), limbs, around, profile, True)
 
 
 def _passed(curve: Floats, around: Space, profile: Profile) -> tuple[int, Ints, Ints, Floats]:

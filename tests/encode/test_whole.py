@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from motions import LEG, Do, walk
 
-from lanindex import encode
+from lanindex import compiled, encode
 from lanindex.alphabet import DIRECTIONS, JOINT_CODES, MOST_AMOUNT
 from lanindex.encoding.ground import grounds
 from lanindex.encoding.joints import Body
@@ -243,7 +243,8 @@ def test_one_frame_and_none_to_stand_on():
         assert said(score, "body_travel") == ["place"]
 
 
-def test_memory_grows_by_little_a_frame():
+def test_memory_grows_by_little_a_frame(monkeypatch):
+    monkeypatch.setattr(compiled, "chosen", lambda name, size: False)  # numba itself takes 30 MB
     motion = going("forward")
     turns, frames = heading(motion, motion.rate), 60_000
     times = frames // len(motion)
