@@ -27,7 +27,7 @@ WAY = 0.05
 FEW = 1 << 13
 """Rows that are measured together."""
 
-TINY = 1e-9
+_TINY = 1e-9
 """Millimetres: who is no farther away points nowhere."""
 
 
@@ -104,7 +104,7 @@ def _looked(
     frames = first[row] + pace * (np.arange(len(row)) - begins[row])
     points = curves[:, limb[row], np.minimum(frames, last[row])]
     away = _size(points)
-    points /= np.maximum(away, TINY)
+    points /= np.maximum(away, _TINY)
     away /= lengths[limb[row]]
     before = np.arange(-1, len(row) - 1)
     after = before + 1

@@ -18,7 +18,7 @@ from lanindex.encoding.arithmetic import parted
 from lanindex.encoding.curves_fast import middle
 from lanindex.encoding.direction import Space, angles, course
 from lanindex.encoding.limbs import Limbs
-from lanindex.encoding.measures import TINY
+from lanindex.encoding.measures import _TINY
 from lanindex.encoding.profile import Profile
 from lanindex.encoding.written import LONG_HOLD, ROW, Written, finished, spaces
 from lanindex.notation.lpd_ldd import Ranges
@@ -460,7 +460,7 @@ def looked(curves, limb, first, last, lengths, pace):
             frame = min(first[row] + pace * (place - begins[row]), last[row])
             a, b, c = curve[0, frame], curve[1, frame], curve[2, frame]
             size = sqrt(a * a + c * c + b * b)
-            least = max(size, TINY)
+            least = max(size, _TINY)
             a, b, c, size = a / least, b / least, c / least, size / length
             d, e, f = a - x, b - y, c - z
             turned[place], gone[place] = sqrt(d * d + f * f + e * e), size - away
