@@ -95,7 +95,7 @@ def turned(degrees: float) -> np.ndarray:
 def test_a_turn_of_just_the_least_angle_is_one(monkeypatch):
     profile, heading = load("default"), turned(31.2)
     calm = smooth(heading, window(curves.STRIDE, Fraction(60)))
-    ((start, stop),) = curves._turn_parts(np.abs(np.gradient(calm)) * 60, 24)
+    (_, start), (stop, _) = curves.lulls(np.abs(np.gradient(calm)) * 60, curves.PAUSE, 24)
     done = float(calm[stop - 1] - calm[start])
     monkeypatch.setattr(curves, "TURNS", done)
     assert len(curves.turns(heading, profile)) == 1
