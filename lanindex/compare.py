@@ -48,7 +48,7 @@ class Difference:
             return "not seen"
         if self.one is None or self.other is None:
             return "added" if self.one is None else "left out"
-        return "moved" if _same(self.one.symbol, self.other.symbol) else "replaced"
+        return "moved" if _mean_the_same(self.one.symbol, self.other.symbol) else "replaced"
 
     @property
     def later(self) -> float:
@@ -105,8 +105,8 @@ def compare(
         raise UsageError("no track that both have", wanted="one at least")
     differences, same = list[Difference](), 0
     for part in both:
-        for pair in _beside(_timed(one, part), _timed(other, part)):
-            if _differs(pair, tolerance):
+        for pair in _aligned(_timed(one, part), _timed(other, part)):
+            if _is_different(pair, tolerance):
                 differences.append(_with_seen(pair, one, other))
             else:
                 same += 1
@@ -131,9 +131,9 @@ def _with_seen(pair: Difference, one: Score, other: Score) -> Difference:
     return replace(pair, seen=at >= 0 and it.stop * rate - 1 <= known[at].stop)
 
 
-def _differs(pair: Difference, tolerance: float) -> bool:
+def _is_different(pair: Difference, tolerance: float) -> bool:
     one, other = pair.one, pair.other
-    if one is None or other is None or not _same(one.symbol, other.symbol):
+    if one is None or other is None or not _mean_the_same(one.symbol, other.symbol):
         return True
     apart = max(abs(one.start - other.start), abs(one.stop - other.stop))
     return apart > tolerance + 1e-9
@@ -146,7 +146,7 @@ def _meaning(symbol: Symbol) -> str:
     return f"{symbol.direction} {symbol.level}"
 
 
-def _same(one: Symbol, other: Symbol) -> bool:
+def _mean_the_same(one: Symbol, other: Symbol) -> bool:
     """Return whether two symbols mean the same; an amount that only one has is no difference."""
     if _meaning(one) != _meaning(other):
         return False
@@ -158,14 +158,14 @@ def _same(one: Symbol, other: Symbol) -> bool:
     return abs(one.amount - other.amount) <= DEGREES
 
 
-def _beside(one: list[Timed], other: list[Timed]) -> Iterator[Difference]:
+def _aligned(one: list[Timed], other: list[Timed]) -> Iterator[Difference]:
     """Yield the symbols of a track in pairs, or alone."""
     numbers: dict[str, int] = {}
     codes = [
         [numbers.setdefault(_meaning(it.symbol), len(numbers)) for it in symbols]
         for symbols in (one, other)
     ]
-    pairs = _in_time(_equal(*codes), codes, [one, other])
+    pairs = _pairs_aligned_in_time(_equal(*codes), codes, [one, other])
     first = second = 0
     later = 0.0
     for at, to in pairs:
@@ -191,13 +191,15 @@ def _equal(one: list[int], other: list[int]) -> list[Pair]:
     ]
 
 
-def _in_time(pairs: list[Pair], codes: list[list[int]], both: list[list[Timed]]) -> list[Pair]:
+def _pairs_aligned_in_time(
+    pairs: list[Pair], codes: list[list[int]], tracks: list[list[Timed]]
+) -> list[Pair]:
     """Return pairs moved to where times agree best: any of seven equal jumps may be missing.
 
     Each pair may move between its neighbours. One pass runs from the last pair to the first, one
     back; if one sequence is the other with some left out, all pairs then agree in time.
     """
-    times = [[(it.start + it.stop) / 2 for it in symbols] for symbols in both]
+    times = [[(it.start + it.stop) / 2 for it in symbols] for symbols in tracks]
     for side in (0, 1):
         places: dict[int, list[int]] = {}
         for place, code in enumerate(codes[side]):

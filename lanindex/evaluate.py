@@ -46,7 +46,7 @@ class Expectation:
 
     def wants(self, label: str) -> bool:
         """Return whether captures of this label should be found."""
-        return any(_fits(label, positive) for positive in self.positives)
+        return any(_label_matches(label, positive) for positive in self.positives)
 
     def unused(self, labels: Iterable[str]) -> list[str]:
         """Return the positives that none of these labels fits, in order."""
@@ -54,11 +54,11 @@ class Expectation:
         return sorted(
             positive
             for positive in self.positives
-            if not any(_fits(label, positive) for label in known)
+            if not any(_label_matches(label, positive) for label in known)
         )
 
 
-def _fits(label: str, positive: str) -> bool:
+def _label_matches(label: str, positive: str) -> bool:
     return label == positive or (bool(label) and fnmatchcase(label, positive))
 
 
@@ -125,8 +125,8 @@ class Result:
         return {**clip, "kind": "wrong", "hit": records.of_hit(miss.hit)}
 
 
-def _ratio(part: int, whole: int) -> float:
-    return part / whole if whole else 0.0
+def _ratio(part: int, total: int) -> float:
+    return part / total if total else 0.0
 
 
 def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:

@@ -108,7 +108,7 @@ def of_matched(symbol: Symbol) -> dict[str, Any]:
     return {**of_symbol(symbol), "margin": margin, "runner_up": _beside(symbol)}
 
 
-def of_difference(one: Difference) -> dict[str, Any]:
+def of_difference(difference: Difference) -> dict[str, Any]:
     """Return a difference of two scores: a line of ``diff``.
 
     Examples
@@ -128,12 +128,12 @@ def of_difference(one: Difference) -> dict[str, Any]:
         return {**of_symbol(it.symbol), "start": round(it.start, 6), "end": round(it.stop, 6)}
 
     return {
-        "part": one.part,
-        "difference": one.kind,
-        "one": timed(one.one),
-        "other": timed(one.other),
-        "later": round(one.later, 6),
-        "longer": round(one.longer, 6),
+        "part": difference.part,
+        "difference": difference.kind,
+        "one": timed(difference.one),
+        "other": timed(difference.other),
+        "later": round(difference.later, 6),
+        "longer": round(difference.longer, 6),
     }
 
 

@@ -54,7 +54,7 @@ SETTINGS: dict[str, Any] = {
 GARBAGE_THRESHOLD = 100_000
 """New objects before Python collects garbage: rows and hits by the thousand hold no cycles."""
 
-_BAD_CALL: Any = typer.BadParameter.__base__
+_ParserError: Any = typer.BadParameter.__base__
 """What the argument parser raises; only its child has a public name."""
 
 
@@ -101,7 +101,7 @@ class Verbs(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Run a verb; turn errors into one message and an exit code."""
         with _errors_reported(ctx):
-            _refuse_empty(ctx.args)
+            _refuse_empty_arguments(ctx.args)
             result = super().invoke(ctx)
             sys.stdout.flush()
             return result
@@ -112,7 +112,7 @@ def _errors_reported(ctx: Any) -> Iterator[None]:
     """Report an error in one message, and escape what the parser repeats of the arguments."""
     try:
         yield
-    except _BAD_CALL as error:
+    except _ParserError as error:
         lines = (error.message or "").split("\n")  # without arguments, the help is in it
         error.message = "\n".join(map(escaped, lines))
         raise
@@ -137,9 +137,9 @@ def _message(error: BaseException, ctx: Any, progress: str) -> str:
     return f"interrupted{progress}{kept}"
 
 
-def _refuse_empty(words: Sequence[str]) -> None:
+def _refuse_empty_arguments(arguments: Sequence[str]) -> None:
     """Refuse an empty argument: usually an unset variable of the shell."""
-    for before, word in pairwise(["", *words]):
+    for before, word in pairwise(["", *arguments]):
         if not word or (word.startswith("--") and word.find("=") == len(word) - 1):
             option = (word or before).rstrip("=")
             place = option if option.startswith("-") else ""

@@ -44,7 +44,7 @@ def of_score(score: Score) -> str:
     if len(starts) > SYMBOLS:
         stop = max(float((starts[SYMBOLS] + 1) / score.rate), 1.0)
         title += f": the first {min(stop, float(score.frames / score.rate)):.1f} s"
-    return f"<p>{title}</p>{_wide(svg.write(draw(score, stop=stop, bars=None)))}"
+    return f"<p>{title}</p>{_scrollable(svg.write(draw(score, stop=stop, bars=None)))}"
 
 
 def of_motion(motion: Motion) -> str:
@@ -69,7 +69,7 @@ def of_motion(motion: Motion) -> str:
 
 def of_hit(hit: Hit) -> str:
     """Return a hit as HTML: some poses, if its file is there as it was, and what matched."""
-    return f"<p>{escape(repr(hit)[1:-1])}</p>{_shown(hit, {})}{_strip(hit)}"
+    return f"<p>{escape(repr(hit)[1:-1])}</p>{_poses_or_reason(hit, {})}{_strip(hit)}"
 
 
 def of_hits(hits: Hits) -> str:
@@ -79,11 +79,11 @@ def of_hits(hits: Hits) -> str:
     figures: dict[str, Figure | str] = {}
     head, *rows = hits.html_table().split("</tr>")
     for number, hit in enumerate(hits[:FEW]):
-        rows[number] += f"<td>{_shown(hit, figures)}</td>"
+        rows[number] += f"<td>{_poses_or_reason(hit, figures)}</td>"
     return "</tr>".join([f"{head}<th>poses</th>", *rows])
 
 
-def _shown(hit: Hit, figures: dict[str, Figure | str]) -> str:
+def _poses_or_reason(hit: Hit, figures: dict[str, Figure | str]) -> str:
     """Return poses of a hit; what stands in the way if its file cannot be shown."""
     from lanindex.errors import LanindexError
 
@@ -189,8 +189,8 @@ def _strip(hit: Hit) -> str:
             row["ticks"] = np.int32(symbol.stop > symbol.start)
         tracks[part] = Track(part, rows, (Span(0, last - first),))
     score = Score(hit.capture.rate, last - first, hit.capture.meter, tracks)
-    return _wide(svg.write(draw(score, bars=None, seconds=True))) if tracks else ""
+    return _scrollable(svg.write(draw(score, bars=None, seconds=True))) if tracks else ""
 
 
-def _wide(drawn: str) -> str:
+def _scrollable(drawn: str) -> str:
     return f'<div style="overflow:auto;max-height:60em">{drawn}</div>'

@@ -387,14 +387,14 @@ def aligned(lines: Sequence[Sequence[str]]) -> Iterator[str]:
     Numbers are aligned to the right and never cut. The widest columns of words shrink first, none
     below `LEAST`; if that is not enough, the gaps between columns do.
     """
-    widths = _fitted(list(zip(*lines, strict=True)))
+    widths = _column_widths(list(zip(*lines, strict=True)))
     gap = "  " if sum(widths) + 2 * (len(widths) - 1) <= room() else " "
     for line in lines:
-        cells = (_padded(cell, most) for cell, most in zip(line, widths, strict=True))
+        cells = (_pad(cell, most) for cell, most in zip(line, widths, strict=True))
         yield gap.join(cells).rstrip()
 
 
-def _fitted(columns: Sequence[Sequence[str]]) -> list[int]:
+def _column_widths(columns: Sequence[Sequence[str]]) -> list[int]:
     widths = [max(map(width, column)) for column in columns]
     words = [at for at, column in enumerate(columns) if any(map(str.isalpha, "".join(column[1:])))]
     over = sum(widths) + 2 * (len(widths) - 1) - room()
@@ -412,7 +412,7 @@ def room() -> int:
     return shutil.get_terminal_size().columns
 
 
-def _padded(cell: str, most: int) -> str:
+def _pad(cell: str, most: int) -> str:
     cell = cut(cell, most)
     space = " " * (most - width(cell))
     numeric = cell.replace(".", "", 1).lstrip("-").isdigit()

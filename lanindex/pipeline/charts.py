@@ -26,7 +26,7 @@ FORMS = ("svg", "png", "pdf")
 MOST = 4
 """Groups that find room beside each other."""
 
-WAYS = 12
+TRANSITIONS = 12
 """Transitions that are drawn of each part: the most frequent."""
 
 _AT = {
@@ -36,20 +36,20 @@ _AT = {
 }  # fmt: skip
 """Where each direction lies in its field of nine, right and forward of the middle."""
 
-_APART = 3.6
+_SPACING = 3.6
 _SPOTS = np.array([
-    (_AT[direction][0] + _APART * level, _AT[direction][1])
+    (_AT[direction][0] + _SPACING * level, _AT[direction][1])
     for direction in DIRECTIONS for level in range(len(LEVELS))
 ])  # fmt: skip
 
 
-def charted(found: Movement, form: str) -> bytes:
+def charted(movement: Movement, form: str) -> bytes:
     """Return statistics as a picture."""
     if form not in FORMS:
         raise UsageError(f'"{form}"', place="--plot", wanted=f"an ending: {', '.join(FORMS)}")
-    if not 0 < len(found.groups) <= MOST:
+    if not 0 < len(movement.groups) <= MOST:
         raise UsageError(
-            f"{len(found.groups)} groups",
+            f"{len(movement.groups)} groups",
             place="--plot",
             wanted=f"1 to {MOST}",
             remedy="Choose two with --compare A B, or captures with --in and --where.",
@@ -58,65 +58,65 @@ def charted(found: Movement, form: str) -> bytes:
         from matplotlib import rc_context
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
-    two = len(found.groups) == 2
-    columns = len(found.groups) * 2 + two + 1
+    two = len(movement.groups) == 2
+    columns = len(movement.groups) * 2 + two + 1
     with rc_context({"svg.hashsalt": "lanindex", "font.size": 8, "svg.fonttype": "none"}):
         figure = Figure(
-            figsize=(2.7 * columns, 1.45 * len(found.parts) + 1.3), layout="constrained"
+            figsize=(2.7 * columns, 1.45 * len(movement.parts) + 1.3), layout="constrained"
         )
         FigureCanvasAgg(figure)  # no display
-        axes = figure.subplots(len(found.parts), columns, squeeze=False)
-        for row, part in zip(axes, found.parts, strict=True):
-            _row(found, part, list(row))
-        for axis, title in zip(axes[0], _titles(found), strict=True):
+        axes = figure.subplots(len(movement.parts), columns, squeeze=False)
+        for row, part in zip(axes, movement.parts, strict=True):
+            _row(movement, part, list(row))
+        for axis, title in zip(axes[0], _titles(movement), strict=True):
             axis.set_title(title, fontsize=8)
-        if len(found.groups) > 1:
+        if len(movement.groups) > 1:
             axes[0][-1].legend(fontsize=6, frameon=False)
-        figure.suptitle(_title(found))
+        figure.suptitle(_title(movement))
         content = BytesIO()
         metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(form)
         figure.savefig(content, format=form, dpi=110, metadata=metadata)
     return content.getvalue()
 
 
-def _title(found: Movement) -> str:
-    groups = ", ".join(f"{name or '(none)'} ({count})" for name, count in found.groups.items())
-    text = f"{found.by or 'captures'}: {groups}"
-    if len(found.groups) == 2:
-        many = sum(one.matters for one in found.differences)
-        text += f"; {many} of {len(found.differences)} differences matter (framed)"
+def _title(movement: Movement) -> str:
+    groups = ", ".join(f"{name or '(none)'} ({count})" for name, count in movement.groups.items())
+    text = f"{movement.by or 'captures'}: {groups}"
+    if len(movement.groups) == 2:
+        many = sum(one.matters for one in movement.differences)
+        text += f"; {many} of {len(movement.differences)} differences matter (framed)"
     return f"{text}\nlow, mid, high from left to right, forward up, place in the middle"
 
 
-def _titles(found: Movement) -> Iterator[str]:
-    for group in found.groups:
+def _titles(movement: Movement) -> Iterator[str]:
+    for group in movement.groups:
         yield f"{group or '(none)'}: where to"
-        yield f"{group or '(none)'}: the {WAYS} most frequent ways"
-    if len(found.groups) == 2:
+        yield f"{group or '(none)'}: the {TRANSITIONS} most frequent ways"
+    if len(movement.groups) == 2:
         yield "second less first, % (mean of captures)"
     yield "movements a second"
 
 
-def _row(found: Movement, part: str, axes: list[Axes]) -> None:
+def _row(movement: Movement, part: str, axes: list[Axes]) -> None:
     """Draw a part: cells and ways of each group, the difference of two, and rates."""
-    moves = [found.of(group, part) for group in found.groups]
+    moves = [movement.of(group, part) for group in movement.groups]
     shares = [one.cells / max(int(one.cells.sum()), 1) for one in moves]
     top = max(float(max(it.max() for it in shares)), 1e-9)
     for place, (one, share) in enumerate(zip(moves, shares, strict=True)):
         cells, ways = axes[2 * place : 2 * place + 2]
         _field(cells, share, "Blues", 0.0, top)
         cells.set_xlabel(f"{int(one.cells.sum())} movements, {one.captures} captures")
-        _ways(ways, one.transitions)
+        _transitions(ways, one.transitions)
         ways.set_xlabel(f"known {one.coverage:.0%} of the time")
     axes[0].set_ylabel(part)
-    differences = [one for one in found.differences if one.part == part]
+    differences = [one for one in movement.differences if one.part == part]
     if len(moves) == 2:
         _difference(axes[-2], [one for one in differences if one.what != "rate"])
     _rates(axes[-1], moves, frame=any(one.matters for one in differences if one.what == "rate"))
 
 
-def _bare(axis: Axes) -> None:
-    axis.set_xlim(-1.7, 2 * _APART + 1.7)
+def _clear_axes(axis: Axes) -> None:
+    axis.set_xlim(-1.7, 2 * _SPACING + 1.7)
     axis.set_ylim(-1.7, 1.7)
     axis.set_aspect("equal")
     axis.set_xticks([])
@@ -129,7 +129,7 @@ def _field(axis: Axes, values: NDArray[Any], colors: str, least: float, most: fl
     """Draw a value in each cell; what is shown of it is in per cent."""
     from matplotlib import colormaps
 
-    _bare(axis)
+    _clear_axes(axis)
     for (x, y), value in zip(_SPOTS, values.tolist(), strict=True):
         share = (value - least) / (most - least)
         color = colormaps[colors](0.85 * share if least == 0 else share)
@@ -146,14 +146,14 @@ def _square(axis: Axes, x: float, y: float, **style: Any) -> None:
     axis.add_patch(Rectangle((x - 0.47, y - 0.47), 0.94, 0.94, **style))
 
 
-def _ways(axis: Axes, transitions: NDArray[Any]) -> None:
+def _transitions(axis: Axes, transitions: NDArray[Any]) -> None:
     """Draw arrows from cell to cell, as wide as they are frequent."""
-    _bare(axis)
+    _clear_axes(axis)
     axis.scatter(_SPOTS[:, 0], _SPOTS[:, 1], s=6, color="0.75")
     came, went = np.nonzero(transitions)
     counts = transitions[came, went]
     most = max(int(counts.max()), 1) if len(counts) else 1
-    for it in np.argsort(-counts, kind="stable")[:WAYS].tolist():
+    for it in np.argsort(-counts, kind="stable")[:TRANSITIONS].tolist():
         share = float(counts[it]) / most
         style = {"arrowstyle": "-|>", "color": "tab:blue", "alpha": 0.35 + 0.6 * share,
                  "linewidth": 0.4 + 2.4 * share, "mutation_scale": 4 + 3 * share,

@@ -86,11 +86,11 @@ def files_of(
         from lanindex.formats import bids
 
         return list(bids.files(motion, target)), ()
-    content, warnings = written(motion, form)
+    content, warnings = file_content(motion, form)
     return [(target, content)], warnings
 
 
-def written(motion: Motion, form: str) -> tuple[bytes, tuple[str, ...]]:
+def file_content(motion: Motion, form: str) -> tuple[bytes, tuple[str, ...]]:
     """Return a motion as a file, and what there is to say of it."""
     warnings: tuple[str, ...] = ()
     if form in ANIMATED:
@@ -146,10 +146,10 @@ def from_origin(motion: Motion) -> Motion:
 
     joints = body(motion)
     middle = next(
-        (joints[name] for name in ("Pelvis", "Chest", "Neck") if _known(joints[name]).any()),
+        (joints[name] for name in ("Pelvis", "Chest", "Neck") if _is_known(joints[name]).any()),
         joints.places[:, 0],
     )
-    known = np.flatnonzero(_known(middle)[motion.first :])
+    known = np.flatnonzero(_is_known(middle)[motion.first :])
     first = motion.first + (int(known[0]) if len(known) else 0)
     turn = -float(heading(motion, motion.rate)[first]) - np.pi / 2
     cos, sin = np.cos(turn), np.sin(turn)
@@ -163,17 +163,17 @@ def from_origin(motion: Motion) -> Motion:
     return replace(
         motion,
         positions=moved(motion.positions),
-        rotations=None if motion.rotations is None else _turned(motion.rotations, turn),
+        rotations=None if motion.rotations is None else _turn_rotations(motion.rotations, turn),
         markers=None if markers is None else Markers(markers.names, moved(markers.positions)),
         axes={joint: (it @ ring.T).astype(np.float32) for joint, it in motion.axes.items()},
     )
 
 
-def _known(places: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _is_known(places: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(places).all(axis=1))
 
 
-def _turned(rotations: NDArray[np.float32], turn: float) -> NDArray[np.float32]:
+def _turn_rotations(rotations: NDArray[np.float32], turn: float) -> NDArray[np.float32]:
     """Return rotations after a turn about the vertical, in radians."""
     w, x, y, z = np.moveaxis(rotations, -1, 0)
     cos, sin = np.cos(turn / 2), np.sin(turn / 2)

@@ -106,21 +106,23 @@ class DatasetOptions:
     split_by: str | None = None
     seed: int = 0
     force: bool = False
-    how: Mapping[str, str] = field(default_factory=dict)
+    search_options: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
+class WrittenDataset:
     """A data set that was written."""
 
     clips: bytes
     card: Mapping[str, Any]
 
 
-def write(store: Store, groups: Sequence[ClipGroup], folder: Path, options: DatasetOptions) -> Made:
+def write(
+    store: Store, groups: Sequence[ClipGroup], folder: Path, options: DatasetOptions
+) -> WrittenDataset:
     """Write a data set, all or nothing; where there is no clip, nothing."""
     job = _Job(store, groups, options)
-    before = _before(folder, options.force)
+    before = _existing_files(folder, options.force)
     write_all(
         ((folder / name, content) for name, content in job.files()),
         force=options.force,
@@ -129,7 +131,7 @@ def write(store: Store, groups: Sequence[ClipGroup], folder: Path, options: Data
     if job.written:
         for name in before - job.written:
             (folder / name).unlink(missing_ok=True)
-    return Made(bytes(job.index), job.card)
+    return WrittenDataset(bytes(job.index), job.card)
 
 
 class _Job:
@@ -138,11 +140,11 @@ class _Job:
     def __init__(self, store: Store, groups: Sequence[ClipGroup], options: DatasetOptions) -> None:
         self.store, self.groups, self.options = store, groups, options
         self.layout = layout_of(options.layout)
-        rate, own = options.rate, self.layout.rate
-        if rate and own and rate != own:
-            wanted = f"{own}, as {options.layout} has it"
+        rate, layout_rate = options.rate, self.layout.rate
+        if rate and layout_rate and rate != layout_rate:
+            wanted = f"{layout_rate}, as {options.layout} has it"
             raise UsageError(f"{float(rate):g} frames a second", place="--fps", wanted=wanted)
-        self.rate = own or rate
+        self.rate = layout_rate or rate
         pad_frames(options.pad, Fraction(1))
         shares = read_shares(options.shares)
         numbers: Counter[int] = Counter()
@@ -171,13 +173,13 @@ class _Job:
             yield name, content
 
     def _files(self) -> Iterator[tuple[str, bytes]]:
-        taken: set[str] = set()
+        used_names: set[str] = set()
         streams = [zip(repeat(number), one.requests) for number, one in enumerate(self.groups)]
         ordered = merge(*streams, key=lambda one: one[1].capture.id)
         by_capture = groupby(ordered, key=lambda one: one[1].capture.id)
         for done, (_, requests) in enumerate(by_capture):
             self.store.session.progress("captures", done, self.total)
-            yield from self._of_capture(list(requests), taken)
+            yield from self._of_capture(list(requests), used_names)
         self.store.session.progress("captures", self.total, self.total)
         self.card = self._card()
         if self.index:
@@ -187,51 +189,51 @@ class _Job:
             yield PAGE, page(self.card, self.layout.on_card).encode()
 
     def _of_capture(
-        self, requests: Sequence[tuple[int, Request]], taken: set[str]
+        self, requests: Sequence[tuple[int, Request]], used_names: set[str]
     ) -> Iterator[tuple[str, bytes]]:
         """Yield the files of a capture's clips; requests are each with the place of its group."""
-        held = held_as(self.store, requests[0][1].capture)
-        if held.format in NOTATIONS:
-            self.counts.left_out[f"a score ({held.format}) has no motion"] += len(requests)
+        capture = held_as(self.store, requests[0][1].capture)
+        if capture.format in NOTATIONS:
+            self.counts.left_out[f"a score ({capture.format}) has no motion"] += len(requests)
             return
-        places = body(stored_motion(self.store, held, held.rate)).places / 1000
-        score = self.store.score(held.id)
-        profile = self.store.encoding(held.id).profile
+        places = body(stored_motion(self.store, capture, capture.rate)).places / 1000
+        score = self.store.score(capture.id)
+        profile = self.store.encoding(capture.id).profile
         for source, request in requests:
             group = self.groups[source]
-            span = clip_span(held, request.hit, self.options.pad)
-            joints, rate = places[span.start : span.stop], held.rate
+            span = clip_span(capture, request.hit, self.options.pad)
+            joints, rate = places[span.start : span.stop], capture.rate
             if self.rate:
                 joints, rate = resample(joints, 0, rate, self.rate)[1], self.rate
-            label = group.label or held.label
+            label = group.label or capture.label
             seen = sentence_of_symbols(request.symbols)
             texts = distinct((label, as_seen(group.sentence), seen))
-            name, part = clip_name(held, span, taken), self.split[self.unit[held.id]]
+            name, part = clip_name(capture, span, used_names), self.split[self.unit[capture.id]]
             clip = Clip(name, part, joints, rate, score, span, texts, label)
             if why := self.layout.lacking(clip):
                 self.counts.left_out[why] += 1
                 continue
             names = self.layout.names(name, part)
             yield from zip(names, self.layout.contents(clip), strict=True)
-            row = self._row(clip, names[0], held, request)
+            row = self._row(clip, names[0], capture, request)
             self.index += json.dumps(row, ensure_ascii=False).encode() + b"\n"
-            self.counts.add(row, self.unit[held.id], held.format)
+            self.counts.add(row, self.unit[capture.id], capture.format)
             self.counts.profiles[profile] += 1
             self.clips[source] += 1
-            self.expected[source] += held.id in (group.expected or ())
+            self.expected[source] += capture.id in (group.expected or ())
 
-    def _row(self, clip: Clip, name: str, held: Capture, request: Request) -> dict[str, Any]:
+    def _row(self, clip: Clip, name: str, capture: Capture, request: Request) -> dict[str, Any]:
         """Return a clip's line in the index: `COLUMNS`."""
         return {
             "clip": name,
             "split": clip.split,
             "label": clip.label,
             "texts": list(clip.texts),
-            "capture": held.path,
-            "capture_id": held.id,
-            "capture_label": held.label,
-            "performer": held.metadata.get(self.column, "") if self.column else "",
-            "licence": next(filter(None, map(held.metadata.get, LICENCES)), "not told"),
+            "capture": capture.path,
+            "capture_id": capture.id,
+            "capture_label": capture.label,
+            "performer": capture.metadata.get(self.column, "") if self.column else "",
+            "licence": next(filter(None, map(capture.metadata.get, LICENCES)), "not told"),
             "fps": round(float(clip.rate), 6),
             "frames": len(clip.places),
             "seconds": round(float(len(clip.places) / clip.rate), 6),
@@ -258,7 +260,7 @@ class _Job:
             "fps": float(self.rate) if self.rate else None,
             **self.counts.record(),
             "found": found,
-            "how": {"time around each hit": self.options.pad, **self.options.how},
+            "how": {"time around each hit": self.options.pad, **self.options.search_options},
             "shares": self.options.shares,
             "seed": self.options.seed,
             "split_by": self.column or "capture",
@@ -290,7 +292,7 @@ def _check_sources(captures: Sequence[Capture]) -> None:
         )
 
 
-def _before(folder: Path, force: bool) -> set[str]:
+def _existing_files(folder: Path, force: bool) -> set[str]:
     """Return the files of a data set that is in a folder; refuse a folder that holds things."""
     try:
         holds = any(folder.iterdir())
@@ -465,14 +467,14 @@ class Counts:
     def __init__(self) -> None:
         keys = ("split", "label", "licence", "format")
         self.by: dict[str, dict[str, Tally]] = {key: defaultdict(Tally) for key in keys}
-        self.whole = Tally()
+        self.all_clips = Tally()
         self.label_splits: dict[str, Counter[str]] = defaultdict(Counter)
         self.profiles, self.left_out = Counter[str](), Counter[str]()
 
     def add(self, row: Mapping[str, Any], unit: str, form: str) -> None:
         """Count one clip, by its line in the index."""
         values = {**row, "format": form}
-        for tally in (self.whole, *(tallies[values[key]] for key, tallies in self.by.items())):
+        for tally in (self.all_clips, *(tallies[values[key]] for key, tallies in self.by.items())):
             tally.clips += 1
             tally.frames += row["frames"]
             tally.seconds += row["seconds"]
@@ -493,7 +495,7 @@ class Counts:
         for label, counts in self.label_splits.items():
             groups["by_label"][label]["splits"] = {name: counts[name] for name in SPLITS}
         return {
-            **self.whole.record(),
+            **self.all_clips.record(),
             **groups,
             "profiles": dict(sorted(self.profiles.items())),
             "left_out": dict(sorted(self.left_out.items())),

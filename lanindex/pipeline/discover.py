@@ -37,7 +37,7 @@ def discover(
             place = os.path.abspath(found)
             if place not in seen:
                 seen.add(place)
-                yield from map(printable, _held(found, others, apart))
+                yield from map(printable, _captures_in(found, others, apart))
 
 
 def _walk(folder: str, others: list[str] | None) -> Iterator[str]:
@@ -64,7 +64,7 @@ def _if_read(path: str, others: list[str] | None) -> Iterator[str]:
         others.append(path)
 
 
-def _held(path: str, others: list[str] | None, apart: bool) -> Iterator[str]:
+def _captures_in(path: str, others: list[str] | None, apart: bool) -> Iterator[str]:
     """Yield the captures in a file: of an archive its members, else its people."""
     try:
         if archives.is_archive(path) and os.path.isfile(path):

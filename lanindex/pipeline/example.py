@@ -156,9 +156,9 @@ def _hull(clip: Clips, matched: list[list[Pair]], one: Near) -> Span:
     return Span(int(moves.starts.min()), int(moves.stops.max()))
 
 
-def reranked(store: Store, found: Alike, watch: Progress) -> Alike:
+def reranked(store: Store, alike: Alike, watch: Progress) -> Alike:
     """Return what is like an example, the best hundred by how far their joints lie from its own."""
-    clip, hits, known = found.example, found.hits, store.known()
+    clip, hits, known = alike.example, alike.hits, store.known()
     capture = clip.capture
     location, digest = (capture.location, capture.sha256) if capture else (clip.path, "")
     try:
@@ -181,7 +181,7 @@ def reranked(store: Store, found: Alike, watch: Progress) -> Alike:
             apart.append(inf)
     order = sorted(range(len(apart)), key=apart.__getitem__)
     moved = hits.arranged([*order, *range(len(order), len(hits))])
-    return replace(found, hits=moved, notes=tuple(notes))
+    return replace(alike, hits=moved, notes=tuple(notes))
 
 
 def _joints(

@@ -73,7 +73,7 @@ def clips(
         if options.preview not in FORMS:
             found = f'"{shown(options.preview)}"'
             raise UsageError(found, place="--preview", wanted=", ".join(FORMS))
-    taken = {*manifest.NAMES}
+    used_names = {*manifest.NAMES}
     for _, group in groupby(requests, key=lambda request: _identity(request.capture)):
         of_capture = list(group)
         capture = held_as(store, of_capture[0].capture)
@@ -82,7 +82,7 @@ def clips(
         film = filming(store, capture, score, options.preview) if options.preview else None
         for request in of_capture:
             span = clip_span(capture, request.hit, options.pad)
-            name = clip_name(capture, span, taken)
+            name = clip_name(capture, span, used_names)
             for ending, content in cut(span):
                 yield formats.File(name + ending, content)
             yield formats.File(f"{name}.lnd", lnd.write(excerpt(score, span)).encode())
@@ -123,7 +123,7 @@ def _cutter(store: Store, capture: Capture, options: ClipOptions) -> tuple[str, 
     def written(span: Span) -> Iterable[tuple[str, bytes]]:
         part = convert.stretch(motion, span)
         part = convert.from_origin(part) if options.origin else part
-        return [(f".{target}", convert.written(part, target)[0])]
+        return [(f".{target}", convert.file_content(part, target)[0])]
 
     return f".{target}", written
 
@@ -157,14 +157,14 @@ def padded(span: Span, frames: int, total: int) -> Span:
     return Span(max(0, span.start - frames), min(total, span.stop + frames))
 
 
-def clip_name(capture: Capture, span: Span, taken: set[str]) -> str:
+def clip_name(capture: Capture, span: Span, used_names: set[str]) -> str:
     """Return a name that no clip has yet, also where upper and lower case are one."""
     name = stem = f"{safe_stem(capture.path)}_{span.start}-{span.stop}"
     number = 1
-    while name.casefold() in taken:
+    while name.casefold() in used_names:
         number += 1
         name = f"{stem}_{number}"
-    taken.add(name.casefold())
+    used_names.add(name.casefold())
     return name
 
 

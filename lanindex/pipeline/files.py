@@ -23,12 +23,14 @@ def safe_stem(path: str) -> str:
     """Return a file's name without folders and ending, with nothing that a shell might trip on."""
     name = re.split(r"/|\\(?!x[89a-f][0-9a-f])", path)[-1]
     stem = name.rsplit(".", 1)[0] if "." in name[1:] else name
-    kept = "".join(map(_kept, unicodedata.normalize("NFC", stem))).strip(". ").lstrip("-=+@. ")
-    cut = kept.encode()[:_STEM].decode(errors="ignore").rstrip(". ")
+    safe = (
+        "".join(map(_safe_letter, unicodedata.normalize("NFC", stem))).strip(". ").lstrip("-=+@. ")
+    )
+    cut = safe.encode()[:_STEM].decode(errors="ignore").rstrip(". ")
     return f"_{cut}" if _DEVICES.fullmatch(cut) else cut or "clip"
 
 
-def _kept(letter: str) -> str:
+def _safe_letter(letter: str) -> str:
     mark = unicodedata.category(letter).startswith("M")
     return letter if letter.isalnum() or mark or letter in "_.#+=@ -" else "_"
 
@@ -42,15 +44,15 @@ def write_all(
 ) -> None:
     """Write several files, all or none."""
     drafts: list[tuple[str, Path]] = []
-    kept = {_identity(source) for source in sources}
+    read_files = {_identity(source) for source in sources}
     try:
         for path, content in files:
-            refuse(path, force=force, kept=kept)
+            refuse(path, force=force, sources=read_files)
             drafts.append((_draft(path, content), path))
         if replaced := [path for _, path in drafts if path.exists()]:
-            kept = {_identity(source) for source in suspects(replaced)}
+            identities = {_identity(source) for source in suspects(replaced)}
             for path in replaced:
-                _spare(path, kept)
+                _refuse_source(path, identities)
         while drafts:
             os.replace(*drafts[0])
             drafts.pop(0)
@@ -71,7 +73,7 @@ def _identity(path: str | os.PathLike[str]) -> tuple[int, int] | None:
 
 
 def refuse(
-    path: Path, *, force: bool = False, kept: Container[tuple[int, int] | None] = ()
+    path: Path, *, force: bool = False, sources: Container[tuple[int, int] | None] = ()
 ) -> None:
     """Refuse, before the work, a place that no file can be written to."""
     for folder in path.parents:
@@ -81,7 +83,7 @@ def refuse(
         raise ExportError("is a folder", place=str(path), wanted="a file's name")
     if path.exists() and not path.is_file():  # a device, a pipe or a socket
         raise ExportError("is no regular file", place=str(path), wanted="another name")
-    _spare(path, kept)
+    _refuse_source(path, sources)
     if os.path.lexists(path) and not force:
         raise ExportError(
             "exists already",
@@ -91,10 +93,10 @@ def refuse(
         )
 
 
-def _spare(path: Path, kept: Container[tuple[int, int] | None]) -> None:
+def _refuse_source(path: Path, sources: Container[tuple[int, int] | None]) -> None:
     """Refuse to replace a file that is read, or may be one day."""
     identity = _identity(path)
-    if identity and identity in kept:
+    if identity and identity in sources:
         raise ExportError("is the file that is read", place=str(path), wanted="another file")
 
 

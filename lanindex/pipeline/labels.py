@@ -14,10 +14,10 @@ from lanindex.formats.file import on_disk
 from lanindex.library.selection import absolute, is_gone
 from lanindex.notation.text import read_text
 
-Said = tuple[str | None, dict[str, str]]
+CaptureLabels = tuple[str | None, dict[str, str]]
 """Of a capture: the label, None where the table has none, and the other columns."""
 
-Labels = dict[str, Said]
+Labels = dict[str, CaptureLabels]
 """By `key_of` a capture's path."""
 
 _FROM = "a relative path counts from the table's folder, else from the working directory"
@@ -46,7 +46,7 @@ def read_labels(
         row += [""] * (len(head) - len(row))
         _check_row(row, head, f"{place}:{line}")
         cells = dict(zip(head, row, strict=True))
-        key = key_of(_meant(place.parent, cells.pop("file")))
+        key = key_of(_row_path(place.parent, cells.pop("file")))
         label = cells.pop("label", "") or None
         entry = label, {name: cell for name, cell in cells.items() if cell}
         if labels.setdefault(key, entry) != entry:
@@ -59,10 +59,10 @@ def read_labels(
     return labels
 
 
-def _meant(folder: Path, named: str) -> str:
+def _row_path(folder: Path, file: str) -> str:
     """Return the path that a row names: from the table's folder, else from where we are."""
-    beside = os.path.join(folder, named)
-    return named if is_gone(beside) and not is_gone(named) else beside
+    beside = os.path.join(folder, file)
+    return file if is_gone(beside) and not is_gone(file) else beside
 
 
 def unfitting(labels: Labels, files: Iterable[str | os.PathLike[str]]) -> str:
@@ -71,12 +71,12 @@ def unfitting(labels: Labels, files: Iterable[str | os.PathLike[str]]) -> str:
     unknown = [key for key in labels if key not in keys]
     if len(unknown) < len(labels) or not labels:
         return f"{len(unknown)} of {len(labels)} rows name no file that is read" if unknown else ""
-    near = _nearest(unknown[0], keys)
+    near = _nearest_key(unknown[0], keys)
     first = f"the first names {unknown[0]}" + (f"; is it {near}?" if near else "")
     return f"no row names a file that is read; {first} ({_FROM})"
 
 
-def _nearest(key: str, keys: Iterable[str]) -> str:
+def _nearest_key(key: str, keys: Iterable[str]) -> str:
     """Return the key of the likest file name, the likest path among equal ones."""
     from rapidfuzz import fuzz, process
 

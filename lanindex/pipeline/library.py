@@ -771,7 +771,7 @@ class Library:
         ((80, 20, 3), 20.0, 'bow')
         """
         from lanindex.pipeline import dataset
-        from lanindex.pipeline.words import named
+        from lanindex.pipeline.words import named_patterns
 
         if found is None:
             groups = [dataset.of_captures(self.store.captures())]
@@ -779,7 +779,9 @@ class Library:
             by_label = found if isinstance(found, Mapping) else {"": found}
             groups = [
                 dataset.of_hits(
-                    hits, label, dataset.sentence_of(hits.pattern, named(hits.pattern, self.words))
+                    hits,
+                    label,
+                    dataset.sentence_of(hits.pattern, named_patterns(hits.pattern, self.words)),
                 )
                 for label, hits in by_label.items()
             ]

@@ -27,7 +27,7 @@ CELLS = tuple(f"{direction} {level}" for direction in DIRECTIONS for level in LE
 USUAL = ("l_arm", "r_arm", "l_leg", "r_leg", "torso", "head")
 """The parts that are counted where nobody names others."""
 
-PARTED = tuple(
+COUNTABLE_PARTS = tuple(
     part for part in TRACKS if {"direction", "level"} <= {*KINDS[kind_of(part)].fields}
     and KINDS[kind_of(part)].lasts
 )  # fmt: skip
@@ -45,7 +45,7 @@ class Moves:
     part: str
     captures: int
     seconds: float
-    lasts: float
+    total_seconds: float
     cells: IntArray
     transitions: IntArray
     over_time: Floats
@@ -58,7 +58,7 @@ class Moves:
     @property
     def coverage(self) -> float:
         """In which share of all time it is known."""
-        return self.seconds / self.lasts if self.lasts else 0.0
+        return self.seconds / self.total_seconds if self.total_seconds else 0.0
 
     def record(self, by: str) -> dict[str, Any]:
         """Return the counts as JSON has them."""
@@ -84,7 +84,7 @@ class Moves:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """In what two groups differ."""
+    """A measure by which two groups differ."""
 
     part: str
     what: str
@@ -97,8 +97,8 @@ class Difference:
 
     @property
     def matters(self) -> bool:
-        """Whether chance alone would hardly give it."""
-        return self.p <= 1 - SURE
+        """Whether the difference is significant."""
+        return self.p <= 1 - CONFIDENCE
 
     def record(self, by: str, groups: tuple[str, str]) -> dict[str, Any]:
         """Return it as JSON has it."""
@@ -147,10 +147,12 @@ def movement(
 ) -> Movement:
     """Count how movement is spread."""
     counted = list(dict.fromkeys(parts)) or list(USUAL)
-    if unknown := [part for part in counted if part not in PARTED]:
-        raise UsageError(f'no part "{shown(unknown[0])}"', wanted=f"one of {' '.join(PARTED)}")
-    called = _values(store, numbers, by)
-    names = sorted(set(called.values()))
+    if unknown := [part for part in counted if part not in COUNTABLE_PARTS]:
+        raise UsageError(
+            f'no part "{shown(unknown[0])}"', wanted=f"one of {' '.join(COUNTABLE_PARTS)}"
+        )
+    values = _values(store, numbers, by)
+    names = sorted(set(values.values()))
     if compared:
         if compared[0] == compared[1]:
             found, wanted = f'"{shown(compared[0])}" twice', "two different groups"
@@ -160,17 +162,17 @@ def movement(
             raise UsageError(f'no "{shown(lacking[0])}"', place=f"--by {by}", wanted=listed)
         names = list(compared)
     places = {name: place for place, name in enumerate(names)}
-    chosen = sorted(number for number, value in called.items() if value in places)
-    group = np.array([places[called[number]] for number in chosen], np.int64)
+    chosen = sorted(number for number, value in values.items() if value in places)
+    group = np.array([places[values[number]] for number in chosen], np.int64)
     unit, sides = gathered(group)
     moves: list[Moves] = []
     measures: list[_Measure] = []
     for part in counted:
         roster, columns = store.columns([part], chosen)
-        of_part, made = _moves(roster, columns[part], names, group)
+        of_part, part_movements = _moves(roster, columns[part], names, group)
         moves += of_part
         if len(names) == 2:
-            measures += _measures(part, made, group, unit)
+            measures += _measures(part, part_movements, group, unit)
     moves.sort(key=lambda one: places[one.group])
     sizes = dict(zip(names, np.bincount(group, minlength=len(names)).tolist(), strict=True))
     return Movement(by, sizes, tuple(moves), _differences(measures, sides))
@@ -190,14 +192,14 @@ def _values(store: Store, numbers: Sequence[int] | None, by: str) -> dict[int, s
     return {number: one.get(by, "") for number, one in metadata.items()}
 
 
-_Made = tuple[IntArray, IntArray, Floats]
+_PartMovements = tuple[IntArray, IntArray, Floats]
 """The M movements of a part in C captures: of each its capture (M,) and its cell (M,), and the
 seconds (C,) in which the part is known."""
 
 
 def _moves(
     roster: Roster, columns: Columns, names: Sequence[str], group: IntArray
-) -> tuple[list[Moves], _Made]:
+) -> tuple[list[Moves], _PartMovements]:
     """Count the movements of a part in each group; `group` is (C,) the group of each capture."""
     rows = np.diff(columns.bounds)
     capture = np.repeat(np.arange(len(rows)), rows)
@@ -205,7 +207,7 @@ def _moves(
     cell = direction.astype(np.int64) * len(LEVELS) + level
     stops = (columns.cell & PASSING == 0) & (direction >= 0) & (level >= 0)
     moved = stops & (columns.cell < STARTING)
-    known, lasts = _seconds(roster, rows > 0, columns.gaps)
+    known, total = _seconds(roster, rows > 0, columns.gaps)
     steps = np.flatnonzero(stops)
     came, went = steps[:-1], steps[1:]
     follow = moved[went] & (capture[came] == capture[went])
@@ -220,11 +222,11 @@ def _moves(
     over = np.bincount(of[moved] * BINS + time, minlength=groups * BINS).reshape(-1, BINS)
     moves = []
     for place, name in enumerate(names):
-        own = group == place
-        seen, seconds = int((own & (known > 0)).sum()), float(known[own].sum())
+        members = group == place
+        seen, seconds = int((members & (known > 0)).sum()), float(known[members].sum())
         times = over[place] * BINS / seconds if seconds else np.zeros(BINS)
         counts = cells[place], ways[place], times
-        moves.append(Moves(name, columns.part, seen, seconds, float(lasts[own].sum()), *counts))
+        moves.append(Moves(name, columns.part, seen, seconds, float(total[members].sum()), *counts))
     return moves, (capture[moved], cell[moved], known)
 
 
@@ -238,9 +240,11 @@ class _Measure(NamedTuple):
     movements: IntArray  # (2,)
 
 
-def _measures(part: str, made: _Made, group: IntArray, unit: IntArray) -> Iterator[_Measure]:
+def _measures(
+    part: str, part_movements: _PartMovements, group: IntArray, unit: IntArray
+) -> Iterator[_Measure]:
     """Yield what the observations say of a part: the shares of cells, and the rate."""
-    (capture, cell, known), size, units = made, len(CELLS), int(unit.max()) + 1
+    (capture, cell, known), size, units = part_movements, len(CELLS), int(unit.max()) + 1
     count = np.bincount(capture, minlength=len(known))
     counts = np.bincount(group[capture] * size + cell, minlength=2 * size).reshape(2, -1)
     shares = np.bincount(unit[capture] * size + cell, 1 / count[capture], units * size)
@@ -261,7 +265,9 @@ def _differences(measures: Sequence[_Measure], sides: IntArray) -> tuple[Differe
     """Return what was compared, what matters most first."""
     if not measures:
         return ()
-    means, spread, p, wide = by_chance(np.stack([one.values for one in measures], axis=1), sides)
+    means, spread, p, wide = permutation_test(
+        np.stack([one.values for one in measures], axis=1), sides
+    )
     differences = []
     for one, a, b, deviation, own_p in zip(measures, *means, spread, p, strict=True):
         if one.captures.min() == 0:
@@ -286,7 +292,7 @@ def _seconds(roster: Roster, there: Any, gaps: NDArray[np.int32]) -> tuple[Float
     return frames * second, roster.frames * second
 
 
-DRAWS, SURE, GATHERED = 999, 0.95, 400
+PERMUTATIONS, CONFIDENCE, GATHERED = 999, 0.95, 400
 """How often captures change groups by chance, how sure an interval is, and how many observations
 a group has at most: more captures are gathered by chance into so many."""
 
@@ -299,25 +305,27 @@ def gathered(group: IntArray) -> tuple[IntArray, IntArray]:
     random = np.random.default_rng(0)
     unit, sides = np.zeros(len(group), np.int64), list[int]()
     for side in range(int(group.max()) + 1 if len(group) else 0):
-        own = random.permutation(np.flatnonzero(group == side))
-        many = min(len(own), GATHERED)
-        unit[own] = len(sides) + np.arange(len(own)) % max(many, 1)
+        members = random.permutation(np.flatnonzero(group == side))
+        many = min(len(members), GATHERED)
+        unit[members] = len(sides) + np.arange(len(members)) % max(many, 1)
         sides += [side] * many
     return unit, np.array(sides, np.int64)
 
 
-def by_chance(values: Floats, sides: IntArray) -> tuple[Floats, Floats, Floats, float]:
+def permutation_test(values: Floats, sides: IntArray) -> tuple[Floats, Floats, Floats, float]:
     """Compare two groups, sides (U,) 0 or 1, in values (U, M) of U observations, NaN unknown.
 
     Returns the means (2, M), the spread (M,) of their difference, p (M,) over all columns,
-    and the number of spreads within which everything stays in `SURE` of the draws.
+    and the number of spreads within which everything stays in `CONFIDENCE` of the permutations.
     """
     known = np.isfinite(values)
     filled = np.where(known, values, 0.0)
     random = np.random.default_rng(0)
-    drawn = np.stack([sides, *(random.permutation(sides) for _ in range(DRAWS))]).astype(float)
-    numbers = np.stack((1 - drawn, drawn)) @ known.astype(float)
-    sums = np.stack((1 - drawn, drawn)) @ filled
+    assigned = np.stack([sides, *(random.permutation(sides) for _ in range(PERMUTATIONS))]).astype(
+        float
+    )
+    numbers = np.stack((1 - assigned, assigned)) @ known.astype(float)
+    sums = np.stack((1 - assigned, assigned)) @ filled
     means = np.divide(sums, numbers, out=np.zeros_like(sums), where=numbers > 0)
     count = known.sum(axis=0)
     middle = filled.sum(axis=0) / np.maximum(count, 1)
@@ -328,4 +336,4 @@ def by_chance(values: Floats, sides: IntArray) -> tuple[Floats, Floats, Floats, 
     apart = np.divide(apart, spread, out=np.zeros_like(apart), where=spread > 1e-12)
     largest = apart.max(axis=1)
     p = (largest[:, None] >= apart[0] - 1e-12).mean(axis=0)
-    return means[:, 0], spread, p, float(np.quantile(largest, SURE, method="higher"))
+    return means[:, 0], spread, p, float(np.quantile(largest, CONFIDENCE, method="higher"))

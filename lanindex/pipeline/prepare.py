@@ -42,7 +42,7 @@ BASE = 300 << 20
 SHARE = 2.2
 """Bytes more for each byte of the file (tests/benchmarks/memory.py)."""
 
-Held = Mapping[str, tuple[str, Encoding]]
+StoredFile = Mapping[str, tuple[str, Encoding]]
 """What a library holds of a file: sha256 and encoding by person, of all of it by the empty text."""
 
 
@@ -53,7 +53,7 @@ class Task:
     path: str
     profile: Profile
     reading: Reading = field(default_factory=Reading)
-    held: Held = field(default_factory=dict)
+    stored: StoredFile = field(default_factory=dict)
     only_look: bool = False
     total: int = 0
 
@@ -70,7 +70,7 @@ class Outcome:
     error: str | None = None
     seconds: float = 0.0
     division: int = 0
-    held: bool = False
+    was_stored: bool = False
     labelled: bool = False
     moved: str = ""
     beside: tuple[str, ...] = ()
@@ -91,19 +91,21 @@ def prepare(task: Task) -> Outcomes:
         file = formats.opened(task.path)
         sha256, beside = file.sha256(), companions(task, file)
         encoding = encoding_of(task, beside)
-        same = {name: one.people for name, (digest, one) in task.held.items()
+        same = {name: one.people for name, (digest, one) in task.stored.items()
                 if (digest, one) == (sha256, encoding)}  # fmt: skip
-        if _all_held(same):
-            outcomes = [_unchanged(_one(file, name), sha256, encoding) for name in same]
+        if _all_stored(same):
+            outcomes = [
+                _unchanged_outcome(_file_of_person(file, name), sha256, encoding) for name in same
+            ]
         elif task.only_look:
             return ()
         else:
             names = () if _is_notated(task) else formats.names_in(file, task.reading)
             encoding = replace(encoding, people=len(names))
             outcomes = [
-                _unchanged(_one(file, name), sha256, encoding)
+                _unchanged_outcome(_file_of_person(file, name), sha256, encoding)
                 if same.get(name) == len(names)
-                else _prepared(task, _one(file, name), sha256, encoding)
+                else _prepare_file(task, _file_of_person(file, name), sha256, encoding)
                 for name in names or ("",)
             ]
     except LanindexError as problem:
@@ -116,12 +118,12 @@ def prepare(task: Task) -> Outcomes:
     return tuple(replace(outcome, beside=paths) for outcome in outcomes)
 
 
-def _one(file: formats.File, name: str) -> formats.File:
+def _file_of_person(file: formats.File, name: str) -> formats.File:
     """Return the file as one of the people in it."""
     return replace(file, name=file.name + SUBJECT + name, subject=name) if name else file
 
 
-def _all_held(same: Mapping[str, int]) -> bool:
+def _all_stored(same: Mapping[str, int]) -> bool:
     """Return whether nobody is missing of those that a library holds of a file, as it is."""
     return "" in same or (len(same) > 1 and set(same.values()) == {len(same)})
 
@@ -153,13 +155,13 @@ def as_ingested(file: formats.File, sha256: str, encoding: Encoding) -> bool:
     return encoding.beside in ("", together(formats.companions(file, reading)))
 
 
-def _unchanged(file: formats.File, sha256: str, encoding: Encoding) -> Outcome:
+def _unchanged_outcome(file: formats.File, sha256: str, encoding: Encoding) -> Outcome:
     return Outcome(file.name, "unchanged", sha256=sha256, encoding=encoding)
 
 
-def _prepared(task: Task, file: formats.File, sha256: str, encoding: Encoding) -> Outcome:
+def _prepare_file(task: Task, file: formats.File, sha256: str, encoding: Encoding) -> Outcome:
     try:
-        score, form, warnings = (_notated if _is_notated(task) else _written_down)(task, file)
+        score, form, warnings = (_read_score if _is_notated(task) else _encode_capture)(task, file)
     except LanindexError as error:
         return Outcome(file.name, "failed", error=str(error))
     return Outcome(
@@ -178,13 +180,13 @@ def _prepared(task: Task, file: formats.File, sha256: str, encoding: Encoding) -
     )
 
 
-def _notated(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
+def _read_score(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
     form = notation_of(task.path)
     score = read(task.path, file.content[:])
     return score, form.name if form else "", score.warnings
 
 
-def _written_down(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
+def _encode_capture(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
     from lanindex.encoding import encode
 
     motion = formats.read_file(file, task.reading, formats.Wanted(body_only=True))
@@ -200,7 +202,7 @@ def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     sizes = [size_of(task.path) for task in waiting]
     jobs = affordable(sizes, jobs)
     # what the library holds is most likely unchanged
-    new = sum(size for task, size in zip(waiting, sizes, strict=True) if not task.held)
+    new = sum(size for task, size in zip(waiting, sizes, strict=True) if not task.stored)
     shared = (replace(task, total=new // jobs) for task in waiting)
     if jobs == 1:
         yield from chain.from_iterable(map(prepare, shared))
@@ -220,7 +222,7 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     context = get_context("spawn")
     reader, needed = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(
-        jobs, context, initializer=_settle, initargs=(reader, context.Lock())
+        jobs, context, initializer=_prepare_process, initargs=(reader, context.Lock())
     )
 
     def begun(task: Task) -> Future[Outcomes]:
@@ -232,10 +234,10 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
         for task in tasks:
             waiting.append((task, _looked_at(task) or begun(task)))
             if len(waiting) >= 4 * jobs:
-                yield from _done(waiting[0][1])
+                yield from _outcomes_of(waiting[0][1])
                 waiting.popleft()
         while waiting:
-            yield from _done(waiting[0][1])
+            yield from _outcomes_of(waiting[0][1])
             waiting.popleft()
     except BrokenProcessPool as error:
         raise CaptureError(
@@ -255,10 +257,10 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
 
 def _looked_at(task: Task) -> Outcomes:
     """Return what became of a file that is unchanged; nothing: it must be read."""
-    return prepare(replace(task, only_look=True)) if task.held else ()
+    return prepare(replace(task, only_look=True)) if task.stored else ()
 
 
-def _done(result: Future[Outcomes] | Outcomes) -> Outcomes:
+def _outcomes_of(result: Future[Outcomes] | Outcomes) -> Outcomes:
     return result if isinstance(result, tuple) else result.result()
 
 
@@ -275,7 +277,7 @@ def _interrupts_later() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _settle(needed: Connection, turn: Lock) -> None:
+def _prepare_process(needed: Connection, turn: Lock) -> None:
     """Leave Ctrl-C to the parent, and end when it does, or when it needs nothing any more."""
     compiled.take_turns(turn)
     signal.signal(signal.SIGINT, signal.SIG_IGN)

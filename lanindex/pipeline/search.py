@@ -111,9 +111,9 @@ def search(
     """Find a pattern in a library; errors of captures that are too rich for it go to `refused`."""
     measures = measures_in(query)
     roster, columns = store.columns(query.parts, numbers, more=extras_in(query))
-    if len(roster) and (absent := _absent(columns)):
+    if len(roster) and (absent := _absent_parts(columns)):
         store.session.note(
-            f"no capture that was searched has symbols of {', '.join(absent)}{_why(absent)}"
+            f"no capture that was searched has symbols of {', '.join(absent)}{_palms_hint(absent)}"
         )
     if count := _unmeasured(columns, measures) if measures else 0:
         store.session.note(
@@ -127,13 +127,15 @@ def search(
     except MemoryError:
         place = store.place
     else:
-        _refuse(store, rich, refused)
+        _note_refused_captures(store, rich, refused)
         return hits
     # outside of the handler: the exception is gone by now, and so is what it held
     raise OutOfMemoryError("the search ran out of memory", place=place, remedy=NARROWER)
 
 
-def _refuse(store: Store, errors: Sequence[LanindexError], refused: list[LanindexError]) -> None:
+def _note_refused_captures(
+    store: Store, errors: Sequence[LanindexError], refused: list[LanindexError]
+) -> None:
     """Note errors of captures that are too rich for a pattern, and keep them."""
     for line in too_rich(errors):
         store.session.note(line)
@@ -147,14 +149,14 @@ def too_rich(errors: Sequence[LanindexError]) -> Iterator[str]:
         yield f"{len(more)} more captures are too rich for this pattern"
 
 
-def _absent(columns: Mapping[str, Columns]) -> list[str]:
+def _absent_parts(columns: Mapping[str, Columns]) -> list[str]:
     """Return the parts without symbols in any capture; of a pair, only if both sides have none."""
     blank = {part for part, one in columns.items() if not len(one)}
     moving = columns.keys() - blank
     return [part for part in TRACKS if part in blank and mirrored_part(part) not in moving]
 
 
-def _why(absent: Sequence[str]) -> str:
+def _palms_hint(absent: Sequence[str]) -> str:
     """Return where a user learns why palms are absent: few captures tell where they face."""
     palms = any(part in FACING for part in absent)
     return ": few captures tell where palms face (lanindex inspect FILE)" if palms else ""
@@ -167,12 +169,14 @@ def _unmeasured(columns: Mapping[str, Columns], measures: Collection[str]) -> in
     for one in columns.values():
         held = [getattr(one, name) for name in measures if getattr(one, name) is not None]
         if held:
-            moving = moving + _sums(one.cell < STARTING, one.bounds)
-            known = known + _sums(np.logical_and.reduce([it > 0 for it in held]), one.bounds)
+            moving = moving + _counts_by_capture(one.cell < STARTING, one.bounds)
+            known = known + _counts_by_capture(
+                np.logical_and.reduce([it > 0 for it in held]), one.bounds
+            )
     return int(((moving > 0) & (known == 0)).sum())
 
 
-def _sums(rows: NDArray[np.bool_], bounds: NDArray[np.int64]) -> NDArray[np.int64]:
+def _counts_by_capture(rows: NDArray[np.bool_], bounds: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return how many rows of each capture are so."""
     before = np.append(0, np.cumsum(rows))
     counts: NDArray[np.int64] = before[bounds[1:]] - before[bounds[:-1]]
@@ -198,12 +202,12 @@ def _recordings(store: Store, roster: Roster, columns: Mapping[str, Columns]) ->
                 found = list(opened.tracks(wanted, parts, listed=False))
             else:
                 found = [(capture, {}) for capture in opened.captures_numbered(wanted)]
-            if _same(roster, columns, places, parts, found):
+            if _match_columns(roster, columns, places, parts, found):
                 return found
             held = {one.id: (one, tracks) for one, tracks in opened.tracks(wanted, parts)}
         pairs = zip(places, wanted, strict=True)
         same = [
-            one in held and _same(roster, columns, [place], parts, [held[one]])
+            one in held and _match_columns(roster, columns, [place], parts, [held[one]])
             for place, one in pairs
         ]
         raise LibraryError(
@@ -215,17 +219,17 @@ def _recordings(store: Store, roster: Roster, columns: Mapping[str, Columns]) ->
     return recordings
 
 
-def _same(
+def _match_columns(
     roster: Roster,
     columns: Mapping[str, Columns],
     places: Sequence[int],
     parts: Collection[str],
-    found: Sequence[Recording],
+    recordings: Sequence[Recording],
 ) -> bool:
     """Return whether captures are as the columns have them, and so are some of their tracks."""
-    rows, captures = np.array(places, np.int64), [capture for capture, _ in found]
+    rows, captures = np.array(places, np.int64), [capture for capture, _ in recordings]
     return roster_of(captures).same_as(roster.taken(rows)) and all(
-        columns_of(part, captures, [tracks.get(part) for _, tracks in found]).same_as(
+        columns_of(part, captures, [tracks.get(part) for _, tracks in recordings]).same_as(
             columns[part].taken(rows)
         )
         for part in parts
@@ -297,7 +301,7 @@ def suggest(
         advice = Advice(str(query), remark=f"There is no capture{fitting}.")
     if elsewhere and elsewhere[0]:
         advice = replace(advice, left_out=(LeftOut("", *elsewhere), *advice.left_out))
-    _refuse(store, list(rich.values()), refused)
+    _note_refused_captures(store, list(rich.values()), refused)
     return advice
 
 

@@ -29,12 +29,12 @@ def query_of(
     strict: bool = False,
 ) -> Query:
     """Read a query, or the pattern that it names, for captures with some parts."""
-    entry = meant(text, words)
+    entry = entry_of_query(text, words)
     pattern = entry.pattern if entry else text
-    return parse(pattern, parts, names=named(pattern, words), strict=strict)
+    return parse(pattern, parts, names=named_patterns(pattern, words), strict=strict)
 
 
-def meant(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
+def entry_of_query(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
     """Return the entry that a whole query names: ``walk``, ``@walk``, ``a person walks``.
 
     Where the words have a meaning in the language as well, they are left to it, but for words of
@@ -65,7 +65,7 @@ def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
             yield f'no word "{word}" in the dictionary of movement: {why}'
 
 
-def named(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]:
+def named_patterns(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]:
     """Return the patterns that a query may name with ``@``; nothing where it names none."""
     if "@" not in text:
         return {}

@@ -241,7 +241,7 @@ def test_a_file_that_moved_stays_what_it_was(
     outcomes = take(library, folder, jobs=jobs, force=force)
     assert statuses(outcomes) == (["added"] if force else ["unchanged"]) * 3
     (moved,) = (one for one in outcomes if one.moved)
-    assert (moved.moved, moved.path, moved.held) == (
+    assert (moved.moved, moved.path, moved.was_stored) == (
         *(before.location, str(folder / "b" / "moved.bvh"), True),
     )
     after = library.capture(moved.path)

@@ -14,11 +14,11 @@ from lanindex.pipeline import Library, charts, open_library
 from lanindex.pipeline.movement import (
     BINS,
     CELLS,
+    COUNTABLE_PARTS,
     GATHERED,
-    PARTED,
     USUAL,
-    by_chance,
     gathered,
+    permutation_test,
 )
 
 
@@ -105,16 +105,16 @@ def test_chance_is_told_as_chance() -> None:
     for _ in range(100):
         values = random.exponential(size=(30, 12)) * (random.random((30, 12)) < 0.5)
         values[random.random((30, 12)) < 0.1] = np.nan
-        false += bool((by_chance(values, sides)[2] <= 0.05).any())
+        false += bool((permutation_test(values, sides)[2] <= 0.05).any())
     assert false <= 12
     values = random.normal(size=(30, 12))
     values[15:, 3] += 3
-    means, spread, p, wide = by_chance(values, sides)
+    means, spread, p, wide = permutation_test(values, sides)
     assert np.flatnonzero(p <= 0.05).tolist() == [3]
     assert means[1, 3] - means[0, 3] > wide * spread[3]
 
 
-def test_many_captures_are_gatheredby_chance() -> None:
+def test_many_captures_are_gathered_by_chance() -> None:
     group = np.repeat([0, 1], [3 * GATHERED + 5, 7])
     unit, sides = gathered(group)
     assert len(sides) == GATHERED + 7
@@ -127,8 +127,8 @@ def test_every_capture_is_one_group_where_nobody_groups_them(library: Library) -
     assert found.groups == {"all": 13}
     assert found.parts == list(USUAL)
     assert found.differences == ()
-    assert set(USUAL) < set(PARTED)
-    assert "step" not in PARTED
+    assert set(USUAL) < set(COUNTABLE_PARTS)
+    assert "step" not in COUNTABLE_PARTS
     assert len(CELLS) == 27
     nothing = library.movement(Selection("*.c3d"))
     assert nothing.groups == {}

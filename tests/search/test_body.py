@@ -15,7 +15,7 @@ from lanindex.library.store import Store
 from lanindex.model import Span
 from lanindex.model.derived import steps
 from lanindex.pipeline import open_library
-from lanindex.pipeline.words import hints, meant
+from lanindex.pipeline.words import entry_of_query, hints
 from lanindex.search.dictionary import load
 from lanindex.search.explain import sentence
 from lanindex.search.explain.why import away
@@ -248,11 +248,13 @@ def test_what_the_body_does_recurs(library) -> None:
 def test_a_bare_name_is_the_track(tmp_path, monkeypatch) -> None:
     own = tmp_path / "own.toml"
     own.write_text('[jump]\npattern = "r_arm high"\nsentence = "Up."\n')
-    assert meant("jump") is meant("turn") is None
-    assert meant("jump", own).pattern == meant("@jump", own).pattern == "r_arm high"
+    assert entry_of_query("jump") is entry_of_query("turn") is None
+    assert (
+        entry_of_query("jump", own).pattern == entry_of_query("@jump", own).pattern == "r_arm high"
+    )
     monkeypatch.setattr("lanindex.pipeline.words.load", lambda words=None: load(own))
-    assert meant("jump") is None
-    assert meant("@jump").pattern == "r_arm high"
+    assert entry_of_query("jump") is None
+    assert entry_of_query("@jump").pattern == "r_arm high"
 
 
 @pytest.mark.parametrize("search", [find, find_fast])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lanindex.pipeline.words import hints, meant
+from lanindex.pipeline.words import entry_of_query, hints
 from lanindex.search.dictionary import entry_named, load
 
 
@@ -22,7 +22,7 @@ from lanindex.search.dictionary import entry_named, load
     ],
 )
 def test_a_word_is_found_in_any_form(text, name):
-    entry = meant(text)
+    entry = entry_of_query(text)
     assert entry is not None
     assert entry.name == name
 
@@ -32,14 +32,14 @@ def test_a_word_is_found_in_any_form(text, name):
     ["r_arm high", "walk forward", "right arm raised", "arms", "", "with", "wave -> wave", "@wavy"],
 )
 def test_what_says_more_or_less_is_no_word(text):
-    assert meant(text) is None
+    assert entry_of_query(text) is None
 
 
 def test_every_name_means_its_entry():
     words = load()
     for name, entry in words.items():
         assert entry_named(name.replace("_", " "), words) is not None
-        assert meant(name) == entry
+        assert entry_of_query(name) == entry
 
 
 def test_words_among_others_are_pointed_out():
@@ -52,6 +52,6 @@ def test_words_among_others_are_pointed_out():
 def test_ones_own_words_are_found_too(tmp_path):
     own = tmp_path / "own.toml"
     own.write_text('salute = {pattern = "r_arm high"}\n')
-    entry = meant("the dancer salutes", own)
+    entry = entry_of_query("the dancer salutes", own)
     assert entry is not None
     assert entry.pattern == "r_arm high"

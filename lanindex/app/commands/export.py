@@ -17,7 +17,7 @@ from lanindex.errors import UsageError
 if TYPE_CHECKING:
     from lanindex.library.selection import Selection
     from lanindex.pipeline import Library
-    from lanindex.pipeline.dataset import ClipGroup, Made
+    from lanindex.pipeline.dataset import ClipGroup, WrittenDataset
     from lanindex.pipeline.named import Request
 
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class Source:
     """Arguments: a pattern, hits on standard input, or a stretch of a capture."""
 
-    what: str | None = argument(
+    pattern: str | None = argument(
         None,
         "PATTERN|-",
         "A pattern, or - for hits from search --json.",
@@ -44,7 +44,7 @@ class Source:
         if self.capture is not None:
             capture = options.capture_id(self.capture)
             return [from_range(library.store, capture, self.begin, self.end)]
-        if self.what == "-":
+        if self.pattern == "-":
             return from_lines(library.store, sys.stdin.buffer if sys.stdin else ())
         return None
 
@@ -108,33 +108,37 @@ def run(
         given = [name for name, value in of_clips.items() if value]
     if given:
         raise UsageError(f"--{given[0].replace('_', '-')}", wanted=wanted)
-    _check_source(source, dataset.patterns, selection, whole=folder is not None)
-    how = {**matching, "selection": selection}
+    _check_source(source, dataset.patterns, selection, captures_allowed=folder is not None)
+    search_options = {**matching, "selection": selection}
     with options.opened(db, out, words) as library:
         if folder is None:
-            written = _clips(out, library, source, clips, how, pad, force)
+            count = _clips(out, library, source, clips, search_options, pad, force)
         else:
-            groups = _groups(out, library, source, dataset.patterns, how)
+            groups = _groups(out, library, source, dataset.patterns, search_options)
             end_progress()
-            written = _dataset(out, library, groups, folder, dataset, how, pad, force)
-    return 2 if library.refused else not written
+            count = _dataset(out, library, groups, folder, dataset, search_options, pad, force)
+    return 2 if library.refused else not count
 
 
 def _check_source(
-    source: Source, patterns: Path | None, selection: Selection, *, whole: bool
+    source: Source, patterns: Path | None, selection: Selection, *, captures_allowed: bool
 ) -> None:
-    """Refuse several sources of clips, or none; a data set may be of `whole` captures."""
-    sources = {"a pattern": source.what, "--patterns": patterns, "--capture": source.capture}
+    """Refuse several sources of clips, or none; a data set takes whole captures."""
+    sources = {"a pattern": source.pattern, "--patterns": patterns, "--capture": source.capture}
     named = [name for name, value in sources.items() if value is not None]
-    if not whole and len(named) != 1:
+    if not captures_allowed and len(named) != 1:
         found = "two things to export" if named else "nothing to export"
         raise UsageError(found, wanted="a pattern, - or --capture")
     if len(named) > 1:
         raise UsageError(" and ".join(named), wanted="one of them")
     if source.capture is None and not (source.begin is None and source.end is None):
         raise UsageError("--from and --to", wanted="--capture beside them")
-    if selection.globs and (source.capture is not None or source.what == "-"):
-        wanted = "patterns, or whole captures, beside them" if whole else "a pattern beside them"
+    if selection.globs and (source.capture is not None or source.pattern == "-"):
+        wanted = (
+            "patterns, or whole captures, beside them"
+            if captures_allowed
+            else "a pattern beside them"
+        )
         raise UsageError("--in and --where", wanted=wanted)
 
 
@@ -143,7 +147,7 @@ def _clips(
     library: Library,
     source: Source,
     clips: Clips,
-    how: dict[str, Any],
+    search_options: dict[str, Any],
     pad: str,
     force: bool,
 ) -> int:
@@ -155,8 +159,8 @@ def _clips(
 
     requests: Iterable[Request] | None = source.requests(library)
     if requests is None:
-        pattern = pattern_of(out, library, pattern_in(str(source.what)), library.words)
-        hits = hits_in(library.search(pattern, **how))
+        pattern = pattern_of(out, library, pattern_in(str(source.pattern)), library.words)
+        hits = hits_in(library.search(pattern, **search_options))
         end_progress()
         requests = from_hits(hits, hits.pattern)
     folder = clips.output or Path("clips")
@@ -172,11 +176,15 @@ def _clips(
 
 
 def _groups(
-    out: Output, library: Library, source: Source, patterns: Path | None, how: dict[str, Any]
+    out: Output,
+    library: Library,
+    source: Source,
+    patterns: Path | None,
+    search_options: dict[str, Any],
 ) -> list[ClipGroup]:
     """Return the clips of a data set, those of each pattern together."""
     from lanindex.pipeline.dataset import of_captures, of_hits, of_requests, sentence_of
-    from lanindex.pipeline.words import meant, named
+    from lanindex.pipeline.words import entry_of_query, named_patterns
     from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
 
@@ -186,7 +194,9 @@ def _groups(
         labels, groups = library.store.texts("label"), []
         for label in read_patterns(patterns):
             text = pattern_in(label.text, patterns.parent)
-            group = of_hits(hits_in(library.search(text, **how)), label.name, sentence_of(text))
+            group = of_hits(
+                hits_in(library.search(text, **search_options)), label.name, sentence_of(text)
+            )
             wanted = frozenset(number for number, it in labels.items() if label.wants(it))
             groups.append(replace(group, expected=wanted))
         return groups
@@ -198,13 +208,13 @@ def _groups(
             )
             for pattern in dict.fromkeys(request.pattern for request in requests)
         ]
-    if source.what is None:
-        return [of_captures(library.captures(how["selection"]))]
-    text = pattern_in(source.what)
-    entry = meant(text, library.words)
+    if source.pattern is None:
+        return [of_captures(library.captures(search_options["selection"]))]
+    text = pattern_in(source.pattern)
+    entry = entry_of_query(text, library.words)
     pattern = pattern_of(out, library, text, library.words)
-    hits = hits_in(library.search(pattern, **how))
-    sentence = sentence_of(pattern, named(pattern, library.words))
+    hits = hits_in(library.search(pattern, **search_options))
+    sentence = sentence_of(pattern, named_patterns(pattern, library.words))
     return [of_hits(hits, sentence=entry.sentence if entry else sentence)]
 
 
@@ -214,7 +224,7 @@ def _dataset(
     groups: list[ClipGroup],
     folder: Path,
     dataset: Dataset,
-    how: dict[str, Any],
+    search_options: dict[str, Any],
     pad: str,
     force: bool,
 ) -> int:
@@ -229,35 +239,37 @@ def _dataset(
         "seed": dataset.seed,
     }
     values = {name: value for name, value in values.items() if value is not None}
-    written = DatasetOptions(pad=pad, force=force, how=_on_card(how))
-    made = write(library.store, groups, folder, replace(written, **values))
+    dataset_options = DatasetOptions(
+        pad=pad, force=force, search_options=_card_options(search_options)
+    )
+    written = write(library.store, groups, folder, replace(dataset_options, **values))
     end_progress()
-    _report(out, made, folder)
-    return len(made.clips)
+    _report(out, written, folder)
+    return len(written.clips)
 
 
-def _on_card(how: dict[str, Any]) -> dict[str, str]:
+def _card_options(search_options: dict[str, Any]) -> dict[str, str]:
     """Return how clips were searched for, as a card has it."""
-    selection = how["selection"]
+    selection = search_options["selection"]
     values = {
-        "tolerance": f"{how['tolerance']:g} s",
-        "overlaps": how["overlaps"],
-        "strict": how["strict"],
-        "near": how["near"],
-        "edits allowed": how["fuzzy"],
+        "tolerance": f"{search_options['tolerance']:g} s",
+        "overlaps": search_options["overlaps"],
+        "strict": search_options["strict"],
+        "near": search_options["near"],
+        "edits allowed": search_options["fuzzy"],
         "captures": selection.path,
         "captures where": ", ".join(f"{key}={glob}" for key, glob in selection.where),
     }
     return {name: str(value) for name, value in values.items() if value}
 
 
-def _report(out: Output, made: Made, folder: Path) -> None:
+def _report(out: Output, dataset: WrittenDataset, folder: Path) -> None:
     """Say what was written, and what was left out."""
     from json import loads
 
     if out.json:
-        out.records(map(loads, made.clips.splitlines()))
-    card = made.card
+        out.records(map(loads, dataset.clips.splitlines()))
+    card = dataset.card
     for found in card["found"]:
         if found["label"]:
             out.note(f"{found['label']}: {counted(found['clips'], 'clip')}")

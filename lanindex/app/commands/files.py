@@ -100,19 +100,21 @@ def _processes(out: Output, files: list[str], requested: int | None) -> int:
     return possible
 
 
-def _left_out(others: list[str], *own: str | None) -> str:
+def _left_out(paths: list[str], *read_paths: str | None) -> str:
     """Say which files were passed over, but for the library, the labels and what was read."""
     from lanindex.pipeline.discover import left_out
 
-    known = {os.path.abspath(path) + end for path in own if path for end in ("", "-wal", "-shm")}
-    return left_out(path for path in others if os.path.abspath(path) not in known)
+    known = {
+        os.path.abspath(path) + end for path in read_paths if path for end in ("", "-wal", "-shm")
+    }
+    return left_out(path for path in paths if os.path.abspath(path) not in known)
 
 
 def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
     tally.update({outcome.status: 1, "frames": outcome.frames, "symbols": outcome.symbols})
     tally["milliseconds"] += round(1000 * outcome.seconds)
     tally["warnings"] += len(outcome.warnings)
-    tally["anew"] += outcome.held and outcome.status == "added"
+    tally["anew"] += outcome.was_stored and outcome.status == "added"
     tally["moved"] += bool(outcome.moved) and outcome.status == "unchanged"
     tally["labelled"] += outcome.labelled
     tally["finer"] += outcome.division > division

@@ -136,29 +136,29 @@ def words(
     from lanindex.search.dictionary import entries, load
 
     known = load(words)
-    chosen = entries(known) if word is None else [_named(known, word)]
+    chosen = entries(known) if word is None else [_entry(known, word)]
     if out.json:
         out.records(_record(entry, known) for entry in chosen)
     elif word is None:
         _table(out, chosen)
         out.note("one in full: lanindex words walk; the language of patterns: lanindex language")
     else:
-        _in_full(out, chosen[0], known)
+        _print_entry(out, chosen[0], known)
 
 
-def _named(known: Mapping[str, Entry], word: str) -> Entry:
+def _entry(entries: Mapping[str, Entry], word: str) -> Entry:
     from lanindex.search.dictionary import absent, spelled
 
-    entry = known.get(spelled(word))
+    entry = entries.get(spelled(word))
     if entry is None:
         if why := absent(spelled(word)):
             raise UsageError(f'no word "{word}" in the dictionary of movement: {why}')
-        remedy = did_you_mean(spelled(word), known) or "All are shown by: lanindex words"
+        remedy = did_you_mean(spelled(word), entries) or "All are shown by: lanindex words"
         raise UsageError(f'no word "{word}" in the dictionary of movement', remedy=remedy)
     return entry
 
 
-def _record(entry: Entry, known: Mapping[str, Entry]) -> dict[str, Any]:
+def _record(entry: Entry, entries: Mapping[str, Entry]) -> dict[str, Any]:
     from lanindex.search.dictionary import mirror_image
 
     names = ("precision", "recall", "right", "wrong", "missed", "clips", "collections")
@@ -168,7 +168,7 @@ def _record(entry: Entry, known: Mapping[str, Entry]) -> dict[str, Any]:
         "names": list(entry.names),
         "sentence": entry.sentence,
         "pattern": entry.pattern,
-        "mirror_image": mirror_image(entry, known) or None,
+        "mirror_image": mirror_image(entry, entries) or None,
         "labels": list(entry.labels),
         **{keys.get(name, name): getattr(entry.measured, name, None) for name in names},
     }
@@ -200,7 +200,7 @@ def _figures(entry: Entry) -> list[str]:
     return [entry.name, f"{counts.precision:.2f}", f"{counts.recall:.2f}", found]
 
 
-def _in_full(out: Output, entry: Entry, known: Mapping[str, Entry]) -> None:
+def _print_entry(out: Output, entry: Entry, entries: Mapping[str, Entry]) -> None:
     """Show one word in full, a field per line."""
     from lanindex.search.dictionary import mirror_image
 
@@ -210,7 +210,7 @@ def _in_full(out: Output, entry: Entry, known: Mapping[str, Entry]) -> None:
         "also": ", ".join(entry.names),
         "means": entry.sentence,
         "pattern": entry.pattern,
-        "mirrored": mirror_image(entry, known),
+        "mirrored": mirror_image(entry, entries),
         "labels": ", ".join(entry.labels),
     }
     if counts:

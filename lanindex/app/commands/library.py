@@ -180,7 +180,7 @@ def remove(
     with lanindex.open_library(db, readonly=dry_run) as library:
         # a damaged capture can be removed by its number, but neither shown nor filtered
         readable = dry_run or bool(selection.globs)
-        chosen, damaged = _named(library, captures or [], readable)
+        chosen, damaged = _captures_by_name(library, captures or [], readable)
         if not damaged:
             found = library.captures(selection)
             wanted = {it.id for it in (chosen if captures else library.store.missing())}
@@ -196,7 +196,9 @@ def remove(
     return not gone
 
 
-def _named(library: Library, names: list[str], readable: bool) -> tuple[list[Capture], list[int]]:
+def _captures_by_name(
+    library: Library, names: list[str], readable: bool
+) -> tuple[list[Capture], list[int]]:
     """Return the named captures, and the numbers of damaged ones unless all must be `readable`."""
     found: dict[int, Capture] = {}
     damaged: list[int] = []

@@ -58,7 +58,7 @@ def score(
 
     target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.svg")
     form = "svg" if target == options.STDOUT else options.ending(target, FORMS)
-    named = _named(out, capture, db, profile, reading)
+    named = _read_argument(out, capture, db, profile, reading)
     picture = draw(
         named.score,
         title=named.title,
@@ -67,7 +67,7 @@ def score(
         stop=named.seconds[1] if stop is None else stop,
         bars=None if strip else bars or BARS,
         seconds=not named.counted,
-        marked=_marked(out, named, highlight, words),
+        marked=_symbols_to_mark(out, named, highlight, words),
         legend=legend,
     )
     out.notes(picture.warnings, named.title)
@@ -79,7 +79,7 @@ def score(
         out.note(f"{target}: {len(picture.groups())} symbols")
 
 
-def _named(
+def _read_argument(
     out: Output, text: str, db: str, profile: str | None, reading: Reading | None = None
 ) -> Named:
     """Return the capture, hit, stretch or file that an argument names; print a file's warnings."""
@@ -92,7 +92,9 @@ def _named(
     return result
 
 
-def _marked(out: Output, named: Named, pattern: str | None, words: Path | None) -> list[Symbol]:
+def _symbols_to_mark(
+    out: Output, named: Named, pattern: str | None, words: Path | None
+) -> list[Symbol]:
     """Return the symbols to highlight: those that a pattern matches, or the hit that is named."""
     if pattern is None:
         return list(named.matched)
@@ -163,7 +165,7 @@ def play(
         size=(int(width), int(height)),
         view=view,
         parts=options.names(parts),
-        marked=_marked(out, named, highlight, words),
+        marked=_symbols_to_mark(out, named, highlight, words),
         seconds=not named.counted,
     )
     shown = partial(out.progress, total=len(film), noun="frames")
@@ -213,7 +215,7 @@ def diff(
     from lanindex.compare import compare
     from lanindex.notation.excerpt import excerpt
 
-    named = [_named(out, text, db, profile) for text in (one, other)]
+    named = [_read_argument(out, text, db, profile) for text in (one, other)]
     scores = [excerpt(it.score, it.span) for it in named]
     compared = compare(*scores, parts=options.names(parts), tolerance=tolerance)
     differences = compared.differences
@@ -251,15 +253,17 @@ def diff(
     return bool(differences)
 
 
-def _cells(it: Timed | None) -> tuple[str, str]:
-    return ("", "") if it is None else (it.symbol.words, f"{it.start:.2f}-{it.stop:.2f}")
+def _cells(timed: Timed | None) -> tuple[str, str]:
+    return (
+        ("", "") if timed is None else (timed.symbol.words, f"{timed.start:.2f}-{timed.stop:.2f}")
+    )
 
 
-def _change(it: Difference) -> str:
+def _change(difference: Difference) -> str:
     """Return what B is, compared with A: ``added``, ``0.20 s later, 0.10 s shorter``."""
-    if it.kind != "moved":
-        return it.kind
-    changes = ((it.later, "earlier", "later"), (it.longer, "shorter", "longer"))
+    if difference.kind != "moved":
+        return difference.kind
+    changes = ((difference.later, "earlier", "later"), (difference.longer, "shorter", "longer"))
     return ", ".join(
         f"{abs(seconds):.2f} s {more if seconds > 0 else less}"
         for seconds, less, more in ((round(it, 2), less, more) for it, less, more in changes)

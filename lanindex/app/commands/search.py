@@ -124,7 +124,7 @@ def run(
         exclusive("--like", like, {"a pattern": typed, **explained, "--count": view.count})
         clip = options.one_line(like)
         with options.opened(db, out) as library:
-            return _like(out, library, clip, rerank, view.limit, selection, timeout)
+            return _print_alike(out, library, clip, rerank, view.limit, selection, timeout)
     exclusive("--why", why, {"--fuzzy": matching["fuzzy"] is not None})
     from lanindex.search.hits import Counts
     from lanindex.search.language.score import pattern_in
@@ -134,7 +134,7 @@ def run(
         pattern = pattern_of(out, library, pattern, words)
         if why is not None:
             del matching["fuzzy"]
-            return _why(out, library.why(pattern, options.capture_id(why), **matching))
+            return _print_trace(out, library.why(pattern, options.capture_id(why), **matching))
         if explain:
             text = library.explain(pattern, selection, strict=matching["strict"], plan=plan)
             out.record({"explain": text}) if out.json else out.text(text)
@@ -161,10 +161,10 @@ def run(
 
 def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[str] | None) -> str:
     """Return the pattern that a query stands for, and say which word of the dictionary it is."""
-    from lanindex.pipeline.words import hints, meant, unknown
+    from lanindex.pipeline.words import entry_of_query, hints, unknown
     from lanindex.search.dictionary import absent
 
-    entry = meant(query, words)
+    entry = entry_of_query(query, words)
     if entry is not None:
         sentence = f": {entry.sentence}" if entry.sentence else ""
         out.note(f"{entry.name}{sentence} (lanindex words {entry.name})")
@@ -296,7 +296,7 @@ def _write_tier(out: Output, hits: Hits, view: View, pattern: str) -> None:
     out.note(f"{place}: {counted(len(entries), 'hit')} in the tier {shown(tier)}")
 
 
-def _why(out: Output, trace: Trace) -> bool:
+def _print_trace(out: Output, trace: Trace) -> bool:
     """Print how a pattern met one capture, and return whether it has no hits there."""
     from lanindex.search.explain.why import records_of
 
@@ -309,7 +309,7 @@ def _why(out: Output, trace: Trace) -> bool:
     return not trace.hits
 
 
-def _like(
+def _print_alike(
     out: Output,
     library: Library,
     clip: str,
