@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from lanindex.model.columns import roster_of
-from lanindex.search.fuzzy.follow import Line, Net, followed, nets_of
+from lanindex.search.fuzzy.follow import FuzzyLine, Net, followed, nets_of
 from lanindex.search.language import parse
 from lanindex.search.match.batch import Batch
 from lanindex.search.plan import plan
@@ -25,7 +25,7 @@ def batch_of(columns, captures) -> Batch:
     return Batch(roster, {columns.part: columns}, np.arange(len(roster)), Fraction(1, 10))
 
 
-def keys_of(line: Line, batch: Batch, most: int) -> tuple[np.ndarray, np.ndarray]:
+def keys_of(line: FuzzyLine, batch: Batch, most: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the key of the best match that ends with each symbol, and what each one costs."""
     code = batch.rows(line.net.part).own(line._kinds.code)
     symbols = line._symbols(batch, np.arange(len(code)), code)

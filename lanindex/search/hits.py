@@ -82,7 +82,7 @@ class Hits(Sequence[Hit]):
         """Return some hits as objects."""
 
     @abstractmethod
-    def _some(self, chosen: NDArray[Any] | slice) -> Self:
+    def _subset(self, rows: NDArray[Any] | slice) -> Self:
         """Return some of the rows, in any order, without the pattern."""
 
     @abstractmethod
@@ -96,7 +96,7 @@ class Hits(Sequence[Hit]):
 
     def at(self, chosen: NDArray[Any] | slice) -> Self:
         """Return some of them, in any order."""
-        return self._some(chosen).of(self.pattern)
+        return self._subset(chosen).of(self.pattern)
 
     def __len__(self) -> int:
         """Return how many there are."""
@@ -265,8 +265,8 @@ class ListedHits(Hits):
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
         return [self._listed[index] for index in indices]
 
-    def _some(self, chosen: NDArray[Any] | slice) -> ListedHits:
-        return ListedHits(self._hits(np.arange(len(self))[chosen].tolist()), "")
+    def _subset(self, rows: NDArray[Any] | slice) -> ListedHits:
+        return ListedHits(self._hits(np.arange(len(self))[rows].tolist()), "")
 
     def clear(self) -> NDArray[np.float64]:
         """Return the fit of each hit, (H,) from 0 to 1."""
@@ -313,8 +313,8 @@ class Counts(Sequence[Counted]):
     (5, {'by': 'clip.label', 'value': 'radio gymnastics', 'count': 4})
     """
 
-    def __init__(self, found: Iterable[Counted], pattern: str, by: Reference | None) -> None:
-        self._counts = tuple(found)
+    def __init__(self, counts: Iterable[Counted], pattern: str, by: Reference | None) -> None:
+        self._counts = tuple(counts)
         self.pattern, self.by = pattern, by
 
     @overload
@@ -353,22 +353,22 @@ class Counts(Sequence[Counted]):
         return [{"by": by, "value": one.value, "count": one.count} for one in self._counts]
 
 
-def piped(stages: Sequence[Stage], found: Hits | Counts) -> Hits | Counts:
+def piped(stages: Sequence[Stage], result: Hits | Counts) -> Hits | Counts:
     """Return what the stages of a pipe make of hits, which come by capture, start and end."""
     for stage in stages:
         if stage.verb == "first":
-            found = found[: stage.most]
-        elif isinstance(found, Hits):
+            result = result[: stage.most]
+        elif isinstance(result, Hits):
             by = stage.by
-            found = _sorted(found, by) if by and stage.verb == "sort" else _counts(found, by)
-    return found
+            result = _sorted(result, by) if by and stage.verb == "sort" else _counts(result, by)
+    return result
 
 
-def hits_in(found: Hits | Counts) -> Hits:
+def hits_in(hits: Hits | Counts) -> Hits:
     """Return the hits; refuse counts, which have no clips."""
-    if isinstance(found, Counts):
+    if isinstance(hits, Counts):
         raise UsageError("hits that are only counted", wanted='a pattern without "| count"')
-    return found
+    return hits
 
 
 def _values(hits: Hits, by: Reference) -> Iterator[Value]:

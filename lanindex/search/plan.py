@@ -109,14 +109,14 @@ class Program:
     entries: tuple[Entry, ...]  # where it may begin
     edges: tuple[tuple[Edge, ...], ...]  # by state: where it may go on
     exits: tuple[tuple[Exit, ...], ...]  # by state: how it may end there
-    whole: Group  # what must hold of all of it
+    outermost: Group  # what must hold of all of it
     brackets: tuple[Group, ...]  # those that may open in it
     open_ended: bool  # it can go on where it could end: it then runs on as long as it can
 
     @property
     def companions(self) -> tuple[Companion, ...]:
         """The lines beside all of it, then those beside its brackets."""
-        return tuple(it for group in (self.whole, *self.brackets) for it in group.companions)
+        return tuple(it for group in (self.outermost, *self.brackets) for it in group.companions)
 
 
 def plan(query: Query) -> tuple[Program, ...]:

@@ -98,7 +98,7 @@ class Walker:
             return []
         pasts = [node.past]
         for group in leaving.closes:
-            whole = group is program.whole
+            whole = group is program.outermost
             pasts = [it for past in pasts for it in self._closed(group, node, past, whole)]
         return pasts
 

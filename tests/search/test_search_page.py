@@ -42,7 +42,7 @@ def test_the_arrays_of_the_example(recordings):
     assert "".join(f"    {line}\n" for line in planned(query).splitlines()) in PAGE
     (program,) = plan(query)
     batch = Batch(*columns_in(recordings, query.parts), np.arange(1), Fraction(1, 10))
-    (beside,) = program.whole.companions[0].programs
+    (beside,) = program.outermost.companions[0].programs
     for begun, state in zip(
         ("state 0: row", "state 1: row", "beside:  row"),
         (*program.states, beside.states[0]),

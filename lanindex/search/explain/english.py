@@ -458,7 +458,7 @@ def _rows_of(
         yield companion.relation, _join(companion, standing)
     early = [
         numbers[inner]
-        for it in line.whole.companions
+        for it in line.outermost.companions
         if it.relation == "without"
         for inner in rewrites.programs(it)
         if inner not in rewrites.contested
@@ -481,7 +481,7 @@ def _state(state: State) -> str:
 
 def _searched(program: Program, clauses: Clauses) -> Iterator[tuple[str, str]]:
     wanted = [_state(state) for state in unavoidable(program)]
-    for companion in program.whole.companions:
+    for companion in program.outermost.companions:
         if companion.relation not in NEGATIONS and len(companion.programs) == 1:
             wanted += [_state(state) for state in unavoidable(companion.programs[0])]
     if wanted:
@@ -495,7 +495,7 @@ def _searched(program: Program, clauses: Clauses) -> Iterator[tuple[str, str]]:
     goes_far = any(
         it.arrow.later or it.entry.state <= it.exit.state for it in chain(*program.edges)
     )
-    if one_by_one and not clauses and not program.whole.companions:
+    if one_by_one and not clauses and not program.outermost.companions:
         yield "walk", f"from all beginnings at once in captures of at most {SHORT} events"
     if one_by_one and goes_far:
         yield "horizon", f"{SOON} s, then {SOON} times as far, until all of the capture"

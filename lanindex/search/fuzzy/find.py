@@ -23,15 +23,23 @@ from lanindex.search.fuzzy.follow import (
     UNIT,
     Allowance,
     Ask,
-    Line,
-    Matches,
+    FuzzyLine,
+    FuzzyMatches,
     Net,
     joined,
     nets_of,
 )
 from lanindex.search.hits import Hits
-from lanindex.search.language.query import Beside, Bracket, Choice, Item, Lines, Query, query_of
-from lanindex.search.language.query import Line as Steps
+from lanindex.search.language.query import (
+    Beside,
+    Bracket,
+    Choice,
+    Item,
+    Line,
+    Lines,
+    Query,
+    query_of,
+)
 from lanindex.search.match import relations
 from lanindex.search.match.arrays import (
     FAR,
@@ -55,7 +63,9 @@ MORE = 4  # captures that are tried at first for each hit that is wanted
 
 NOBODY = 1 << 62  # the place of a match where there is none
 
-Exactly = Callable[[Query, IntArray], ExactHits]  # searches exactly, in some captures of the roster
+ExactSearch = Callable[
+    [Query, IntArray], ExactHits
+]  # searches exactly, in some captures of the roster
 Result = TypeVar("Result")
 
 
@@ -82,7 +92,7 @@ def find(
         )
     opened = [lines for pattern in query.patterns for lines in _opened(pattern).alternatives]
     plans = [
-        Plan.of(program, lines, allowance)
+        FuzzyPlan.of(program, lines, allowance)
         for lines in dict.fromkeys(opened)
         for program in plan(query_of(lines))
     ]
@@ -92,11 +102,11 @@ def find(
     search = _Search(finder, plans, overlaps, watch)
     with limited_to(finder.memory):
         if any(one.leaps for one in plans):
-            search.exact = search.exactly(query)
-            found = search.found()
+            search.exact_hits = search.find_exactly(query)
+            found = search.all_hits()
             found = found if best is None else found.by_fit(best)[:best]
         else:
-            found = search.found() if best is None else search.best(best)
+            found = search.all_hits() if best is None else search.best(best)
     errors = [error for _, error in sorted(search.refused.items())]
     if refused is not None:
         refused += errors
@@ -110,7 +120,7 @@ def _opened(pattern: Choice) -> Choice:
     opened: list[Lines] = []
     for lines in pattern.alternatives:
         unit = lines.first.items[0].unit
-        if isinstance(unit, Bracket) and lines.first == Steps((Item(unit),)):
+        if isinstance(unit, Bracket) and lines.first == Line((Item(unit),)):
             opened += [
                 Lines(inner.first, (*inner.others, *lines.others))
                 for inner in _opened(unit.pattern).alternatives
@@ -122,32 +132,32 @@ def _opened(pattern: Choice) -> Choice:
 
 @dataclass
 class _Search:
-    """A search for some plans; `finder` holds the captures, `exact` are exact hits to add."""
+    """A search for some plans; `finder` holds the captures, `exact_hits` are exact hits to add."""
 
     finder: Finder
-    plans: list[Plan]
+    plans: list[FuzzyPlan]
     overlaps: str
     watch: Watch | None
-    exact: ExactHits | None = None
+    exact_hits: ExactHits | None = None
     refused: dict[int, LanindexError] = field(default_factory=dict)
     done: int = 0
 
     @cached_property
-    def lines(self) -> list[tuple[Line, int]]:
+    def lines(self) -> list[tuple[FuzzyLine, int]]:
         """All lines by their numbers, each with how many steps its plan has."""
         plans = [one.within(self.finder.columns, one.most) for one in self.plans]
         return [(line, one.steps) for one in plans for sides in one.lines for line in sides]
 
-    def exactly(self, query: Query, among: IntArray | None = None) -> ExactHits:
+    def find_exactly(self, query: Query, among: IntArray | None = None) -> ExactHits:
         """Return all exact hits, in some captures; None: in all."""
         finder = self.finder.of(query)
         found = finder.find("all", self.watch, refused=[], among=among)
         self.refused |= finder.refused
         return found
 
-    def found(self) -> FuzzyHits:
+    def all_hits(self) -> FuzzyHits:
         """Return all hits."""
-        return self._among(self._within(BUCKETS))
+        return self._hits_in(self._plans_within(BUCKETS))
 
     def best(self, number: int) -> FuzzyHits:
         """Return so many hits that fit best, the clearest first.
@@ -156,7 +166,10 @@ class _Search:
         enough of them, no other can be among the best.
         """
         for clear in CLEAR:
-            plans, bounds = self._within(BUCKETS - clear, clear), np.zeros(len(self.finder.roster))
+            plans, bounds = (
+                self._plans_within(BUCKETS - clear, clear),
+                np.zeros(len(self.finder.roster)),
+            )
             fitting = self._in_batches(lambda one, batch: one.bounds(batch, self.ask), plans)
             for places, most in fitting:
                 bounds[places] = np.max(most, axis=0)
@@ -164,22 +177,22 @@ class _Search:
             order, many = order[np.argsort(-bounds[order], kind="stable")], MORE * number
             while len(order):
                 some, rest = np.sort(order[:many]), bounds[order[many:]]
-                found = self._among(self._within(BUCKETS - clear), some).by_fit()
+                found = self._hits_in(self._plans_within(BUCKETS - clear), some).by_fit()
                 least = np.nextafter(rest[0], 1) if len(rest) else clear / BUCKETS
                 if (found.fit >= least).sum() >= number:
                     return found[:number]
                 order, many = order if len(rest) else order[:0], MORE * many
-        return self.found().by_fit()[:number]
+        return self.all_hits().by_fit()[:number]
 
-    def _within(self, most: int, clear: int = 0) -> list[Plan]:
+    def _plans_within(self, most: int, clear: int = 0) -> list[FuzzyPlan]:
         """Return the plans for matches that fit well enough, in steps of a margin less than 1."""
         limit = UNIT * most // BUCKETS
         return [it.within(self.finder.columns, it.steps * limit, clear) for it in self.plans]
 
     def _in_batches(
         self,
-        work: Callable[[Plan, Batch], Result],
-        plans: list[Plan],
+        work: Callable[[FuzzyPlan, Batch], Result],
+        plans: list[FuzzyPlan],
         places: IntArray | None = None,
     ) -> Iterator[tuple[IntArray, list[Result]]]:
         """Yield the places of a batch of captures, and what work makes of each plan there.
@@ -192,62 +205,68 @@ class _Search:
         def of_each(batch: IntArray, some: IntArray) -> list[Result]:
             self.done = int(batch[some[0]])
             self.ask()
-            own = self.finder.batch(batch[some])
-            return [work(one, own) for one in plans]
+            part_batch = self.finder.batch(batch[some])
+            return [work(one, part_batch) for one in plans]
 
         for batch in split(self.finder.columns.values(), places, MOST_ROWS):
-            for some, found in self.finder.in_parts(partial(of_each, batch), batch):
-                if isinstance(found, LanindexError):
-                    self.refused[int(batch[some[0]])] = found
+            for part, results in self.finder.in_parts(partial(of_each, batch), batch):
+                if isinstance(results, LanindexError):
+                    self.refused[int(batch[part[0]])] = results
                 else:
-                    yield batch[some], found
+                    yield batch[part], results
 
     def ask(self) -> None:
         """Ask whether to go on."""
         if self.watch:
             self.watch(self.done, len(self.finder.roster))
 
-    def _among(self, plans: list[Plan], places: IntArray | None = None) -> FuzzyHits:
+    def _hits_in(self, plans: list[FuzzyPlan], places: IntArray | None = None) -> FuzzyHits:
         """Return all hits in some captures; None: in all."""
         batches = self._in_batches(
-            lambda one, batch: one.matches(batch, self.exactly, self.ask), plans, places
+            lambda one, batch: one.matches(batch, self.find_exactly, self.ask), plans, places
         )
-        found = joined([NO_MATCHES, *(self._hits(plans, *it) for it in batches)])
-        return FuzzyHits(self, found.at(~np.isin(found.capture, list(self.refused))))
+        matches = joined([NO_MATCHES, *(self._hits(plans, *it) for it in batches)])
+        return FuzzyHits(self, matches.at(~np.isin(matches.capture, list(self.refused))))
 
-    def _hits(self, plans: list[Plan], places: IntArray, sets: list[Matches]) -> Matches:
+    def _hits(
+        self, plans: list[FuzzyPlan], places: IntArray, sets: list[FuzzyMatches]
+    ) -> FuzzyMatches:
         """Return the hits among the matches of plans in a batch, by capture, start and end."""
         sets = [it._replace(capture=places[it.capture]) for it in sets]
-        if self.exact is not None:
-            sets.append(self._besides(self.exact, joined(sets), places))
-        found = joined(sets)
+        if self.exact_hits is not None:
+            sets.append(self._exact_matches(self.exact_hits, joined(sets), places))
+        matches = joined(sets)
         if len(sets) > 1:
             parts = [one.sides[0][0].part for one in plans]
             of_each = [*map(parts.index, parts), len(parts)][: len(sets)]
             part = np.repeat(of_each, [len(it.cost) for it in sets])
-            keys = part, found.capture, found.taken[:, 0, 1]
-            found = found.at(best_of_each(keys, (found.cost, found.high, -found.low)))
+            keys = part, matches.capture, matches.line_rows[:, 0, 1]
+            matches = matches.at(best_of_each(keys, (matches.cost, matches.high, -matches.low)))
         if self.overlaps == "none":
-            rank = np.empty(len(found.cost), np.int64)
-            rank[np.lexsort((-found.low, found.high, found.cost))] = np.arange(len(rank))
-            found = found.at(staying(found.capture, found.low, found.high, rank, self.ask))
-        return found.at(np.lexsort((found.high, found.low, found.capture)))
+            rank = np.empty(len(matches.cost), np.int64)
+            rank[np.lexsort((-matches.low, matches.high, matches.cost))] = np.arange(len(rank))
+            matches = matches.at(
+                staying(matches.capture, matches.low, matches.high, rank, self.ask)
+            )
+        return matches.at(np.lexsort((matches.high, matches.low, matches.capture)))
 
-    def _besides(self, exact: ExactHits, found: Matches, places: IntArray) -> Matches:
+    def _exact_matches(
+        self, exact: ExactHits, matches: FuzzyMatches, places: IntArray
+    ) -> FuzzyMatches:
         """Return the exact hits of some captures where no match that costs nothing begins."""
-        begun = (found.capture * FAR + found.low)[found.cost == 0]
+        begun = (matches.capture * FAR + matches.low)[matches.cost == 0]
         own = np.isin(exact.place, places) & ~np.isin(exact.place * FAR + exact.low, begun)
-        here = np.flatnonzero(own)
-        taken = np.full((len(here), 1, 5), len(self.lines))
-        taken[:, 0, 1] = here  # the number behind all lines, and for a first row the place
-        frames = exact.place[here], exact.low[here], exact.high[here]
-        return Matches(*frames, 0 * here, 0 * here, taken)
+        indices = np.flatnonzero(own)
+        line_rows = np.full((len(indices), 1, 5), len(self.lines))
+        line_rows[:, 0, 1] = indices  # the number behind all lines, and for a first row the place
+        frames = exact.place[indices], exact.low[indices], exact.high[indices]
+        return FuzzyMatches(*frames, 0 * indices, 0 * indices, line_rows)
 
 
 class FuzzyHits(Hits):
     """The hits of a search as columns; each is made an object when it is asked for."""
 
-    def __init__(self, search: _Search, matches: Matches) -> None:
+    def __init__(self, search: _Search, matches: FuzzyMatches) -> None:
         super().__init__(search.finder, matches.capture, matches.low, matches.high)
         self._search, self._matches = search, matches
 
@@ -255,8 +274,8 @@ class FuzzyHits(Hits):
     def fit(self) -> NDArray[np.float64]:
         """The smallest margin of symbols without an edit, lowered in proportion to the edits."""
         steps, found = np.array([*(it for _, it in self._search.lines), 1]), self._matches
-        fit: NDArray[np.float64] = fits(found.cost, found.blur, steps[found.taken[:, 0, 0]])
-        own, exact = self._exactly()
+        fit: NDArray[np.float64] = fits(found.cost, found.blur, steps[found.line_rows[:, 0, 0]])
+        own, exact = self._exact_hits()
         fit[own] = exact.clear() if exact else 0
         return fit
 
@@ -266,38 +285,38 @@ class FuzzyHits(Hits):
 
     def by_fit(self, most: int | None = None) -> FuzzyHits:
         """Return the same hits, the clearest first; as `Hits.by_fit`."""
-        own, exact = self._exactly()
+        own, exact = self._exact_hits()
         if not exact or most is None or most >= len(own):
             return super().by_fit()
         rest = np.delete(own, exact.clearest(most))  # of these nothing is made
         likely = np.delete(np.arange(len(self)), rest)
-        likely = likely[np.argsort(-self._some(likely).fit, kind="stable")]
+        likely = likely[np.argsort(-self._subset(likely).fit, kind="stable")]
         return self.at(np.append(likely, rest))
 
-    def _exactly(self) -> tuple[IntArray, ExactHits | None]:
+    def _exact_hits(self) -> tuple[IntArray, ExactHits | None]:
         """Return which hits were found exactly, by place, and as such."""
-        number, place = self._matches.taken[:, 0, :2].T
-        own, exact = np.flatnonzero(number == len(self._search.lines)), self._search.exact
+        number, place = self._matches.line_rows[:, 0, :2].T
+        own, exact = np.flatnonzero(number == len(self._search.lines)), self._search.exact_hits
         return own, exact.arranged(place[own].tolist()) if exact else None
 
-    def _some(self, chosen: AnyArray | slice) -> FuzzyHits:
-        return FuzzyHits(self._search, self._matches.at(chosen))
+    def _subset(self, rows: AnyArray | slice) -> FuzzyHits:
+        return FuzzyHits(self._search, self._matches.at(rows))
 
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
-        lines, finder, exact = self._search.lines, self._search.finder, self._search.exact
+        lines, finder, exact = self._search.lines, self._search.finder, self._search.exact_hits
         places = once(self.place[list(indices)])
         if not finder.fetched.keys() >= {*places.tolist()}:
             finder.fetch(places.tolist())
         batch, hits = finder.batch(places), list[Hit]()
         listed: dict[tuple[int, str], list[Symbol]] = {}
         for index in indices:
-            taken = self._matches.taken[index].tolist()
-            if exact and taken[0][0] == len(lines):
-                hits.append(exact[taken[0][1]])
+            line_rows = self._matches.line_rows[index].tolist()
+            if exact and line_rows[0][0] == len(lines):
+                hits.append(exact[line_rows[0][1]])
                 continue
             place, matched = int(self.place[index]), []
             capture, tracks = finder.fetched[place]
-            for number, first, last, *_ in (it for it in taken if it[0] >= 0):
+            for number, first, last, *_ in (it for it in line_rows if it[0] >= 0):
                 line, part = lines[number][0], lines[number][0].net.part
                 if (place, part) not in listed:
                     listed[place, part] = tracks[part].listed()
@@ -308,15 +327,15 @@ class FuzzyHits(Hits):
         return hits
 
 
-class Plan(NamedTuple):
+class FuzzyPlan(NamedTuple):
     """What a leading line asks for."""
 
     sides: list[list[Net]]  # the leading line, and those that must lie beside it, one net a side
     beside: list[Companion]  # how these lie
-    apart: list[Beside]  # lines that must not happen
+    forbidden: list[Beside]  # lines that must not happen
     steps: int  # how many the lines have
     most: int  # what a match may cost, in parts of an edit
-    lines: Sequence[list[Line]] = ()  # as `sides`, where they are searched for
+    lines: Sequence[list[FuzzyLine]] = ()  # as `sides`, where they are searched for
 
     @property
     def nets(self) -> list[Net]:
@@ -326,26 +345,28 @@ class Plan(NamedTuple):
     @property
     def leaps(self) -> bool:
         """Whether another end than the nearest may go with what is asked for beside it."""
-        return bool(self.beside or self.apart) and any(net.leaps for net in self.nets)
+        return bool(self.beside or self.forbidden) and any(net.leaps for net in self.nets)
 
     @classmethod
-    def of(cls, program: Program, lines: Lines, allowance: Allowance) -> Plan:
+    def of(cls, program: Program, lines: Lines, allowance: Allowance) -> FuzzyPlan:
         """Return the plan of a program of some lines; a `UsageError` where that has no edits."""
         lead, *halves = nets_of(program)
         sides, beside = [[half] for half in halves], [Companion("with", ())] * len(halves)
-        for it in program.whole.companions:
+        for it in program.outermost.companions:
             if it.relation not in NEGATIONS:
                 nets = [list(nets) for nets in zip(*map(nets_of, it.programs), strict=True)]
                 sides, beside = sides + nets, beside + [it] * len(nets)
-        apart = [it for it in lines.others if it.relation in NEGATIONS]
+        forbidden = [it for it in lines.others if it.relation in NEGATIONS]
         sides = [[lead], *sides]
         steps = sum(max(len(net.states) for net in nets) for nets in sides)
-        return cls(sides, beside, apart, steps, allowance.of(steps))
+        return cls(sides, beside, forbidden, steps, allowance.of(steps))
 
-    def within(self, columns: Mapping[str, Columns], most: int, clear: int = 0) -> Plan:
-        """Return the plan for matches that cost no more than `most`; `clear` as of `Line`."""
+    def within(self, columns: Mapping[str, Columns], most: int, clear: int = 0) -> FuzzyPlan:
+        """Return the plan for matches that cost no more than `most`; `clear` as of `FuzzyLine`."""
         most = min(self.most, most)
-        lines = [[Line(it, columns[it.part], most, clear) for it in nets] for nets in self.sides]
+        lines = [
+            [FuzzyLine(it, columns[it.part], most, clear) for it in nets] for nets in self.sides
+        ]
         return self._replace(most=most, lines=lines)
 
     def possible(self) -> BoolArray:
@@ -357,36 +378,38 @@ class Plan(NamedTuple):
     def bounds(self, batch: Batch, ask: Ask) -> AnyArray:
         """Return how well a match in each capture fits at most, (captures,); 0: there is none."""
         least = np.ones(len(batch))
-        for it in self._found(batch, ask):
+        for it in self._line_matches(batch, ask):
             best = np.zeros(len(batch))
             np.maximum.at(best, it.capture, fits(it.cost, it.blur, self.steps))
             least = np.minimum(least, best)
         return least
 
-    def matches(self, batch: Batch, exactly: Exactly, ask: Ask) -> Matches:
+    def matches(self, batch: Batch, find_exactly: ExactSearch, ask: Ask) -> FuzzyMatches:
         """Return what matches all lines, one for each row where the leading one begins."""
-        lead, *others = self._found(batch, ask)
+        lead, *others = self._line_matches(batch, ask)
         for companion, nets, other in zip(self.beside, self.sides[1:], others, strict=True):
             ask()
             margins = margins_of(batch, companion)
             if companion.relation == "with":  # no two movements of one part share a frame
                 same = [net.number for net in nets if net.part == self.sides[0][0].part]
                 near = margins.most[other.capture] > 0
-                other = other.at(near | ~np.isin(other.taken[:, 0, 0], same))
+                other = other.at(near | ~np.isin(other.line_rows[:, 0, 0], same))
             lead = self._beside(companion.relation, lead, other, margins)
-        for apart in self.apart:
-            lead = lead.at(~self._disturbed(apart, lead, batch, exactly, ask))
+        for forbidden in self.forbidden:
+            lead = lead.at(~self._disturbed(forbidden, lead, batch, find_exactly, ask))
         return lead
 
-    def _found(self, batch: Batch, ask: Ask) -> list[Matches]:
+    def _line_matches(self, batch: Batch, ask: Ask) -> list[FuzzyMatches]:
         """Return the matches of all lines, of both sides together."""
         return [joined([line.matches(batch, ask) for line in sides]) for sides in self.lines]
 
-    def _beside(self, relation: str, lead: Matches, other: Matches, margins: Margins) -> Matches:
+    def _beside(
+        self, relation: str, lead: FuzzyMatches, other: FuzzyMatches, margins: Margins
+    ) -> FuzzyMatches:
         """Return the leading matches with the cheapest other one that stands beside each."""
         # of equally cheap ones the first side, and there the one that ends first
-        other = other.at(np.lexsort((other.high, other.taken[:, 0, 0], other.cost)))
-        lines = _spans(lead.capture, *lead.taken[:, 0, 3:].T)
+        other = other.at(np.lexsort((other.high, other.line_rows[:, 0, 0], other.cost)))
+        lines = _spans(lead.capture, *lead.line_rows[:, 0, 3:].T)
         best = _first(relation, lines, _spans(*other[:3]), margins)
         kept = np.flatnonzero(best < NOBODY)
         kept = kept[lead.cost[kept] + other.cost[best[kept]] <= self.most]
@@ -395,25 +418,32 @@ class Plan(NamedTuple):
         if RELATIONS[relation].adds_frames:
             low, high = np.minimum(low, other.low), np.maximum(high, other.high)
         cost, blur = lead.cost + other.cost, np.maximum(lead.blur, other.blur)
-        taken = np.concatenate((lead.taken, other.taken), axis=1)
-        return Matches(lead.capture, low, high, cost, blur, taken)
+        line_rows = np.concatenate((lead.line_rows, other.line_rows), axis=1)
+        return FuzzyMatches(lead.capture, low, high, cost, blur, line_rows)
 
     def _disturbed(
-        self, apart: Beside, found: Matches, batch: Batch, exactly: Exactly, ask: Ask
+        self,
+        forbidden: Beside,
+        matches: FuzzyMatches,
+        batch: Batch,
+        find_exactly: ExactSearch,
+        ask: Ask,
     ) -> BoolArray:
         """Return which matches have a match of a `without` line beside them, (N,) bool.
 
-        Matches of that line that share a symbol with them do not count.
+        FuzzyMatches of that line that share a symbol with them do not count.
         """
-        query = query_of(apart.line)
-        exact = exactly(query, batch.places[once(found.capture)])
+        query = query_of(forbidden.line)
+        exact = find_exactly(query, batch.places[once(matches.capture)])
         parts = {net.number: net.part for net in self.nets}
         shares = not query.parts.isdisjoint(parts.values())
         others = _spans(np.searchsorted(batch.places, exact.place), exact.low, exact.high)
-        begin, end = found.taken[:, :, 3].min(axis=1), found.taken[:, :, 4].max(axis=1)
+        begin, end = matches.line_rows[:, :, 3].min(axis=1), matches.line_rows[:, :, 4].max(axis=1)
         disturbed, pairs = np.zeros(len(begin), np.bool_), [np.empty((2, 0), np.int64)]
-        margins = margins_of(batch, Companion(apart.relation, (), apart.within))
-        for match, hit in _pairs(apart.relation, _spans(*found[:3]), SpanIndex(others), margins):
+        margins = margins_of(batch, Companion(forbidden.relation, (), forbidden.within))
+        for match, hit in _pairs(
+            forbidden.relation, _spans(*matches[:3]), SpanIndex(others), margins
+        ):
             ask()
             # what a match is made of lies in its frames: any hit outside of them disturbs it
             near = shares & (exact.low[hit] <= end[match]) & (exact.high[hit] >= begin[match])
@@ -428,7 +458,7 @@ class Plan(NamedTuple):
         for one, index in zip(match.tolist(), hit.tolist(), strict=True):
             disturbed[one] = disturbed[one] or not any(
                 parts[net] == part and first <= row <= last
-                for net, first, last, *_ in found.taken[one].tolist()
+                for net, first, last, *_ in matches.line_rows[one].tolist()
                 for part, row in symbols[index]
             )
         return disturbed

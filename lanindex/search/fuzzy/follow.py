@@ -89,13 +89,13 @@ class Allowance:
         return int(edits * UNIT)
 
 
-def angles(some: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
+def angles(vectors: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the angles between (N, 3) and (M, 3) vectors: (N, M) degrees.
 
     Between a vector of no length and another one it is `DRAWN_IN`.
     """
-    one, other = np.linalg.norm(some, axis=1)[:, None], np.linalg.norm(others, axis=1)
-    cosine = some @ others.T / np.maximum(one * other, 1e-12)
+    one, other = np.linalg.norm(vectors, axis=1)[:, None], np.linalg.norm(others, axis=1)
+    cosine = vectors @ others.T / np.maximum(one * other, 1e-12)
     found = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
     found = np.where((one < 1e-6) ^ (other < 1e-6), DRAWN_IN, found)
     return np.where((one < 1e-6) & (other < 1e-6), 0.0, found)
@@ -130,10 +130,10 @@ class Kinds:
         table = self._turns[:, wanted].min(axis=1, initial=MOST)
         return np.where(wanted[self._cell], np.int16(0), table)
 
-    def having(self, some: BoolArray) -> BoolArray:
+    def having(self, kinds: BoolArray) -> BoolArray:
         """Return which captures have a symbol of some kinds, (captures,)."""
         by_kind, ends = self._by_kind
-        _, places = ranges((ends - self.counts)[some], ends[some])
+        _, places = ranges((ends - self.counts)[kinds], ends[kinds])
         found = np.zeros(len(self._bounds) - 1, np.bool_)
         found[by_kind[places]] = True
         return found
@@ -181,7 +181,7 @@ class Net:
     """A line, of one of the parts that move in it: its K states, and what joins them."""
 
     def __init__(self, program: Program, member: int) -> None:
-        self.number = 0  # of the line in `Matches`; a search counts its lines
+        self.number = 0  # of the line in `FuzzyMatches`; a search counts its lines
         self.part = program.states[0].members[member]
         self.states = [
             replace(state, members=(self.part,), fits=(state.fits[member],))
@@ -228,7 +228,7 @@ def nets_of(program: Program) -> list[Net]:
         "brackets with a length or a line beside them": any(
             group.length or group.companions for group in program.brackets
         ),
-        '"overlapping"': any(it.relation == "overlapping" for it in program.whole.companions),
+        '"overlapping"': any(it.relation == "overlapping" for it in program.outermost.companions),
         '"hold", and "at" beside other steps or with a length': not stays
         and any(state.manner in ("at", "hold") for state in states),
         "the feet of a jump, degrees of turns and bends, what is touched or carries, "
@@ -265,7 +265,7 @@ class Symbols(NamedTuple):
     exit: IntArray  # (K, R) keys of what it costs to end with each
 
 
-class Matches(NamedTuple):
+class FuzzyMatches(NamedTuple):
     """N matches of a line, or of L lines beside each other."""
 
     capture: IntArray  # (N,) places in a batch, or in the roster
@@ -275,27 +275,27 @@ class Matches(NamedTuple):
     blur: IntArray  # (N,) what the symbols that fit lack to a margin of 1, in thousandths
     # (N, L, 5) by line, the leading one first: its number, the first and the last row, counted in
     # the capture, and its frames; -1: there is no such line
-    taken: IntArray
+    line_rows: IntArray
 
-    def at(self, chosen: AnyArray | slice) -> Matches:
+    def at(self, rows: AnyArray | slice) -> FuzzyMatches:
         """Return some of them."""
-        return Matches._make(column[chosen] for column in self)
+        return FuzzyMatches._make(column[rows] for column in self)
 
 
 _NONE = np.empty(0, np.int64)
-NO_MATCHES = Matches(_NONE, _NONE, _NONE, _NONE, _NONE, np.empty((0, 1, 5), np.int64))
+NO_MATCHES = FuzzyMatches(_NONE, _NONE, _NONE, _NONE, _NONE, np.empty((0, 1, 5), np.int64))
 
 
-def joined(matches: Sequence[Matches]) -> Matches:
+def joined(matches: Sequence[FuzzyMatches]) -> FuzzyMatches:
     """Return several tables as one."""
-    lines = max(it.taken.shape[1] for it in matches)
-    more = [((0, 0), (0, lines - it.taken.shape[1]), (0, 0)) for it in matches]
-    wide = map(partial(np.pad, constant_values=-1), (it.taken for it in matches), more)
+    lines = max(it.line_rows.shape[1] for it in matches)
+    more = [((0, 0), (0, lines - it.line_rows.shape[1]), (0, 0)) for it in matches]
+    wide = map(partial(np.pad, constant_values=-1), (it.line_rows for it in matches), more)
     *columns, _ = zip(*matches, strict=True)
-    return Matches(*map(np.concatenate, (*columns, list(wide))))
+    return FuzzyMatches(*map(np.concatenate, (*columns, list(wide))))
 
 
-class Line:
+class FuzzyLine:
     """A line to be searched for, where a match costs no more than `most` parts of an edit.
 
     Symbols that cost nothing have a margin of `clear` of `BUCKETS` steps at least.
@@ -321,7 +321,7 @@ class Line:
         found: BoolArray = lacking * MISSING <= self._most
         return found
 
-    def matches(self, batch: Batch, ask: Ask) -> Matches:
+    def matches(self, batch: Batch, ask: Ask) -> FuzzyMatches:
         """Return the cheapest match from each symbol."""
         rows = batch.rows(self.net.part)
         code = rows.own(self._kinds.code)
@@ -337,10 +337,10 @@ class Line:
             frames = rows.arrival[first], rows.until(last)
         capture, start, until = (it.astype(np.int64) for it in (rows.capture[first], *frames))
         number, base = np.full(len(keys), self.net.number), rows.bounds[capture]
-        taken = np.stack((number, first - base, last - base, start, until), axis=1)[:, None]
+        line_rows = np.stack((number, first - base, last - base, start, until), axis=1)[:, None]
         best = best_of_each((first,), (cost, until))
         best = best[start[best] < until[best]]  # a starting position alone is no match
-        return Matches(capture, start, until, cost, keys & BLUR, taken).at(best)
+        return FuzzyMatches(capture, start, until, cost, keys & BLUR, line_rows).at(best)
 
     def _symbols(self, batch: Batch, row: IntArray, code: AnyArray) -> Symbols:
         """Return some rows of a batch, each of a kind, as symbols."""
@@ -381,7 +381,7 @@ class Line:
         symbols.entry[:, 1:] = NOTHING
         arrived, gone = followed(self.net, symbols, self._most, lambda: None)
         state, at = int((arrived[:, -1] + symbols.exit[:, -1]).argmin()), last - first
-        taken = [(last, state)]
+        path = [(last, state)]
         while at:
             end, passed, missing = at, symbols.before, True
             while missing:
@@ -390,8 +390,8 @@ class Line:
                 at, state = (int(it) for it in np.unravel_index(came.argmin(), came.shape))
                 missing = bool(arrived[state, at] > gone[state, at])
                 end, passed = at + 1, symbols.behind
-            taken.append((first + at, state))
-        return taken[::-1]
+            path.append((first + at, state))
+        return path[::-1]
 
 
 def followed(net: Net, symbols: Symbols, most: int, ask: Ask) -> tuple[IntArray, IntArray]:

@@ -65,20 +65,20 @@ class Table:
 
     __slots__: tuple[str, ...] = ()
 
-    def at(self, chosen: AnyArray) -> Self:
+    def at(self, rows: AnyArray) -> Self:
         """Return some rows."""
-        return type(self)(*(_at(getattr(self, name), chosen) for name in self.__slots__))
+        return type(self)(*(_at(getattr(self, name), rows) for name in self.__slots__))
 
 
 AnyTable = TypeVar("AnyTable", bound=Table)
 
 
-def _at(column: Any, chosen: AnyArray) -> Any:
+def _at(column: Any, rows: AnyArray) -> Any:
     if isinstance(column, np.ndarray):
-        return column[chosen] if column.ndim == 1 else column[:, chosen]
+        return column[rows] if column.ndim == 1 else column[:, rows]
     if isinstance(column, tuple):
-        return tuple(it[chosen] for it in column)
-    return column.at(chosen)
+        return tuple(it[rows] for it in column)
+    return column.at(rows)
 
 
 def together(tables: Sequence[AnyTable]) -> AnyTable:

@@ -63,7 +63,7 @@ def ending_values(batch: Batch, program: Program) -> list[IntArray]:
 class Backwards:
     """The values of all events of a program's states in a batch.
 
-    What a program remembers is left out. `own` are the values at which it ends, by state, as from
+    What a program remembers is left out. `end_values` are those at which it ends, by state, as from
     `ending_values`. No match enters the events that are `shut`, by state. If the line `runs_on`, it
     goes on where it could end.
     """
@@ -72,13 +72,13 @@ class Backwards:
         self,
         batch: Batch,
         program: Program,
-        own: list[IntArray],
+        end_values: list[IntArray],
         *,
         shut: list[BoolArray] | None = None,
         runs_on: bool = True,
     ) -> None:
         self._batch, self._program, self._runs_on = batch, program, runs_on
-        self._own, self._shut = own, shut
+        self._end_values, self._shut = end_values, shut
         # by state, (N,): the value of each event, and that of going on from it, or `NONE`
         self.values: list[IntArray] = [np.empty(0, np.int64)] * len(program.states)
         self.beyond: list[IntArray] = list(self.values)
@@ -88,7 +88,7 @@ class Backwards:
             else:
                 (state,) = states
                 self.beyond[state], self.values[state] = self._combined(
-                    self._beyond(state), own[state], self._events(state).cost
+                    self._beyond(state), end_values[state], self._events(state).cost
                 )
 
     def ahead(self, edge: Edge) -> tuple[IntArray, Transitions]:
@@ -121,13 +121,13 @@ class Backwards:
         return best
 
     def _combined(
-        self, beyond: IntArray, own: IntArray, cost: IntArray
+        self, beyond: IntArray, end_values: IntArray, cost: IntArray
     ) -> tuple[IntArray, IntArray]:
         """Return the values of going on from events of some cost, and those of the events."""
         beyond = np.where(beyond < NONE, (beyond & ~_COST) | np.maximum(beyond & _COST, cost), NONE)
         if self._runs_on:
-            return beyond, np.where(beyond < NONE, beyond, own)
-        return beyond, np.minimum(beyond, own)
+            return beyond, np.where(beyond < NONE, beyond, end_values)
+        return beyond, np.minimum(beyond, end_values)
 
     def _again(self, states: list[int]) -> None:
         """Work out the values of states that lead to each other.
@@ -145,9 +145,9 @@ class Backwards:
                     pairs, many = pairs + found, many + waiting
         none = [np.full(many - int(bounds[-1]), NONE)]
         beyond = np.concatenate([*(self._beyond(it, within) for it in states), *none])
-        own = np.concatenate([*(self._own[it] for it in states), *none])
+        end_values = np.concatenate([*(self._end_values[it] for it in states), *none])
         cost = np.concatenate([*costs, 0 * none[0]])
-        beyond, values = self._solved(np.concatenate(pairs, axis=1), beyond, own, cost)
+        beyond, values = self._solved(np.concatenate(pairs, axis=1), beyond, end_values, cost)
         for state, begin, end in zip(states, bounds, bounds[1:], strict=False):
             self.beyond[state], self.values[state] = beyond[begin:end], values[begin:end]
 
@@ -179,18 +179,20 @@ class Backwards:
         return found, len(groups)
 
     def _solved(
-        self, pairs: IntArray, beyond: IntArray, own: IntArray, cost: IntArray
+        self, pairs: IntArray, beyond: IntArray, end_values: IntArray, cost: IntArray
     ) -> tuple[IntArray, IntArray]:
         """Return the values of going on from nodes, and those of the nodes, (N,) each.
 
         Nodes are settled in rounds, once all that follow them are.
         """
         before, after = pairs[:, np.argsort(pairs[1], kind="stable")]
-        bounds = np.searchsorted(after, np.arange(len(own) + 1))
-        left = np.bincount(before, minlength=len(own))
-        values, ready = np.full(len(own), NONE), np.flatnonzero(left == 0)
+        bounds = np.searchsorted(after, np.arange(len(end_values) + 1))
+        left = np.bincount(before, minlength=len(end_values))
+        values, ready = np.full(len(end_values), NONE), np.flatnonzero(left == 0)
         while len(ready):
-            beyond[ready], values[ready] = self._combined(beyond[ready], own[ready], cost[ready])
+            beyond[ready], values[ready] = self._combined(
+                beyond[ready], end_values[ready], cost[ready]
+            )
             one, place = spread(bounds[ready], bounds[ready + 1])
             leading = before[place]
             np.minimum.at(beyond, leading, values[ready[one]])

@@ -508,7 +508,7 @@ def possible(
                     continue
                 wanted = np.flatnonzero(cells_of(state, member)[: CELL + 1]).tolist()
                 own &= _cells_in(columns[part]) & np.uint64(sum(1 << it for it in wanted)) > 0
-        for companion in program.whole.companions:
+        for companion in program.outermost.companions:
             if companion.relation not in NEGATIONS:
                 own &= possible(companion.programs, columns, captures)
         found |= own

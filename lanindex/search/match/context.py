@@ -80,7 +80,7 @@ class LineJoiner(Protocol):
     """Finds the lines beside another."""
 
     def close(
-        self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool, since: IntArray | None
+        self, group: Group, lines: Spans, hulls: Hulls, *, outermost: bool, since: IntArray | None
     ) -> Hulls:
         """Return the hulls with which a group can close."""
 
@@ -109,25 +109,25 @@ class ConditionSchedule:
     def __init__(self, clauses: Clauses, program: Program) -> None:
         self._clauses = clauses
         known = {label for state in program.states for label in state.labels}
-        self.own = [
+        self.conditions = [
             it
             for it in clauses.conditions
             if it not in clauses.of_all and clauses.labels[it] <= known
         ]
         self._settled: list[frozenset[Condition]] = []
         following = followers(program)
-        for state in program.states if self.own else ():
+        for state in program.states if self.conditions else ():
             coming = {
                 label
                 for number in reached(following, state.number)
                 for label in program.states[number].labels
             }
-            settled = (it for it in self.own if not clauses.labels[it] & coming)
+            settled = (it for it in self.conditions if not clauses.labels[it] & coming)
             self._settled.append(frozenset(settled))
 
     def at(self, before: int | None, state: int) -> Decidable:
         """Return what can be evaluated at a state, and could not at the one before."""
-        if not self.own:
+        if not self.conditions:
             return Decidable()
         done = frozenset() if before is None else self._settled[before]
         fresh = self._settled[state] - done
@@ -142,11 +142,11 @@ class ConditionSchedule:
         columns = [
             at for (label, _), at in self._clauses.columns.items() if label not in open_still
         ]
-        return Decidable(tuple(it for it in self.own if it in fresh), tuple(columns))
+        return Decidable(tuple(it for it in self.conditions if it in fresh), tuple(columns))
 
     def late(self, state: int) -> tuple[Condition, ...]:
         """Return what can be evaluated only once the line ends at a state."""
-        return tuple(it for it in self.own if it not in self._settled[state])
+        return tuple(it for it in self.conditions if it not in self._settled[state])
 
 
 class Context:
@@ -194,8 +194,8 @@ class Context:
     def backwards(self, program: Program) -> Backwards:
         """Return the values of a line."""
         if program not in self._backwards:
-            own = ending_values(self.batch, program)
-            self._backwards[program] = Backwards(self.batch, program, own)
+            end_values = ending_values(self.batch, program)
+            self._backwards[program] = Backwards(self.batch, program, end_values)
         return self._backwards[program]
 
     def alive(self, program: Program) -> list[BoolArray]:

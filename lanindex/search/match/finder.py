@@ -104,7 +104,7 @@ class Finder:
             places = self._possible() if among is None else among
             with limited_to(self.memory):
                 batches = split(self.columns.values(), places, MOST_ROWS)
-                hits = together([NO_HITS, *(it for own in batches for it in self._among(own))])
+                hits = together([NO_HITS, *(it for own in batches for it in self._hits_in(own))])
             if refused is None and errors:
                 raise errors[min(errors)]
             if refused is not None:
@@ -142,20 +142,20 @@ class Finder:
             self.fetch(captures)
         made: dict[int, Hit] = {}
         with limited_to(self.memory):
-            for some, found in self.in_parts(partial(self._made, hits), hits.capture):
+            for some, found in self.in_parts(partial(self._hit_objects, hits), hits.capture):
                 if isinstance(found, LanindexError):
                     raise found
                 made.update(zip(some.tolist(), found, strict=True))
         return [made[place] for place in range(len(hits))]
 
-    def _made(self, hits: HitTable, some: IntArray) -> list[Hit]:
+    def _hit_objects(self, hits: HitTable, indices: IntArray) -> list[Hit]:
         """Return some of a table's hits as objects, all at once."""
-        hits = hits.at(some)
-        here, hits.capture = np.unique(hits.capture, return_inverse=True)
-        batch, given = self.batch(here), (self._captures(here), self._tick(here))
-        recordings = [self.fetched[place] for place in here.tolist()]
+        hits = hits.at(indices)
+        places, hits.capture = np.unique(hits.capture, return_inverse=True)
+        batch, callbacks = self.batch(places), (self._captures(places), self._tick(places))
+        recordings = [self.fetched[place] for place in places.tolist()]
         traces: list[Trace] = []
-        for place, one in enumerate(traced(hits, self.query, self._rewrites, batch, *given)):
+        for place, one in enumerate(traced(hits, self.query, self._rewrites, batch, *callbacks)):
             if one is None:
                 raise LanindexError(
                     f"a hit at frame {hits.low[place]} is not there any more",
@@ -213,13 +213,13 @@ class Finder:
         """Return a function from places in a batch to captures."""
         return lambda places: self.captures(here[list(places)].tolist())
 
-    def _tick(self, here: IntArray) -> Callable[[], None]:
+    def _tick(self, places: IntArray) -> Callable[[], None]:
         """Return a callback that reports that the search is at some captures."""
         if self._watch is None:
             return lambda: None
-        return partial(self._watch, int(here[0]), len(self.roster))
+        return partial(self._watch, int(places[0]), len(self.roster))
 
-    def _among(self, places: IntArray) -> Iterator[HitTable]:
+    def _hits_in(self, places: IntArray) -> Iterator[HitTable]:
         """Yield all hits in some captures; captures that are refused get an error."""
         for some, found in self.in_parts(lambda some: self._in_batch(places[some]), places):
             if isinstance(found, LanindexError):
@@ -229,21 +229,21 @@ class Finder:
                 self.refused.update((place, self._too_many(place)) for place in rich)
                 yield hits
 
-    def _in_batch(self, here: IntArray) -> tuple[HitTable, list[int]]:
+    def _in_batch(self, places: IntArray) -> tuple[HitTable, list[int]]:
         """Return all hits in some captures, and those of them that are too rich."""
-        batch, tick, found = self.batch(here), self._tick(here), [NO_HITS]
+        batch, tick, tables = self.batch(places), self._tick(places), [NO_HITS]
         tick()
         rich = np.zeros(len(batch), bool)
         for rewrites in self._rewrites:
-            context = Context(batch, rewrites, self._clauses, self._captures(here), tick)
-            found += hits_of(context)
+            context = Context(batch, rewrites, self._clauses, self._captures(places), tick)
+            tables += hits_of(context)
             rich |= context.refused
-        hits = together(found)
+        hits = together(tables)
         if rich.any():
             hits = hits.at(~rich[hits.capture])
         hits = best(hits)
-        hits.capture = here[hits.capture]
-        return hits, here[rich].tolist()
+        hits.capture = places[hits.capture]
+        return hits, places[rich].tolist()
 
     def _too_many(self, place: int) -> LanindexError:
         """Return the error where a pattern fits a capture in more ways than can be tried."""

@@ -210,9 +210,9 @@ class ExactHits(Hits):
     (H,) int64, are these hits. Those with the same frames are the first, second ... by fit.
     """
 
-    def __init__(self, maker: _Maker, table: HitTable, chosen: IntArray) -> None:
-        super().__init__(maker, table.capture[chosen], table.low[chosen], table.high[chosen])
-        self._maker, self._table, self._chosen = maker, table, chosen
+    def __init__(self, maker: _Maker, table: HitTable, rows: IntArray) -> None:
+        super().__init__(maker, table.capture[rows], table.low[rows], table.high[rows])
+        self._maker, self._table, self._rows = maker, table, rows
 
     @cached_property
     def _alike(self) -> IntArray:
@@ -220,11 +220,11 @@ class ExactHits(Hits):
         new = starts_of(self._table.capture, self._table.low, self._table.high)
         return np.append(np.flatnonzero(new), len(self._table))
 
-    def _some(self, chosen: AnyArray | slice) -> ExactHits:
-        return ExactHits(self._maker, self._table, self._chosen[chosen])
+    def _subset(self, rows: AnyArray | slice) -> ExactHits:
+        return ExactHits(self._maker, self._table, self._rows[rows])
 
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
-        places = self._chosen[list(indices)]
+        places = self._rows[list(indices)]
         groups = np.searchsorted(self._alike, places, "right")
         # only the fit says which of those with the same frames comes first
         unclear = {
@@ -241,10 +241,10 @@ class ExactHits(Hits):
 
     def clear(self) -> NDArray[np.float64]:
         """Return the fit of each hit, (H,) from 0 to 1; hits are made where it is not known."""
-        cost = self._table.cost[self._chosen]
+        cost = self._table.cost[self._rows]
         fits = THOUSANDTHS - cost
         unknown = np.flatnonzero(cost < 0)
-        fits[unknown] = [round(hit.fit * THOUSANDTHS) for hit in self._some(unknown)]
+        fits[unknown] = [round(hit.fit * THOUSANDTHS) for hit in self._subset(unknown)]
         clear: NDArray[np.float64] = fits / THOUSANDTHS
         return clear
 
@@ -274,7 +274,7 @@ class ExactHits(Hits):
                     break
             some = np.sort(likely[first : first + TOGETHER])
             found = np.append(found, some)
-            clear = self._some(some).clear()
+            clear = self._subset(some).clear()
             missing = np.append(missing, np.rint(THOUSANDTHS * (1 - clear)).astype(np.int64))
             order = np.lexsort((found, missing))[:most]
             found, missing = found[order], missing[order]
@@ -286,5 +286,5 @@ class ExactHits(Hits):
         least = np.where(cost < 0, ~cost, cost)
         if len(least):
             least = np.minimum.reduceat(least, self._alike[:-1])
-        found: IntArray = least[np.searchsorted(self._alike, self._chosen, "right") - 1]
+        found: IntArray = least[np.searchsorted(self._alike, self._rows, "right") - 1]
         return found

@@ -90,17 +90,17 @@ def by_line(pairs: IntArray, lines: int) -> IntArray:
 class DistinctSpans(NamedTuple):
     """The different frames of lines that a relation compares: many matches share few of them."""
 
-    here: Spans  # of each place
+    spans: Spans  # of each place
     place: IntArray  # (N,) int64: by match, which of them; -1: none
     margins: Margins  # how near others must lie
 
-    def at(self, some: IntArray) -> DistinctSpans:
+    def at(self, matches: IntArray) -> DistinctSpans:
         """Return where some matches stand."""
-        if len(some) == len(self.place):
+        if len(matches) == len(self.place):
             return self
-        used, place = np.unique(self.place[some], return_inverse=True)
+        used, place = np.unique(self.place[matches], return_inverse=True)
         missing = int(len(used) > 0 and used[0] < 0)
-        return DistinctSpans(self.here.at(used[missing:]), place - missing, self.margins)
+        return DistinctSpans(self.spans.at(used[missing:]), place - missing, self.margins)
 
 
 class OtherLine(NamedTuple):
@@ -126,25 +126,26 @@ class Joiner:
 
     def __init__(self, context: Context, walk: type[Walk] = Walk) -> None:
         self._context, self._batch, self._walk = context, context.batch, walk
-        self._found: dict[tuple[Program, str | None], tuple[CompanionMatches, Nodes | None]] = {}
+        self._others: dict[tuple[Program, str | None], tuple[CompanionMatches, Nodes | None]] = {}
         self._longest: dict[Program, CompanionMatches] = {}
         self._alone: dict[tuple[Program, ...], tuple[CompanionMatches, int]] = {}
         self._matches = matches.no_claims(0)
 
     def close(
-        self, group: Group, lines: Spans, hulls: Hulls, *, whole: bool, since: IntArray | None
+        self, group: Group, lines: Spans, hulls: Hulls, *, outermost: bool, since: IntArray | None
     ) -> Hulls:
         """Return the hulls with which a group can close.
 
-        `lines` are its own line as far as it has come, with one of `hulls` each; `whole`: the group
-        is all of a leading line. Claims matter `since` a frame of each line once it has closed.
+        `lines` are its own line as far as it has come, with one of `hulls` each; `outermost`: the
+        group is all of a leading line. Claims matter `since` a frame of each line once it has
+        closed.
         """
         needed = [it for it in group.companions if it.relation not in NEGATIONS]
         for companion in needed:
             if len(hulls.line):
                 self._context.tick()
                 last = since if companion is needed[-1] else None
-                hulls = self._with(companion, lines, hulls, whole=whole, since=last)
+                hulls = self._with(companion, lines, hulls, outermost=outermost, since=last)
         for companion in group.companions:
             if (
                 companion.relation in NEGATIONS
@@ -152,7 +153,7 @@ class Joiner:
                 and len(hulls.line)
             ):
                 self._context.tick()
-                hulls = self._without(companion, lines, hulls, whole=whole)
+                hulls = self._without(companion, lines, hulls, outermost=outermost)
         return hulls
 
     def still_unmet(self, unmet: IntArray, claims: Claims) -> IntArray:
@@ -174,7 +175,7 @@ class Joiner:
         With them comes which goes on in which, of a line that runs on as long as it can.
         """
         end = enough_beside(program, companion)
-        if (program, end) not in self._found:
+        if (program, end) not in self._others:
             walk = self._walk(self._context, self, program, tracked=program.open_ended, enough=end)
             ends = walk.run()
             memory, outside = ends.memory, self._context.rewrites.outside
@@ -189,8 +190,8 @@ class Joiner:
             ).at(self._context.met_where_known(ends.spans.capture, notes))
             if not program.open_ended:
                 found = found.at(distinct(found.keys(), len(found))[0])
-            self._found[program, end] = found, walk.nodes if program.open_ended else None
-        return self._found[program, end]
+            self._others[program, end] = found, walk.nodes if program.open_ended else None
+        return self._others[program, end]
 
     def _beside(self, program: Program, companion: Companion) -> OtherLine:
         """Return a line that may stand beside another.
@@ -212,7 +213,7 @@ class Joiner:
         lines: Spans,
         hulls: Hulls,
         *,
-        whole: bool,
+        outermost: bool,
         since: IntArray | None,
     ) -> Hulls:
         """Return hulls joined with the matches of a line that must stand beside them."""
@@ -241,7 +242,7 @@ class Joiner:
                 join = self._with_free if beside.matches.free else self._with_each
                 for some in _pieces(beside, line):
                     some = some[~self._context.refused[lines.capture[hulls.line[some]]]]
-                    joined = join(beside, line.at(some), hulls.at(some), whole=whole)
+                    joined = join(beside, line.at(some), hulls.at(some), outermost=outermost)
                     if since is not None and joined.claims:
                         capture = lines.capture[joined.line]
                         joined.claims = self._context.unexpired(
@@ -260,19 +261,19 @@ class Joiner:
         return self._reduced(hulls.at(np.argsort(hulls.line, kind="stable")))
 
     def _with_each(
-        self, beside: OtherLine, line: DistinctSpans, hulls: Hulls, *, whole: bool
+        self, beside: OtherLine, line: DistinctSpans, hulls: Hulls, *, outermost: bool
     ) -> Hulls:
         """Return hulls with each of the others that can stand beside them."""
         relation, others, nodes = beside
         place, other = relations.pairs(
-            relation, line.here, relations.SpanIndex(others.lines), line.margins
+            relation, line.spans, relations.SpanIndex(others.lines), line.margins
         )
         match, place = relations.matched(line.place, place)
         other = other[place]
         fits = hulls.claims.at(match).disjoint(others.claims.at(other))
         match, other = match[fits], other[fits]
         notes = np.maximum(hulls.notes[:, match], others.notes[:, other])
-        if whole or not nodes:
+        if outermost or not nodes:
             kept = self._context.met_where_known(others.lines.capture[other], notes)
             match, other, notes = match[kept], other[kept], notes[:, kept]
         if nodes:
@@ -288,19 +289,19 @@ class Joiner:
         return Hulls(hulls.line[match], low, high, claims, unmet, notes, link)
 
     def _with_free(
-        self, beside: OtherLine, line: DistinctSpans, hulls: Hulls, *, whole: bool
+        self, beside: OtherLine, line: DistinctSpans, hulls: Hulls, *, outermost: bool
     ) -> Hulls:
         """Return hulls with others that remember nothing: spans are joined, not matches."""
         relation, lines, nodes = beside.relation, beside.matches.lines, beside.nodes
         of_frames, adds_frames = self._context.clauses.of_frames, RELATIONS[relation].adds_frames
         index = relations.SpanIndex(lines)
         if not nodes and not adds_frames:
-            held = relations.holds(relation, line.here, index, line.margins)
+            held = relations.holds(relation, line.spans, index, line.margins)
             return hulls.at(np.flatnonzero(np.append(held, False)[line.place]))
         if not nodes and not of_frames:
-            place, low, high = relations.hulls(relation, line.here, index, line.margins)
+            place, low, high = relations.hulls(relation, line.spans, index, line.margins)
         else:
-            place, other = relations.pairs(relation, line.here, index, line.margins)
+            place, other = relations.pairs(relation, line.spans, index, line.margins)
             if nodes:
                 kept = ~beside.goes_on(place, other)
                 place, other = place[kept], other[kept]
@@ -325,7 +326,9 @@ class Joiner:
         _, which = distinct(keys, len(hulls.line))
         return hulls.at(np.sort(smallest(which, hulls.low, hulls.high)))
 
-    def _without(self, companion: Companion, lines: Spans, hulls: Hulls, *, whole: bool) -> Hulls:
+    def _without(
+        self, companion: Companion, lines: Spans, hulls: Hulls, *, outermost: bool
+    ) -> Hulls:
         """Return the hulls without forbidden matches, but for those that may still be excused.
 
         These are noted as unmet; of all of a leading line none are: it claims nothing more.
@@ -350,7 +353,7 @@ class Joiner:
                 )
             claiming = np.flatnonzero(fits & ~free)
             matches = others.lines.at(claiming)
-            if whole and not still:
+            if outermost and not still:
                 claims = others.claims.at(claiming)
                 disturbed[own] |= unexcused(
                     companion.relation, here.at(own), excusing.at(own), matches, claims, margins
@@ -360,7 +363,7 @@ class Joiner:
             hull, other = relations.pairs(companion.relation, here.at(own), index, margins)
             hull, other = own[hull], claiming[other]
             apart = excusing.at(hull).disjoint(others.claims.at(other))
-            if whole:
+            if outermost:
                 disturbed[hull[apart]] = True
             else:
                 unmet.append(np.stack((hull[apart], other[apart] + base)))
@@ -392,5 +395,5 @@ def _pieces(beside: OtherLine, line: DistinctSpans) -> Iterator[IntArray]:
         yield np.arange(len(line.place))
         return
     index = relations.SpanIndex(others.lines)
-    first, last = relations.candidates(relation, line.here, index, line.margins)
+    first, last = relations.candidates(relation, line.spans, index, line.margins)
     yield from in_pieces(np.append(np.maximum(last - first, 0), 0)[line.place])

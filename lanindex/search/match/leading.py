@@ -46,7 +46,7 @@ def hits_of(context: Context) -> list[HitTable]:
         context, Joiner(context), program, timed=timed, tracked=tracked, enough=enough(program)
     )
     begun, hits = walk.roots(), list[HitTable]()
-    if not (walk.looks_up_ends or program.whole.companions or context.clauses):
+    if not (walk.looks_up_ends or program.outermost.companions or context.clauses):
         short = _short(context)
         hits += _from_all(context, walk.joiner, _in_captures(context, begun, short))
         begun = _in_captures(context, begun, ~short)
@@ -158,13 +158,13 @@ def final(
     return np.flatnonzero(best)
 
 
-def complete(context: Context, walk: Walk, found: Ends) -> IntArray:
+def complete(context: Context, walk: Walk, ends: Ends) -> IntArray:
     """Return the places of the ends that fulfil the whole pattern; the longest if they run on.
 
     A starting position alone is no movement, and nothing that must not happen is left.
     """
-    clauses, memory = context.clauses, found.memory
-    fits = ~found.spans.alone
+    clauses, memory = context.clauses, ends.memory
+    fits = ~ends.spans.alone
     if memory.unmet.size:
         still_unmet = walk.joiner.still_unmet(memory.unmet, memory.claims)
         fits &= (still_unmet >= FAR).all(axis=0)
@@ -172,31 +172,31 @@ def complete(context: Context, walk: Walk, found: Ends) -> IntArray:
     if clauses.rhythm:
         fits &= clauses.in_rhythm(memory.columns[width - len(clauses.rhythm) : width])
     chosen = np.flatnonzero(fits)
-    own = set(context.due(context.program).own)
+    decided = set(context.due(context.program).conditions)
     for condition in clauses.conditions:
-        if condition not in own:
+        if condition not in decided:
             labels = Facts(
-                found.spans.capture,
+                ends.spans.capture,
                 memory.columns[width:],
-                found.spans.low,
-                found.spans.high,
-                found.part,
-                found.row,
+                ends.spans.low,
+                ends.spans.high,
+                ends.part,
+                ends.row,
             )
             chosen = chosen[context.evaluator.holds(condition, labels.at(chosen))]
     if context.program.open_ended:
-        node = found.node[chosen]
+        node = ends.node[chosen]
         chosen = chosen[~walk.nodes.behind(np.zeros(len(node), np.int64), node)]
     return chosen
 
 
-def _as_hits(context: Context, found: Ends) -> Iterator[HitTable]:
+def _as_hits(context: Context, ends: Ends) -> Iterator[HitTable]:
     """Yield ends as hits, a table for each entry."""
     for place, entry in enumerate(context.program.entries):
-        own = np.flatnonzero(found.entry == place)
+        rows = np.flatnonzero(ends.entry == place)
         state = context.program.states[entry.state]
-        events = context.batch.events(state).at(found.root[own])
-        cost = np.where(found.cost[own] >= 0, found.cost[own], ~events.cost)
+        events = context.batch.events(state).at(ends.root[rows])
+        cost = np.where(ends.cost[rows] >= 0, ends.cost[rows], ~events.cost)
         yield table(
-            context.batch, state, events, (found.spans.low[own], found.spans.high[own], cost)
+            context.batch, state, events, (ends.spans.low[rows], ends.spans.high[rows], cost)
         )

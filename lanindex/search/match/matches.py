@@ -172,14 +172,14 @@ def beginning(columns: IntArray) -> Matches:
     return Matches(columns, no_claims(many), none, np.full(many, -1), np.full(many, -1))
 
 
-def close_group(columns: IntArray, own: int, end: IntArray) -> None:
+def close_group(columns: IntArray, offset: int, end: IntArray) -> None:
     """Add the hull of a group that closes to those around it."""
-    low, beyond = columns[own + LOW], columns[own + BEYOND]
-    for outer in range(GROUPS, own, 3):
+    low, beyond = columns[offset + LOW], columns[offset + BEYOND]
+    for outer in range(GROUPS, offset, 3):
         lows, beyonds = columns[outer + LOW], columns[outer + BEYOND]
         np.minimum(lows, low, out=lows)
         np.maximum(beyonds, np.where(beyond > end, beyond, 0), out=beyonds)
-    columns[own : own + 3] = -1
+    columns[offset : offset + 3] = -1
 
 
 class Nodes:

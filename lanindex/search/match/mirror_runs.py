@@ -27,17 +27,17 @@ from lanindex.search.plan import Program, State
 class Repeats(NamedTuple):
     """The steps of two lines that mirror each other, and how often each comes at least."""
 
-    own: State
+    leading: State
     other: State
     least: int
 
 
 def repeats(clauses: Clauses, program: Program) -> Repeats | None:
     """Return what a program repeats, if it is a repeat with one beside it that mirrors it."""
-    lines = [program, *(it for one in program.whole.companions for it in one.programs)]
+    lines = [program, *(it for one in program.outermost.companions for it in one.programs)]
     if clauses.rhythm or len(clauses.conditions) != 1 or len(lines) != 2:
         return None
-    (condition,), (companion,) = clauses.conditions, program.whole.companions
+    (condition,), (companion,) = clauses.conditions, program.outermost.companions
     first, second = (line.states[0] for line in lines)
     if (
         not isinstance(condition, Mirrors)
@@ -81,21 +81,21 @@ class MirrorRuns:
 
     def __init__(self, batch: Batch, lines: Repeats) -> None:
         self._batch, self._lines = batch, lines
-        self._own, self._other = batch.events(lines.own), batch.events(lines.other)
-        ((part,), (beside,)) = lines.own.members, lines.other.members
-        self._image = MIRRORED_CELLS[_cells(batch, part, self._own)]
+        self._leading, self._other = batch.events(lines.leading), batch.events(lines.other)
+        ((part,), (beside,)) = lines.leading.members, lines.other.members
+        self._image = MIRRORED_CELLS[_cells(batch, part, self._leading)]
         self._shown = _cells(batch, beside, self._other)
         if mirrored_part(part) != beside:
             self._shown = np.full(len(self._other), CELL + 1)  # the mirror image of none
         self._on, self._on_beside = (
-            _goes_on(batch, *it) for it in ((part, self._own), (beside, self._other))
+            _goes_on(batch, *it) for it in ((part, self._leading), (beside, self._other))
         )
 
     def hits(self, tick: Callable[[], None]) -> HitTable:
         """Return the best match from each event of the line."""
-        own, other = self._own, self._other
-        behind = np.searchsorted(own.capture, np.arange(len(self._batch)), "right")
-        many = np.bincount(own.capture, minlength=len(self._batch))
+        leading, other = self._leading, self._other
+        behind = np.searchsorted(leading.capture, np.arange(len(self._batch)), "right")
+        many = np.bincount(leading.capture, minlength=len(self._batch))
         here, run = np.arange(len(other)), np.zeros(len(other) + 1, np.int64)
         found = [np.empty((3, 0), np.int64)]
         for back in range(1, int(many.max(initial=0)) + 1):  # each capture's last symbol first
@@ -113,7 +113,7 @@ class MirrorRuns:
         event, low, high = np.concatenate(found, axis=1)
         order = np.argsort(event)
         frames = low[order], high[order], np.full(len(event), -1)
-        return table(self._batch, self._lines.own, own.at(event[order]), frames)
+        return table(self._batch, self._lines.leading, leading.at(event[order]), frames)
 
     def _side_by_side(self, runs: IntArray) -> IntArray:
         """Return the places of the pairs of runs that share a frame, and are long enough.
@@ -122,42 +122,48 @@ class MirrorRuns:
         """
         some = np.flatnonzero(runs[2] >= self._lines.least)
         event, beside, length = runs[:, some]
-        own, other, last = self._own, self._other, length - 1
-        fits = own.start[event] < other.end[beside + last]
-        fits &= other.start[beside] < own.end[event + last]
-        fits &= (length > 1) | ~(own.starting[event] | other.starting[beside])
+        leading, other, last = self._leading, self._other, length - 1
+        fits = leading.start[event] < other.end[beside + last]
+        fits &= other.start[beside] < leading.end[event + last]
+        fits &= (length > 1) | ~(leading.starting[event] | other.starting[beside])
         chosen: IntArray = some[fits]
         return chosen
 
     def _frames(self, runs: IntArray) -> tuple[IntArray, IntArray]:
         """Return low and high of pairs of runs."""
-        own, other, (event, beside, length) = self._own, self._other, runs
-        low = np.minimum(own.start[event], other.start[beside])
-        return low, np.maximum(own.end[event + length - 1], other.end[beside + length - 1])
+        leading, other, (event, beside, length) = self._leading, self._other, runs
+        low = np.minimum(leading.start[event], other.start[beside])
+        return low, np.maximum(leading.end[event + length - 1], other.end[beside + length - 1])
 
     def traced(self, hits: HitTable) -> Iterator[tuple[int, BestTrace]]:
         """Yield the places of hits, each with the clearest match of its frames."""
-        own, bounds = self._own.first[0], self._batch.rows(self._lines.own.members[0]).bounds
+        leading, bounds = (
+            self._leading.first[0],
+            self._batch.rows(self._lines.leading.members[0]).bounds,
+        )
         rows = hits.rows[0] + bounds[hits.capture]
-        events = np.searchsorted(own, rows)
-        there = np.append(own, -1)[events] == rows
-        there &= hits.parts == parts_number(self._lines.own.members)
+        events = np.searchsorted(leading, rows)
+        there = np.append(leading, -1)[events] == rows
+        there &= hits.parts == parts_number(self._lines.leading.members)
         for number, event in enumerate(events.tolist()):
             if there[number]:
                 best = self._clearest(event, int(hits.low[number]), int(hits.high[number]))
                 if best:
                     cost, beside, length = best
-                    yield number, ((cost, -length), partial(self._taken, event, beside, length))
+                    yield number, ((cost, -length), partial(self._steps, event, beside, length))
 
     def _clearest(self, event: int, low: int, high: int) -> tuple[int, int, int] | None:
         """Return cost, other event and length of the best runs from an event in some frames."""
-        own, other, found, length = self._own, self._other, None, 0
-        capture = own.capture[event]
+        leading, other, found, length = self._leading, self._other, None, 0
+        capture = leading.capture[event]
         here = np.flatnonzero((other.capture == capture) & (other.start >= low))
-        cost, last = np.zeros(len(here), np.int64), np.searchsorted(own.capture, capture, "right")
-        while event + length < last and own.end[event + length] <= high:
+        cost, last = (
+            np.zeros(len(here), np.int64),
+            np.searchsorted(leading.capture, capture, "right"),
+        )
+        while event + length < last and leading.end[event + length] <= high:
             on = self._shown[here + length] == self._image[event + length]
-            here, cost = here[on], np.maximum(cost, own.cost[event + length])[on]
+            here, cost = here[on], np.maximum(cost, leading.cost[event + length])[on]
             cost, length = np.maximum(cost, other.cost[here + length]), length + 1
             runs = np.stack((np.full(len(here), event), here, np.full(len(here), length)))
             some = self._side_by_side(runs)
@@ -170,11 +176,11 @@ class MirrorRuns:
             here, cost = here[on], cost[on]
         return found
 
-    def _taken(self, event: int, beside: int, length: int) -> list[list[Step]]:
+    def _steps(self, event: int, beside: int, length: int) -> list[list[Step]]:
         """Return the steps of the line, then those of the one beside it."""
         return [
             [(state, first + it) for it in range(length)]
-            for state, first in ((self._lines.own, event), (self._lines.other, beside))
+            for state, first in ((self._lines.leading, event), (self._lines.other, beside))
         ]
 
 

@@ -121,7 +121,7 @@ class SpanIndex:
     """Lines in order of capture, start and end, to be found by their frames."""
 
     def __init__(self, lines: Spans) -> None:
-        self.given, starts = lines, lines.capture * FAR + lines.start
+        self.spans, starts = lines, lines.capture * FAR + lines.start
         self.order = np.arange(len(lines))  # where each of them stood
         same = starts[1:] == starts[:-1]
         if not ((starts[1:] > starts[:-1]) | same & (lines.until[1:] >= lines.until[:-1])).all():
@@ -182,9 +182,9 @@ class Limits(NamedTuple):
     end_first: IntArray
     end_last: IntArray
 
-    def at(self, chosen: IntArray | BoolArray) -> Limits:
+    def at(self, lines: IntArray | BoolArray) -> Limits:
         """Return those of some lines."""
-        return Limits(*(it[chosen] for it in self))
+        return Limits(*(it[lines] for it in self))
 
 
 def limits(relation: str, lines: Spans, margins: Margins) -> Limits:
@@ -269,8 +269,8 @@ def hulls(
     if relation == "with":
         return _sharing_hulls(lines, others, limits(relation, lines, margins))
     line, other = pairs(relation, lines, others, margins)
-    low = np.minimum(lines.low[line], others.given.low[other])
-    high = np.maximum(lines.high[line], others.given.high[other])
+    low = np.minimum(lines.low[line], others.spans.low[other])
+    high = np.maximum(lines.high[line], others.spans.high[other])
     kept = smallest(line, low, high)
     return line[kept], low[kept], high[kept]
 

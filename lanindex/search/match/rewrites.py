@@ -32,7 +32,7 @@ ONLY = "only"
 
 def enough(program: Program) -> str | None:
     """Return which end of a leading line is enough, None: all of them are needed."""
-    beside = [(RELATIONS[it.relation], it) for it in program.whole.companions]
+    beside = [(RELATIONS[it.relation], it) for it in program.outermost.companions]
     if program.open_ended:
         return ONLY if all(relation.holds_of_longer for relation, _ in beside) else None
     shorter = all(
@@ -55,7 +55,7 @@ def enough_beside(program: Program, companion: Companion) -> str | None:
 def free_states(program: Program) -> list[bool]:
     """Tell by state whether no bracket is open from there on, and none opens any more."""
     following = followers(program)
-    most = 1 if program.whole.companions else 0
+    most = 1 if program.outermost.companions else 0
     inside = [len(groups) > most for groups in open_groups(program)]
     inside = [
         within or any(edge.entry.opens or edge.exit.closes for edge in edges)
@@ -75,7 +75,7 @@ class Rewrites:
         self.contested: dict[Program, set[int]] = {}  # states whose symbols another line could want
         self.rivals: dict[Program, set[Program]] = {}  # the lines that could want them
         self.outside: set[Program] = set()  # lines whose claims matter to lines further out
-        self.standing = {it: _standing(program, it) for it in program.whole.companions}
+        self.standing = {it: _standing(program, it) for it in program.outermost.companions}
         self._lines: list[_Line] = []
         self._list(program)
         for (one, first), (other, second) in combinations_with_replacement(
@@ -111,10 +111,10 @@ class Rewrites:
             if edge.entry.state in states
             for group in edge.exit.closes
         }
-        for group in (program.whole, *program.brackets):
+        for group in (program.outermost, *program.brackets):
             for companion in group.companions:
                 deeper = denied + (companion.relation in NEGATIONS)
-                apart = group is program.whole and RELATIONS[companion.relation].shares_nothing
+                apart = group is program.outermost and RELATIONS[companion.relation].shares_nothing
                 for inner in self.programs(companion):
                     self._list(
                         inner,
@@ -202,7 +202,7 @@ def _shares_frame(program: Program, companion: Companion) -> bool:
     if companion.relation != "without":
         return RELATIONS[companion.relation].shares_frame
     inside = any(group.companions for group in program.brackets)
-    adding = any(RELATIONS[it.relation].adds_frames for it in program.whole.companions)
+    adding = any(RELATIONS[it.relation].adds_frames for it in program.outermost.companions)
     return not inside and not adding
 
 

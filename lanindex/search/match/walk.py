@@ -120,8 +120,8 @@ class BestEnds:
         self.on = [np.zeros(len(it), bool) for it in wanted]
         if any(it.any() for it in wanted):
             reachable = zip(wanted, context.alive(program), strict=True)
-            own = [np.where(one & other, 0, NONE) for one, other in reachable]
-            ahead = Backwards(context.batch, program, own, runs_on=False)
+            end_values = [np.where(one & other, 0, NONE) for one, other in reachable]
+            ahead = Backwards(context.batch, program, end_values, runs_on=False)
             self.on = [it < NONE for it in ahead.beyond]  # a contested event follows
         self.entered = [one | other for one, other in zip(wanted, self.on, strict=True)]
         self.looked_up = [few and free for free in self.free]
@@ -132,10 +132,10 @@ def _best(context: Context, program: Program, wanted: list[BoolArray], end: str)
     if end == FIRST and not any(it.any() for it in wanted):
         ahead = context.backwards(program)
     else:
-        own = ending_values(context.batch, program)
+        end_values = ending_values(context.batch, program)
         if end == LAST:
-            own = [_latest_first(it) for it in own]
-        ahead = Backwards(context.batch, program, own, shut=wanted)
+            end_values = [_latest_first(it) for it in end_values]
+        ahead = Backwards(context.batch, program, end_values, shut=wanted)
     best = ahead.values if end == FIRST else [_latest_first(it) for it in ahead.values]
     return [np.where(it < NONE, it, -1) for it in best]
 
@@ -194,15 +194,15 @@ class Expiry:
         return found
 
     def _since(
-        self, groups: tuple[Group, ...], rows: Matches, capture: IntArray, here: IntArray
+        self, groups: tuple[Group, ...], rows: Matches, capture: IntArray, start: IntArray
     ) -> IntArray:
         """Return from which frame on claims matter to what is beside some open groups, or opens."""
-        since, levels = here, [self._program.whole, *groups]
+        since, levels = start, [self._program.outermost, *groups]
         for group in (*levels, *self._program.brackets):
             if not group.companions:
                 continue
             level = levels.index(group) if group in levels else None
-            begun = here if level is None else rows.columns[GROUPS + 3 * level + START]
+            begun = start if level is None else rows.columns[GROUPS + 3 * level + START]
             for companion in group.companions:
                 since = np.minimum(since, self._from(companion, capture, begun))
         return since
@@ -345,7 +345,7 @@ class Walk:
             capture, until, end = self._captures(root), end_of(event), end_of(event)
             alone, part, row, cost = np.zeros(len(rows), bool), unknown, unknown, unknown
             # the first steps of matches that settle later are not counted
-            if self.looks_up_ends and not self._program.whole.companions:
+            if self.looks_up_ends and not self._program.outermost.companions:
                 cost = cost_of(event)
         else:
             events = self._batch.events(states[state]).at(event)
@@ -432,7 +432,7 @@ class Walk:
     def _forbidden(self) -> list[tuple[SpanIndex, Margins]]:
         """The matches of `without` lines beside all of the line that claim nothing."""
         found = []
-        for companion in self._program.whole.companions:
+        for companion in self._program.outermost.companions:
             if companion.relation == "without" and self._context.rewrites.programs(companion):
                 others = self.joiner.forbidden(companion)[0]
                 free = others.lines.at(np.flatnonzero(others.claims.none & ~others.lines.alone))
@@ -570,13 +570,13 @@ class Walk:
                 keys.append(end)
             rank = -end if self._enough == LAST else rows.columns[EVENT]
             rows = rows.at(best_of_each((root, *distinguishing(keys)), (rank,)))
-        if not program.whole.companions:
+        if not program.outermost.companions:
             return rows
         end = end_of(rows.columns[EVENT])
         capture = self._captures(rows.columns[ROOT])
-        own = GROUPS + 3
-        rows = self._beside(rows, program.whole, own, (capture, end, end, end < 0))
-        close_group(rows.columns, own, end_of(rows.columns[EVENT]))
+        offset = GROUPS + 3
+        rows = self._beside(rows, program.outermost, offset, (capture, end, end, end < 0))
+        close_group(rows.columns, offset, end_of(rows.columns[EVENT]))
         return rows
 
     def _closed(self, rows: Matches, leave: Exit) -> Matches:
@@ -589,9 +589,9 @@ class Walk:
         for group in leave.closes:
             event = rows.columns[EVENT]
             end, alone, capture = events.end[event], events.starting[event], events.capture[event]
-            own = GROUPS + 3 * depth
+            offset = GROUPS + 3 * depth
             if group.length:
-                frames = end - rows.columns[own + START]
+                frames = end - rows.columns[offset + START]
                 fits = self._batch.meets(capture, frames, group.length) & ~alone
                 rows = rows.at(np.flatnonzero(fits))
                 event = rows.columns[EVENT]
@@ -600,11 +600,11 @@ class Walk:
             if group.companions:
                 until = np.where(alone, events.until[event], end)
                 since = self._expiry.once_closed(state, depth, rows)
-                rows = self._beside(rows, group, own, (capture, until, end, alone), since)
+                rows = self._beside(rows, group, offset, (capture, until, end, alone), since)
                 end = events.end[rows.columns[EVENT]]
             else:
                 rows = rows.at(np.arange(len(rows)))
-            close_group(rows.columns, own, end)
+            close_group(rows.columns, offset, end)
             depth -= 1
         return rows
 
@@ -612,7 +612,7 @@ class Walk:
         self,
         rows: Matches,
         group: Group,
-        own: int,
+        offset: int,
         frames: tuple[IntArray, IntArray, IntArray, BoolArray],
         since: IntArray | None = None,
     ) -> Matches:
@@ -622,17 +622,17 @@ class Walk:
         it is a starting position alone.
         """
         capture, until, end, alone = frames
-        start, low = rows.columns[own + START], rows.columns[own + LOW]
-        high = np.maximum(rows.columns[own + BEYOND], end)
+        start, low = rows.columns[offset + START], rows.columns[offset + LOW]
+        high = np.maximum(rows.columns[offset + BEYOND], end)
         lines = Spans(capture, start, until, low, high, alone)
         notes = rows.columns[self._notes :]
         memory = rows.claims, rows.unmet, notes, rows.link
         hulls = Hulls(np.arange(len(rows)), lines.low, lines.high, *memory)
-        whole = group is self._program.whole
-        hulls = self.joiner.close(group, lines, hulls, whole=whole, since=since)
+        outermost = group is self._program.outermost
+        hulls = self.joiner.close(group, lines, hulls, outermost=outermost, since=since)
         rows = rows.at(hulls.line)
         rows.columns[self._notes :] = hulls.notes
-        rows.columns[own + LOW], rows.columns[own + BEYOND] = hulls.low, hulls.high
+        rows.columns[offset + LOW], rows.columns[offset + BEYOND] = hulls.low, hulls.high
         rows.claims, rows.unmet, rows.link = hulls.claims, hulls.unmet, hulls.link
         return rows
 

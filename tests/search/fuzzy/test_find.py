@@ -176,13 +176,13 @@ def test_the_best_are_found_where_few_captures_are_looked_at(monkeypatch):
         asked.extend(places)
         return [recordings[place] for place in places]
 
-    looked_at, among = [], _Search._among
+    looked_at, among = [], _Search._hits_in
 
     def counted(search, plans, places):
         looked_at.append(len(places))
         return among(search, plans, places)
 
-    monkeypatch.setattr(_Search, "_among", counted)
+    monkeypatch.setattr(_Search, "_hits_in", counted)
     allowance = Allowance.read("2")
     finder = Finder(query, roster_of(captures), columns, taken)
     best = find_in_columns(finder, allowance, best=2)

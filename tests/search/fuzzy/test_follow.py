@@ -23,7 +23,7 @@ from lanindex.search.fuzzy.follow import (
     MOST_STEPS,
     SKIPPED,
     UNIT,
-    Line,
+    FuzzyLine,
     Net,
     angles,
     nets_of,
@@ -77,7 +77,7 @@ def test_it_is_the_cheapest_of_all_ways(text, recordings, most):
     captures, held = zip(*recordings, strict=True)
     columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
     net, batch = net_of(text), batch_of(columns, captures)
-    keys, costs = keys_of(Line(net, columns, most), batch, most)
+    keys, costs = keys_of(FuzzyLine(net, columns, most), batch, most)
     unclear = batch.rows("r_arm").cost
     for begin, end in zip(columns.bounds[:-1].tolist(), columns.bounds[1:].tolist(), strict=True):
         own = slice(begin, end)
@@ -102,7 +102,7 @@ def test_an_open_count_goes_on_as_often_as_there_are_symbols(text, recordings, m
     assume(len(program.states) <= MOST_STEPS)
     (written_out,) = nets_of(program)
     found, expected = (
-        [told(key, most) for key in keys_of(Line(it, columns, most), batch, most)[0].tolist()]
+        [told(key, most) for key in keys_of(FuzzyLine(it, columns, most), batch, most)[0].tolist()]
         for it in (net, written_out)
     )
     assert found == expected
@@ -118,7 +118,7 @@ def test_symbols_and_captures_that_are_left_out_have_no_match(text, recordings, 
     captures, held = zip(*recordings, strict=True)
     columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
     batch, rows = batch_of(columns, captures), columns.bounds
-    line = Line(net_of(text), columns, most)
+    line = FuzzyLine(net_of(text), columns, most)
     most = min(most, (MOST + MISSING) * len(line.net.states))
     expected: dict[int, tuple] = {}
     for last, key in enumerate(keys_of(line, batch, most)[0].tolist()):
@@ -129,7 +129,7 @@ def test_symbols_and_captures_that_are_left_out_have_no_match(text, recordings, 
             expected[first] = min(match, expected.get(first, match))
     found = line.matches(batch, ask)
     assert line.possible()[found.capture].all()
-    first, last = (rows[found.capture] + found.taken[:, 0, it] for it in (1, 2))
+    first, last = (rows[found.capture] + found.line_rows[:, 0, it] for it in (1, 2))
     columns_found = first, found.cost, found.high, last, found.blur
     assert list(zip(*(it.tolist() for it in columns_found), strict=True)) == [
         (first, *match) for first, (*match, alone) in sorted(expected.items()) if not alone
@@ -142,7 +142,7 @@ def test_the_way_that_is_told_is_the_one_that_was_found(text, recording):
     capture, tracks = recording
     columns = columns_of("r_arm", [capture], [tracks["r_arm"]])
     net, batch = net_of(text), batch_of(columns, [capture])
-    line = Line(net, columns, 3 * UNIT)
+    line = FuzzyLine(net, columns, 3 * UNIT)
     keys, costs = keys_of(line, batch, 3 * UNIT)
     unclear = batch.rows("r_arm").cost
     for last, key in enumerate(keys.tolist()):
@@ -168,7 +168,10 @@ def test_steps_that_may_be_left_out_are_passed_over_once(steps):
 
 
 def cost(text, columns):
-    line, batch = Line(net_of(text), columns, MOST), batch_of(columns, [generated_patterns.CAPTURE])
+    line, batch = (
+        FuzzyLine(net_of(text), columns, MOST),
+        batch_of(columns, [generated_patterns.CAPTURE]),
+    )
     return keys_of(line, batch, MOST)[1][0, 0]
 
 

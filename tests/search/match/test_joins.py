@@ -21,8 +21,8 @@ def lines(random, many: int, captures: int = 3) -> Spans:
 def innermost(relation: str, one: Spans, other: SpanIndex, margins: Margins):
     """Yield, pair by pair, the hulls of each line and another that hold no other such hull."""
     line, beside_it = relations.pairs(relation, one, other, margins)
-    low = np.minimum(one.low[line], other.given.low[beside_it])
-    high = np.maximum(one.high[line], other.given.high[beside_it])
+    low = np.minimum(one.low[line], other.spans.low[beside_it])
+    high = np.maximum(one.high[line], other.spans.high[beside_it])
     hulls = {*zip(line.tolist(), low.tolist(), high.tolist(), strict=True)}
     for place, begin, end in hulls:
         inside = {(at, b, e) for at, b, e in hulls if at == place and b >= begin and e <= end}

@@ -116,7 +116,7 @@ def test_lines_of_one_part_are_abreast_only_where_they_can_be() -> None:
     }
     for pattern, parts in wanted.items():
         (program,) = plan(parse(pattern))
-        found = Rewrites(program).programs(program.whole.companions[-1])
+        found = Rewrites(program).programs(program.outermost.companions[-1])
         assert {line.states[0].members[0] for line in found} == parts, pattern
 
 
