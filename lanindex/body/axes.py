@@ -233,7 +233,7 @@ def rest_palms(
         if wrist < 0:
             continue
 
-        def way(joint: int, start: int = wrist) -> Floats:
+        def from_wrist(joint: int, start: int = wrist) -> Floats:
             """Return the way from the wrist to a joint."""
             return _place(joint, parents, offsets) - _place(start, parents, offsets)
 
@@ -242,15 +242,16 @@ def rest_palms(
         far = tip if tip >= 0 else next(iter(fingers), -1)
         if hand in knuckles:
             first, last, _ = knuckles[hand]
-            found[hand] = wrist, facing(hand, way(first) - way(last), way(first))
+            across = from_wrist(first) - from_wrist(last)
+            found[hand] = wrist, facing(hand, across, from_wrist(first))
         elif thumb >= 0 and far >= 0:
-            while not np.any(way(thumb)) and thumb in parents:
+            while not np.any(from_wrist(thumb)) and thumb in parents:
                 thumb = list(parents).index(thumb)
             base = parents[far]  # some skeletons have two joints in the wrist's place
-            with_it = base if base >= 0 and not np.any(way(base)) else wrist
-            found[hand] = with_it, _drawn(facing(hand, way(thumb), way(far)))
+            with_it = base if base >= 0 and not np.any(from_wrist(base)) else wrist
+            found[hand] = with_it, _drawn(facing(hand, from_wrist(thumb), from_wrist(far)))
         elif stands is not None:
-            along = way(tip) if tip >= 0 else -way(elbow)
+            along = from_wrist(tip) if tip >= 0 else -from_wrist(elbow)
             along = along - (along @ stands[1]) * stands[1]
             size = max(float(np.linalg.norm(along)), 1e-9)
             found[hand] = wrist, np.stack((-stands[1], along / size))

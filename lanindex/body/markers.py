@@ -34,7 +34,7 @@ from lanindex.errors import BodyError
 
 Floats = NDArray[np.float64]
 Sizes = tuple[float, ...] | None
-Way = tuple[int, ...]
+Indices = tuple[int, ...]
 """The markers, by index, in whose middle a joint lies."""
 
 SHOULDER_BELOW = 0.17
@@ -63,12 +63,13 @@ class MarkerSet:
     """How the joints of a body are made of a file's markers."""
 
     set: str  # What the set of markers is called; several names where one gives what another lacks
-    ways: Mapping[str, Way]  # By joint of ``alphabet.JOINTS``: the markers in whose middle it lies
+    # By joint of ``alphabet.JOINTS``: the markers in whose middle it lies
+    joint_markers: Mapping[str, Indices]
     caps: frozenset[str] = frozenset()  # Shoulders whose markers lie on top of them
     # Right and left in front, and behind: where the hips are told by them; else empty
-    pelvis: tuple[Way, ...] = ()
+    pelvis: tuple[Indices, ...] = ()
     # By hand (``RHand``): the markers that tell its plane, as in `lanindex.body.axes.Plane`
-    palms: Mapping[str, Way] = field(default_factory=dict)
+    palms: Mapping[str, Indices] = field(default_factory=dict)
 
     @property
     def doubts(self) -> tuple[str, ...]:
@@ -78,25 +79,30 @@ class MarkerSet:
     @property
     def used(self) -> frozenset[int]:
         """The markers that it looks at."""
-        return frozenset(index for way in (*self.ways.values(), *self.pelvis) for index in way)
+        return frozenset(
+            index for indices in (*self.joint_markers.values(), *self.pelvis) for index in indices
+        )
 
     @property
     def joints(self) -> tuple[str, ...]:
         """The joints that it makes, in their order."""
-        made = self.ways.keys() | (_HIPS if self.pelvis else set())
+        joints = self.joint_markers.keys() | (_HIPS if self.pelvis else set())
         return tuple(
-            name for name in JOINTS if name in made or (name == "Pelvis" and made >= _HIPS)
+            name for name in JOINTS if name in joints or (name == "Pelvis" and joints >= _HIPS)
         )
 
     def sources(self, names: Sequence[str]) -> dict[str, str]:
         """Return of each joint the markers that it is made of, by their names."""
-        said = {joint: " ".join(names[index] for index in way) for joint, way in self.ways.items()}
-        said |= {joint: f"{said[joint]}, below" for joint in self.caps}
+        texts = {
+            joint: " ".join(names[index] for index in indices)
+            for joint, indices in self.joint_markers.items()
+        }
+        texts |= {joint: f"{texts[joint]}, below" for joint in self.caps}
         if self.pelvis:
-            pelvis = " ".join(names[index] for way in self.pelvis for index in way)
-            said |= dict.fromkeys(_HIPS, f"{pelvis}, by regression")
-        said.setdefault("Pelvis", "the middle of the hips")
-        return {joint: said[joint] for joint in self.joints}
+            pelvis = " ".join(names[index] for indices in self.pelvis for index in indices)
+            texts |= dict.fromkeys(_HIPS, f"{pelvis}, by regression")
+        texts.setdefault("Pelvis", "the middle of the hips")
+        return {joint: texts[joint] for joint in self.joints}
 
     def places(self, markers: NDArray[Any], scale: float) -> Floats:
         """Return where the joints are.
@@ -104,11 +110,11 @@ class MarkerSet:
         `markers` (T, M, 3) in units of the file, NaN where unknown; returned (T, 20, 3) float64,
         units of the file; NaN where one of a joint's markers is unknown.
         """
-        found = self._made(markers, scale, None)
+        found = self._joint_places(markers, scale, None)
         for joint in _BELOW if self.caps == _CAPPED else ():
             down = _down(found, joint)
             if _known(down).any():
-                found[:, _SHOULDERS] += _drop(_wide(found)) * _held(down)[:, None]
+                found[:, _SHOULDERS] += _drop(_wide(found)) * _filled_in(down)[:, None]
                 break
         return found
 
@@ -129,59 +135,61 @@ class MarkerSet:
         lower = False
         for joint in _BELOW:
             for part in parts:
-                found = self._made(markers[part], scale, sizes)
+                found = self._joint_places(markers[part], scale, sizes)
                 known[part] = np.isfinite(found[:, columns]).all(axis=2)
                 wide[part], down[part] = _wide(found), _down(found, joint)
             lower = self.caps == _CAPPED and bool(_known(down).any())
             if lower or self.caps != _CAPPED:
                 break
-        down = np.multiply(_held(down), _drop(wide), out=down) if lower else down[:0]
+        down = np.multiply(_filled_in(down), _drop(wide), out=down) if lower else down[:0]
 
         def at(frames: slice | NDArray[np.int64]) -> Floats:
-            found = self._made(markers[frames], scale, sizes)
+            found = self._joint_places(markers[frames], scale, sizes)
             if lower:
                 found[:, _SHOULDERS] += down[frames][:, None]
             return found[:, columns]
 
         return known, at
 
-    def _made(self, markers: NDArray[Any], scale: float, sizes: tuple[float, ...] | None) -> Floats:
+    def _joint_places(
+        self, markers: NDArray[Any], scale: float, sizes: tuple[float, ...] | None
+    ) -> Floats:
         """Return where the joints are, shoulders on their tops."""
         found = np.full((len(markers), len(JOINTS), 3), np.nan)
-        for joint, way in self.ways.items():
-            found[:, JOINT_CODES[joint]] = _middle(markers, way)
+        for joint, indices in self.joint_markers.items():
+            found[:, JOINT_CODES[joint]] = _middle(markers, indices)
         if self.pelvis:
             self._hips(markers, scale, found, sizes)
-        if "Pelvis" not in self.ways:
+        if "Pelvis" not in self.joint_markers:
             found[:, JOINT_CODES["Pelvis"]] = found[:, _HIP_CODES].mean(axis=1)
         return found
 
     def _sizes(self, markers: NDArray[Any]) -> tuple[float, ...]:
         """Return how wide and deep the pelvis is, which all frames tell."""
-        right, left, *back = (_middle(markers, way) for way in self.pelvis)
+        right, left, *back = (_middle(markers, indices) for indices in self.pelvis)
         return _usual(right - left), *(_usual((right + left) / 2 - it) for it in back)
 
-    def _hips(self, markers: NDArray[Any], scale: float, found: Floats, sizes: Sizes) -> None:
+    def _hips(self, markers: NDArray[Any], scale: float, places: Floats, sizes: Sizes) -> None:
         """Find the hip centres in the frame of the pelvis: forward, up and to the right."""
-        right, left, *back = (_middle(markers, way) for way in self.pelvis)
+        right, left, *back = (_middle(markers, indices) for indices in self.pelvis)
         front, across = (right + left) / 2, right - left
-        ways = (across, *(front - it for it in back))
-        width, *depth = sizes or map(_usual, ways)
+        sides = (across, *(front - it for it in back))
+        width, *depth = sizes or map(_usual, sides)
         if back:
-            up = _unit(np.cross(across, ways[1]))
+            up = _unit(np.cross(across, sides[1]))
             wide = (*depth, width, width)
             away = [share * size + mm / scale
                     for (share, mm), size in zip(HARRINGTON, wide, strict=True)]  # fmt: skip
         else:
-            trunk = next((found[:, JOINT_CODES[name]] for name in ("Neck", "Chest", "RShoulder")
-                          if name in self.ways), np.full_like(front, np.nan))  # fmt: skip
+            trunk = next((places[:, JOINT_CODES[name]] for name in ("Neck", "Chest", "RShoulder")
+                          if name in self.joint_markers), np.full_like(front, np.nan))  # fmt: skip
             up = _unit(np.cross(across, np.cross(trunk - front, across)))
             away = [share * width for share in BELL]
         sideways = _unit(across)
         forward = np.cross(up, sideways)
         middle = front + away[0] * forward + away[1] * up
         for side, sign in (("R", 1), ("L", -1)):
-            found[:, JOINT_CODES[f"{side}Hip"]] = middle + sign * away[2] * sideways
+            places[:, JOINT_CODES[f"{side}Hip"]] = middle + sign * away[2] * sideways
 
 
 def marker_set_of(
@@ -196,47 +204,54 @@ def marker_set_of(
 
 @lru_cache(maxsize=64)
 def _marker_set(
-    names: tuple[str, ...], said: tuple[tuple[str, tuple[str, ...]], ...]
+    names: tuple[str, ...], user_markers: tuple[tuple[str, tuple[str, ...]], ...]
 ) -> MarkerSet | Clusters | None:
     subject = _subject(names)
     index = {
         _key(name.removeprefix(subject)): number
         for number, name in reversed(list(enumerate(names)))
     }
-    found = sorted(
+    sets = sorted(
         (_in_set(one, index) for one in _tables()["sets"]), key=lambda it: -len(it.joints)
     )
-    made, used = MarkerSet("", {}), []
-    for one in found:
-        pelvis = made.pelvis or (() if _HIPS & (made.ways.keys() | one.ways.keys()) else one.pelvis)
-        taken = set(made.ways.values())  # what is a joint already is no second one
-        left = {joint for joint, way in one.ways.items() if way not in taken}
-        left -= made.ways.keys() | (_HIPS if pelvis else set())
-        if left or pelvis != made.pelvis:
+    merged, used = MarkerSet("", {}), []
+    for one in sets:
+        pelvis = merged.pelvis or (
+            () if _HIPS & (merged.joint_markers.keys() | one.joint_markers.keys()) else one.pelvis
+        )
+        taken = set(merged.joint_markers.values())  # what is a joint already is no second one
+        left = {joint for joint, indices in one.joint_markers.items() if indices not in taken}
+        left -= merged.joint_markers.keys() | (_HIPS if pelvis else set())
+        if left or pelvis != merged.pelvis:
             used.append(one.set)
-        ways = {**made.ways, **{joint: one.ways[joint] for joint in left}}
-        caps, palms = made.caps | (one.caps & left), {**one.palms, **made.palms}
-        made = MarkerSet(", ".join(used), ways, caps, pelvis, palms)
-    used_names = {name for name, number in index.items() if number in made.used}
-    if all(name.lstrip("RL") in _PLAIN for name in used_names):
-        made = MarkerSet("", {})  # those are joints, and called so
-    if said:
-        body = {
-            joint: _said_by_user(joint, [name.removeprefix(subject) for name in way], index)
-            for joint, way in said
+        joint_markers = {
+            **merged.joint_markers,
+            **{joint: one.joint_markers[joint] for joint in left},
         }
-        pelvis = () if body.keys() >= _HIPS else made.pelvis
-        called = ", ".join(("as told", *used))
-        made = MarkerSet(called, {**made.ways, **body}, made.caps - body.keys(), pelvis, made.palms)
-    whole = any(_LIMB[limb].issubset(it[1:] for it in made.joints if it[0] == side)
+        caps, palms = merged.caps | (one.caps & left), {**one.palms, **merged.palms}
+        merged = MarkerSet(", ".join(used), joint_markers, caps, pelvis, palms)
+    used_names = {name for name, number in index.items() if number in merged.used}
+    if all(name.lstrip("RL") in _PLAIN for name in used_names):
+        merged = MarkerSet("", {})  # those are joints, and called so
+    if user_markers:
+        body = {
+            joint: _user_markers(joint, [name.removeprefix(subject) for name in markers], index)
+            for joint, markers in user_markers
+        }
+        pelvis = () if body.keys() >= _HIPS else merged.pelvis
+        name = ", ".join(("as told", *used))
+        merged = MarkerSet(
+            name, {**merged.joint_markers, **body}, merged.caps - body.keys(), pelvis, merged.palms
+        )
+    whole = any(_LIMB[limb].issubset(it[1:] for it in merged.joints if it[0] == side)
                 for side in "RL" for limb in _LIMB)  # fmt: skip
-    faces = any({f"R{joint}", f"L{joint}"}.issubset(made.joints) for joint in ("Hip", "Shoulder"))
-    if (whole and faces) or said:
-        return made if whole and faces else None
+    faces = any({f"R{joint}", f"L{joint}"}.issubset(merged.joints) for joint in ("Hip", "Shoulder"))
+    if (whole and faces) or user_markers:
+        return merged if whole and faces else None
     return clusters_of([_key(name) for name in names], _tables()["clusters"])
 
 
-def _said_by_user(joint: str, names: Sequence[str], index: Mapping[str, int]) -> Way:
+def _user_markers(joint: str, names: Sequence[str], index: Mapping[str, int]) -> Indices:
     missing = [name for name in names if _key(name) not in index]
     if missing:
         raise BodyError(f'no "{missing[0]}" for {joint}', wanted="the name of a marker")
@@ -263,19 +278,19 @@ def _key(name: str) -> str:
 
 def _in_set(one: Mapping[str, Any], index: Mapping[str, int]) -> MarkerSet:
     """Return what a set makes of some markers."""
-    found: dict[str, dict[str, Way]] = {"joints": {}, "shoulder_cap": {}, "palm": {}}
-    for group, ways in found.items():
+    found: dict[str, dict[str, Indices]] = {"joints": {}, "shoulder_cap": {}, "palm": {}}
+    for group, by_joint in found.items():
         for joint, choices in one.get(group, {}).items():
             for side in "RL" if "{s}" in joint else ("",):
-                way = _first(choices, side, index)
-                if way:
-                    ways[joint.format(s=side)] = way
+                indices = _first(choices, side, index)
+                if indices:
+                    by_joint[joint.format(s=side)] = indices
     joints, capped, palms = found.values()
     pelvis = _pelvis(one.get("pelvis"), index)
     return MarkerSet(one["name"], {**joints, **capped}, frozenset(capped), pelvis, palms)
 
 
-def _pelvis(pelvis: Mapping[str, Any] | None, index: Mapping[str, int]) -> tuple[Way, ...]:
+def _pelvis(pelvis: Mapping[str, Any] | None, index: Mapping[str, int]) -> tuple[Indices, ...]:
     if pelvis is None:
         return ()
     front = tuple(_first([pelvis["front"]], side, index) for side in "RL")
@@ -285,32 +300,32 @@ def _pelvis(pelvis: Mapping[str, Any] | None, index: Mapping[str, int]) -> tuple
     return () if () in front else (*front, *((behind,) if behind else ()))
 
 
-def _first(choices: Sequence[str], side: str, index: Mapping[str, int]) -> Way:
-    """Return the first way all of whose markers are there, else none."""
+def _first(choices: Sequence[str], side: str, index: Mapping[str, int]) -> Indices:
+    """Return the first choice all of whose markers are there, else none."""
     for choice in choices:
-        way = tuple(index.get(_key(name.format(s=side)), -1) for name in choice.split())
-        if -1 not in way:
-            return way
+        indices = tuple(index.get(_key(name.format(s=side)), -1) for name in choice.split())
+        if -1 not in indices:
+            return indices
     return ()
 
 
-def _middle(markers: NDArray[Any], way: Way) -> Floats:
-    place = markers[:, way[0]].astype(np.float64)
-    for marker in way[1:]:
+def _middle(markers: NDArray[Any], indices: Indices) -> Floats:
+    place = markers[:, indices[0]].astype(np.float64)
+    for marker in indices[1:]:
         place += markers[:, marker]
-    place /= len(way)
+    place /= len(indices)
     return place
 
 
-def _wide(found: Floats) -> Floats:
+def _wide(places: Floats) -> Floats:
     """Return how far the shoulders are from each other, (T,)."""
     right, left = _SHOULDERS
-    return _length(found[:, right] - found[:, left])
+    return _length(places[:, right] - places[:, left])
 
 
-def _down(found: Floats, joint: str) -> Floats:
+def _down(places: Floats, joint: str) -> Floats:
     """Return the way from between the shoulders to a joint of the trunk, (T, 3), of length 1."""
-    return _unit(found[:, JOINT_CODES[joint]] - found[:, _SHOULDERS].mean(axis=1))
+    return _unit(places[:, JOINT_CODES[joint]] - places[:, _SHOULDERS].mean(axis=1))
 
 
 def _drop(wide: Floats) -> float:
@@ -342,7 +357,7 @@ def _known(vectors: Floats) -> NDArray[np.bool_]:
     return known
 
 
-def _held(directions: Floats) -> Floats:
+def _filled_in(directions: Floats) -> Floats:
     """Fill in, where directions are unknown, the last known one, or the first."""
     there = _known(directions)
     known, unknown = np.flatnonzero(there), np.flatnonzero(~there)
@@ -381,7 +396,7 @@ class Clusters:
     """How the joints of a body are found between clusters of a file's markers."""
 
     set: str  # What such markers are called
-    segments: Mapping[str, Way]  # By segment: its markers
+    segments: Mapping[str, Indices]  # By segment: its markers
     # By joint of ``alphabet.JOINTS``: the two segments that it joins
     between: Mapping[str, tuple[str, str]]
 
@@ -393,7 +408,7 @@ class Clusters:
     @property
     def used(self) -> frozenset[int]:
         """The markers that it looks at."""
-        return frozenset(index for way in self.segments.values() for index in way)
+        return frozenset(index for indices in self.segments.values() for index in indices)
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -402,11 +417,12 @@ class Clusters:
 
     def sources(self, names: Sequence[str]) -> dict[str, str]:
         """Return of each joint the markers between which it lies, by their names."""
-        said = {
-            segment: " ".join(names[it] for it in way) for segment, way in self.segments.items()
+        texts = {
+            segment: " ".join(names[it] for it in indices)
+            for segment, indices in self.segments.items()
         }
         joints = {
-            joint: f"between {said[a]} and {said[b]}" for joint, (a, b) in self.between.items()
+            joint: f"between {texts[a]} and {texts[b]}" for joint, (a, b) in self.between.items()
         }
         joints["Pelvis"] = "the middle of the hips"
         return {joint: joints[joint] for joint in self.joints}
@@ -418,7 +434,7 @@ class Clusters:
         common.
         """
         found = np.full((len(markers), len(JOINTS), 3), np.nan)
-        shapes = {name: shape_of(markers, way) for name, way in self.segments.items()}
+        shapes = {name: shape_of(markers, indices) for name, indices in self.segments.items()}
         meetings = {joint: _Meeting() for joint in self.between}
         few = list(self._turned(markers, shapes)) if len(markers) <= BLOCK else None
         for _, turns in few or self._turned(markers, shapes):
@@ -451,8 +467,8 @@ class Clusters:
             yield (
                 start,
                 {
-                    name: turns_of(block[:, list(way)].astype(np.float64), shapes[name])
-                    for name, way in self.segments.items()
+                    name: turns_of(block[:, list(indices)].astype(np.float64), shapes[name])
+                    for name, indices in self.segments.items()
                 },
             )
 
@@ -495,7 +511,7 @@ def clusters_of(keys: Sequence[str], tables: Sequence[Mapping[str, Any]]) -> Clu
         if numbered:
             groups.setdefault(numbered[1], []).append(index)
     for table in tables:
-        segments: dict[str, Way] = {}
+        segments: dict[str, Indices] = {}
         for segment, choices in table["segments"].items():
             for side in "RL" if "{s}" in segment else ("",):
                 named = (groups.get(choice.format(s=side), []) for choice in choices)
@@ -510,17 +526,17 @@ def clusters_of(keys: Sequence[str], tables: Sequence[Mapping[str, Any]]) -> Clu
     return None
 
 
-def shape_of(markers: NDArray[Any], way: Way) -> Floats:
+def shape_of(markers: NDArray[Any], indices: Indices) -> Floats:
     """Return a cluster's shape: the mean of some frames, turned onto each other.
 
     returned (m, 3) about its middle; NaN where its markers are never all known, or lie in a line.
     """
-    shape = np.full((len(way), 3), np.nan)
-    known = np.flatnonzero(np.isfinite(markers[:, list(way), 0]).all(axis=1))
+    shape = np.full((len(indices), 3), np.nan)
+    known = np.flatnonzero(np.isfinite(markers[:, list(indices), 0]).all(axis=1))
     if not len(known):
         return shape
     chosen = known[np.linspace(0, len(known) - 1, min(len(known), _SAMPLE)).astype(np.int64)]
-    poses = markers[chosen][:, list(way)].astype(np.float64)
+    poses = markers[chosen][:, list(indices)].astype(np.float64)
     away = poses - poses.mean(axis=1, keepdims=True)
     mean: Floats = away[len(away) // 2]
     for _ in range(_ROUNDS):

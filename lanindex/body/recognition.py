@@ -243,53 +243,53 @@ _TIPS = {"Wrist": "Hand", "Ankle": "Toe"}
 
 def by_name(rig: Rig) -> dict[str, int]:
     """Find the body by the names of joints."""
-    found = candidates(rig.names)
+    choices = candidates(rig.names)
     body: dict[str, int] = {}
     for side in "RL":
         for limb in LIMBS:
-            _named_limb(rig, found, side, limb, body)
-    _pelvis(rig, found, body)
-    _neck_head(rig, found, body)
-    _chest(rig, found, body)
+            _named_limb(rig, choices, side, limb, body)
+    _pelvis(rig, choices, body)
+    _neck_head(rig, choices, body)
+    _chest(rig, choices, body)
     return body
 
 
 def _named_limb(
-    rig: Rig, found: Candidates, side: str, limb: tuple[str, str, str], body: dict[str, int]
+    rig: Rig, choices: Candidates, side: str, limb: tuple[str, str, str], body: dict[str, int]
 ) -> None:
     """Walk from the trunk outwards; each joint lies below the one before."""
     last: int | None = None
     for joint in limb:
-        for index in found["limbs", side, joint]:
+        for index in choices["limbs", side, joint]:
             if last is None or rig.beyond(index, last) > 0.0:
                 body[side + joint] = last = index
                 break
     inner, outer = (body.get(side + joint) for joint in limb[1:])
     if outer is not None:
-        named = found["tips", side, _TIPS[limb[-1]]]
+        named = choices["tips", side, _TIPS[limb[-1]]]
         tip = rig.tip(outer, named, inner if limb[-1] == "Ankle" else None)
         if tip is not None:
             body[side + _TIPS[limb[-1]]] = tip
 
 
-def _pelvis(rig: Rig, found: Candidates, body: dict[str, int]) -> None:
-    named = found["middle", "", "Pelvis"]
+def _pelvis(rig: Rig, choices: Candidates, body: dict[str, int]) -> None:
+    named = choices["middle", "", "Pelvis"]
     if not {"RHip", "LHip", "RKnee"} <= body.keys():
         if named:
             body["Pelvis"] = named[0]
         return
     meeting = rig.meeting(body["RHip"], body["LHip"])
-    chest = next(iter(found["middle", "", "Chest"]), None)  # what names call so lies low in some
+    chest = next(iter(choices["middle", "", "Chest"]), None)  # what names call so lies low in some
     for index in (*named, *([meeting] if meeting not in (None, chest) else [])):
         if near_hips(rig, index, body):
             body["Pelvis"] = index
             return
 
 
-def _neck_head(rig: Rig, found: Candidates, body: dict[str, int]) -> None:
+def _neck_head(rig: Rig, choices: Candidates, body: dict[str, int]) -> None:
     """Find neck and head; a head that stands for both (no neck, or in one place) gives its tip."""
-    neck, head = (next(iter(found["middle", "", joint]), None) for joint in ("Neck", "Head"))
-    tips = found["tips", "", "Head"]
+    neck, head = (next(iter(choices["middle", "", joint]), None) for joint in ("Neck", "Head"))
+    tips = choices["tips", "", "Head"]
     if head is None:
         head = rig.tip(neck, tips) if neck is not None else None
     elif neck is None or rig.distance(neck, head) <= rig.nothing:
@@ -298,7 +298,7 @@ def _neck_head(rig: Rig, found: Candidates, body: dict[str, int]) -> None:
     body |= {joint: index for joint, index in (("Neck", neck), ("Head", head)) if index is not None}
 
 
-def _chest(rig: Rig, found: Candidates, body: dict[str, int]) -> None:
+def _chest(rig: Rig, choices: Candidates, body: dict[str, int]) -> None:
     """Take the joint where the arms part from the trunk; where all part at the pelvis, a name."""
     taken = set(body.values())
     if {"RShoulder", "LShoulder"} <= body.keys():
@@ -307,7 +307,7 @@ def _chest(rig: Rig, found: Candidates, body: dict[str, int]) -> None:
         if meeting is not None and meeting not in taken and meeting not in above_pelvis:
             body["Chest"] = meeting
             return
-    free = (index for index in found["middle", "", "Chest"] if index not in taken)
+    free = (index for index in choices["middle", "", "Chest"] if index not in taken)
     first = next(free, None)
     if first is not None:
         body["Chest"] = first
@@ -497,14 +497,14 @@ _LIKE = 75  # of 100: how much a misspelt name has to be like the right one
 
 
 def find_body(
-    rig: Rig, path: str = "", said: Mapping[str, int] | None = None
+    rig: Rig, path: str = "", user_joints: Mapping[str, int] | None = None
 ) -> tuple[NDArray[np.int16], tuple[str, ...]]:
     """Find the body.
 
     returned (20,) int16, the joint that plays each of ``alphabet.JOINTS``, -1: absent; and
     warnings.
     """
-    body = by_name(rig) | dict(said or {})
+    body = by_name(rig) | dict(user_joints or {})
     warnings: tuple[str, ...] = ()
     named = dict(body)
     if not all(joint in body for joint in NEEDED):
@@ -547,17 +547,17 @@ def _under_ankles(rig: Rig, body: Mapping[str, int]) -> dict[str, int]:
 
 def is_human(body: dict[str, int]) -> bool:
     """Return whether enough of a body is there to encode it."""
-    return any(_both(body, limb) for limb in LIMBS) and "RHip" in body and "LHip" in body
+    return any(_has_both(body, limb) for limb in LIMBS) and "RHip" in body and "LHip" in body
 
 
-def _both(body: dict[str, int], limb: tuple[str, ...]) -> bool:
+def _has_both(body: dict[str, int], limb: tuple[str, ...]) -> bool:
     return all(side + joint in body for side in "RL" for joint in limb)
 
 
 def _in_part(body: dict[str, int]) -> bool:
     """Return whether there is a whole limb, and two hips or shoulders that tell where it faces."""
     limbs = [all(side + joint in body for joint in limb) for side in "RL" for limb in LIMBS]
-    return any(limbs) and any(_both(body, limb[:1]) for limb in LIMBS)
+    return any(limbs) and any(_has_both(body, limb[:1]) for limb in LIMBS)
 
 
 def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:

@@ -162,11 +162,11 @@ def _outline(
     return tuple((round(x), low - round(y)) for x, y in corners)
 
 
-def _cut(corners: list[tuple[float, float]], at: int, way: int) -> list[tuple[float, float]]:
+def _cut(corners: list[tuple[float, float]], at: int, side: int) -> list[tuple[float, float]]:
     """Return the part of a shape above a height, or (way -1) below it."""
     kept = []
     for (x, y), (to_x, to_y) in pairwise([*corners, corners[0]]):
-        if (y - at) * way >= 0:
+        if (y - at) * side >= 0:
             kept.append((x, y))
         if (y - at) * (to_y - at) < 0:
             kept.append((x + (to_x - x) * (at - y) / (to_y - y), float(at)))

@@ -257,7 +257,7 @@ def page_layout(
     start: float,
     stop: float,
     bars: int | None,
-    own: StaffColumns,
+    columns: StaffColumns,
     beat: int = BEAT,
 ) -> PageLayout:
     """Return staves of `bars` bars each, or one long strip; `beat` is the height of a count."""
@@ -270,7 +270,7 @@ def page_layout(
             at += step
     edges.append(max(round((stop - start) * beat), beat))
     base = 2 * MARGIN + max(high - low for low, high in pairwise(edges))
-    return PageLayout(start, start + max(stop - start, 1.0), tuple(edges), own, base, beat=beat)
+    return PageLayout(start, start + max(stop - start, 1.0), tuple(edges), columns, base, beat=beat)
 
 
 def spread_heights(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:

@@ -439,7 +439,7 @@ class Painter:
             self.ground(page, frame)
         canvas = self._canvas
         draw = ImageDraw.Draw(canvas)
-        points = [*self._way(draw, frame), *self._body(draw, frame)]
+        points = [*self._path(draw, frame), *self._body(draw, frame)]
         if not points:
             return
         free = max(self.head, self.spot, self.bone) + SMOOTH
@@ -463,7 +463,7 @@ class Painter:
 
         return Image.new("RGB", self.size, PAPER)
 
-    def _way(self, draw: ImageDraw, frame: int) -> list[tuple[float, float]]:
+    def _path(self, draw: ImageDraw, frame: int) -> list[tuple[float, float]]:
         """Draw where the pelvis has gone, and where it is, on the floor."""
         if self.scene.floor is None:
             return []

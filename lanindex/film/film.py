@@ -237,15 +237,15 @@ class Film:
             return film_bytes(watched(self.pictures()), form, self.size, self.rate)
 
 
-def turned_of(named: str | float) -> float:
+def turned_of(view: str | float) -> float:
     """Return the degrees from the front of a view given by name or in degrees."""
     try:
-        degrees = SIDES[named] if isinstance(named, str) and named in SIDES else float(named)
+        degrees = SIDES[view] if isinstance(view, str) and view in SIDES else float(view)
     except ValueError:
         degrees = inf
     if not -360 <= degrees <= 360:
         wanted = f"{AUTO}, {', '.join(SIDES)} or degrees of -360 to 360"
-        raise UsageError(f'the view "{shown(str(named))}"', wanted=wanted)
+        raise UsageError(f'the view "{shown(str(view))}"', wanted=wanted)
     return degrees
 
 

@@ -85,7 +85,7 @@ def read(content: bytes, place: str) -> Score:
                 tiers[name].append(TierEntry(match[2], time, time))
     if not tiers and _LENGTH not in properties:
         refuse(place, "no tier of a part of the body", f"one of the type {TYPE}, or named as r_arm")
-    return score_of(tiers, place, warnings, _whole(properties.get(_LENGTH)))
+    return score_of(tiers, place, warnings, _number(properties.get(_LENGTH)))
 
 
 def _document(content: bytes, place: str) -> Element:
@@ -117,7 +117,7 @@ def _annotations(
         yield TierEntry(words, start, stop)
 
 
-def _whole(text: str | None) -> int:
+def _number(text: str | None) -> int:
     """Return the number that a property holds, 0 if it holds none."""
     return int(text) if text and _TIME.fullmatch(text) else 0
 
@@ -149,7 +149,7 @@ def write(
     for part, entries in tiers.items():
         starts = "; ".join(f"{it.start} {it.words}" for it in entries if it.start == it.stop)
         _set_property(header, _STARTS + part, starts)
-    length = max(_whole(header.findtext(f"PROPERTY[@NAME='{_LENGTH}']")), duration(score))
+    length = max(_number(header.findtext(f"PROPERTY[@NAME='{_LENGTH}']")), duration(score))
     _set_property(header, _LENGTH, str(length))
     return write_xml(root)
 
@@ -188,7 +188,7 @@ def _put(
         root.insert(last[-1] + 1, Element("LINGUISTIC_TYPE", attributes, TIME_ALIGNABLE="true"))
     ids = (it.get(key, "") for it in root.iter() for key in ("TIME_SLOT_ID", "ANNOTATION_ID"))
     used = (int(match[1]) for match in map(_NUMBERED.fullmatch, ids) if match)
-    last_used = _whole(root.findtext(f"HEADER/PROPERTY[@NAME='{_LAST}']"))
+    last_used = _number(root.findtext(f"HEADER/PROPERTY[@NAME='{_LAST}']"))
     numbers = count(max([last_used, *used]) + 1)
     slots: list[tuple[int, Element]] = []
     elements = []

@@ -61,7 +61,9 @@ def _suite_words(words: str) -> tuple[str, str]:
 
 
 _CELLS = {
-    _suite_words(f"{way} {level}"): f"{way} {level}" for way in DIRECTIONS for level in LEVELS
+    _suite_words(f"{direction} {level}"): f"{direction} {level}"
+    for direction in DIRECTIONS
+    for level in LEVELS
 }
 """Our words for each direction and level of LabanotationSuite."""
 
@@ -95,12 +97,12 @@ def read(content: bytes, place: str) -> Score:
     if len({face.words for face in columns[_HEAD]}) > 1:
         nods, pans = [], []
         for face in columns[_HEAD]:
-            way, level = face.words.split()
-            if way not in _PANS:
+            direction, level = face.words.split()
+            if direction not in _PANS:
                 warnings["a face that looks back or to its place: left out"] = None
                 continue
             nods.append(_Position(face.time, _NODS[level]))
-            pans.append(_Position(face.time, _PANS[way]))
+            pans.append(_Position(face.time, _PANS[direction]))
         tiers["head"], tiers["head_turn"] = _moves(nods, times[0]), _moves(pans, times[0])
     return score_of({part: it for part, it in tiers.items() if it}, place, warnings, times[-1])
 
@@ -152,13 +154,13 @@ def _words(value: Any, count: int) -> list[str]:
 
 def _our_words(column: str, value: Any, place: str) -> str:
     """Return a direction and a level, or degrees to the left."""
-    way, amount = _words(value, 2)
+    direction, amount = _words(value, 2)
     if column == _TURN:
-        if _DEGREES.fullmatch(amount) and way in ("ToLeft", "ToRight"):
-            return f"{way} {round(float(amount)) * (1 if way == 'ToLeft' else -1)}"
+        if _DEGREES.fullmatch(amount) and direction in ("ToLeft", "ToRight"):
+            return f"{direction} {round(float(amount)) * (1 if direction == 'ToLeft' else -1)}"
         wanted = '["ToLeft", degrees] or ["ToRight", degrees]'
     else:
-        if words := _CELLS.get((" ".join(way.title().split()), amount.title())):
+        if words := _CELLS.get((" ".join(direction.title().split()), amount.title())):
             return words
         wanted = 'a direction and a level like ["Left Forward", "Normal"]'
     refuse(place, shown(json.dumps(value)), wanted)
@@ -187,10 +189,10 @@ def _turns(column: Iterable[_Position]) -> list[TierEntry]:
     for time, words, mark in column:
         if mark == _AWAY:
             continue
-        way, number = words.split()
+        direction, number = words.split()
         turn, facing = int(number) - facing, int(number)
         if turn or mark == _AGAIN:
-            left = way == "ToLeft" if mark == _AGAIN else turn > 0
+            left = direction == "ToLeft" if mark == _AGAIN else turn > 0
             entries.append(TierEntry(f"{'left' if left else 'right'} {abs(turn)}deg", since, time))
         since = time
     return entries

@@ -119,18 +119,19 @@ class _Row:
             self.values[name] = value
 
 
-def _track(part: str, own: list[_Row], frames: int, rate: Fraction) -> Track:
+def _track(part: str, entries: list[_Row], frames: int, rate: Fraction) -> Track:
     """Return a track; passing symbols stand before the one that they lead to."""
-    own.sort(key=lambda one: (one.stop, not one.passing, one.start))
-    for one, two in pairwise(one for one in own if not one.passing):
+    entries.sort(key=lambda one: (one.stop, not one.passing, one.start))
+    for one, two in pairwise(one for one in entries if not one.passing):
         if two.start < one.stop or two.stop == one.start:
             found = f"{part} from frame {two.start}, where one from {one.start} is not over"
             refuse(two.where, found, "one at a time")
-    rows = blank(len(own))
+    rows = blank(len(entries))
     rows["margin"] = 1
-    rows["start"], rows["stop"] = [one.start for one in own], [one.stop for one in own]
-    rows["passing"] = [one.passing for one in own]
-    for at, one in enumerate(own):
+    rows["start"] = [one.start for one in entries]
+    rows["stop"] = [one.stop for one in entries]
+    rows["passing"] = [one.passing for one in entries]
+    for at, one in enumerate(entries):
         for name, value in one.values.items():
             rows[name][at] = value
     ends = ticks_at(np.stack((rows["start"], rows["stop"])).astype(np.int64), Meter(), rate)

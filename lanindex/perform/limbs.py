@@ -378,13 +378,13 @@ def _folded_arm(
     """Return elbow and wrist of an arm whose palm lies there, the hand in line with the forearm."""
     upper, forearm, _ = body.arm
     lower = forearm + PALM * (upper + forearm)
-    way = palm - shoulder
-    far = np.clip(np.linalg.norm(way, axis=1, keepdims=True), 1e-9, upper + lower)
-    way = unit(way)
+    direction = palm - shoulder
+    far = np.clip(np.linalg.norm(direction, axis=1, keepdims=True), 1e-9, upper + lower)
+    direction = unit(direction)
     bend = np.einsum("i,tij->tj", _BEND, axes) * share[:, None]
     bend += (elbow - shoulder) / upper * (1 - share[:, None])
-    bend = unit(bend - dot(bend, way) * way)
+    bend = unit(bend - dot(bend, direction) * direction)
     along = (upper**2 - lower**2 + far**2) / (2 * far)
     out = np.sqrt(np.maximum(upper**2 - along**2, 0))
-    found = shoulder + along * way + out * bend
+    found = shoulder + along * direction + out * bend
     return found, found + forearm * unit(palm - found)

@@ -251,16 +251,16 @@ def slerp(start: Floats, stop: Floats, share: Floats) -> Floats:
     return found
 
 
-def above(ways: Floats, high: Floats) -> Floats:
+def above(directions: Floats, high: Floats) -> Floats:
     """Raise directions, (T, 3), to end above the floor; `high` (T,) is their start in lengths."""
-    ahead = unit(ways * [1, 0, 1] + [1e-6, 0, 0])  # of what points straight down, too
-    up = np.maximum(ways[:, 1], np.clip(-high, -1, 1))
+    ahead = unit(directions * [1, 0, 1] + [1e-6, 0, 0])  # of what points straight down, too
+    up = np.maximum(directions[:, 1], np.clip(-high, -1, 1))
     found: Floats = np.sqrt(1 - np.minimum(up**2, 1))[:, None] * ahead
     found[:, 1] = up
     return found
 
 
-def way(degrees: float) -> Floats:
+def direction_at(degrees: float) -> Floats:
     """Return the direction at an angle forward from straight down."""
     angle = np.radians(degrees)
     return np.array([np.sin(angle), -np.cos(angle), 0.0])
@@ -289,7 +289,7 @@ def rest_bones(
         pose, lean = rest.pose, bones["torso"][middle]
         moves = moved(rest, "torso", "torso_incline")
         suits = abs(lean[1]) < LEVEL or (pose.props and lean[0] > LEVEL)
-        aims.append(None if pose.trunk is None or moves or suits else way(pose.trunk))
+        aims.append(None if pose.trunk is None or moves or suits else direction_at(pose.trunk))
         if pose.trunk is not None and moves and not suits:
             doubts[f"torso goes as told at {rest.start:g} s: {rest.what} may not carry"] = None
     blended = {"torso": resting.blended(bones["torso"], aims, slerp)}
@@ -305,9 +305,9 @@ def rest_bones(
         reaches = list[list[Floats | None]]()
         for rest, middle, moves in zip(rests, middles, arm_moves, strict=True):
             high = float(up[middle])
-            down = way(float(np.degrees(np.arccos(min(max(high / length - LIES, 0), 1)))))
+            down = direction_at(float(np.degrees(np.arccos(min(max(high / length - LIES, 0), 1)))))
             props = rest.pose.props and not moves  # the hand is on the floor
-            reaches.append([down, down, way(90.0)] if props else [None] * len(ARM))
+            reaches.append([down, down, direction_at(90.0)] if props else [None] * len(ARM))
             if rest.pose.props and (moves or high > (1 + 2 * LIES) * length):
                 doubts[f"{side}_hand does not prop at {rest.start:g} s: it goes as told"] = None
         heights, lies = up, resting.done > 0

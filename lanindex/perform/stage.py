@@ -188,21 +188,21 @@ def _pointed(score: Score, part: str, times: Floats) -> Floats:
 
 def _bent(score: Score, part: str, limb: Limb, times: Floats) -> tuple[Floats, Floats]:
     """Return where the upper and the lower bone of a limb point, (T, 3) each."""
-    way, aside = np.empty((2, len(times), 3))
+    directions, aside = np.empty((2, len(times), 3))
     reach_of = np.empty(len(times))
     mirror = np.array([1.0, 1.0, _side(part)])
     for reach in reaches(shown(score, part), times, score.rate, REST.get(part, (PLACE, LOW))):
-        some = reach.frames
-        way[some], aside[some], reach_of[some] = _ways(reach, limb, mirror)
+        frames = reach.frames
+        directions[frames], aside[frames], reach_of[frames] = _limb_directions(reach, limb, mirror)
     if BENDS[part] in score.tracks:
-        asked = reach_when_bent(shown(score, BENDS[part]), times, score.rate)
-        reach_of = np.minimum(np.maximum(reach_of, IN_PLACE), asked)
-    along = reach_of[:, None] * way
+        bent_reach = reach_when_bent(shown(score, BENDS[part]), times, score.rate)
+        reach_of = np.minimum(np.maximum(reach_of, IN_PLACE), bent_reach)
+    along = reach_of[:, None] * directions
     across = np.sqrt(np.maximum(1 - reach_of**2, 0))[:, None] * aside
     return along + across, along - across
 
 
-def _ways(reach: Reach, limb: Limb, mirror: Floats) -> tuple[Floats, Floats, Floats]:
+def _limb_directions(reach: Reach, limb: Limb, mirror: Floats) -> tuple[Floats, Floats, Floats]:
     """Return a limb's direction and where its joint goes, (T, 3), and how far it reaches, (T,)."""
     toward, side = limb.toward * mirror, mirror * [0, 0, 1]
     start, stop = (
@@ -214,34 +214,36 @@ def _ways(reach: Reach, limb: Limb, mirror: Floats) -> tuple[Floats, Floats, Flo
     if lengths[0] != lengths[1]:
         turn = np.clip((TURNING - length) / (TURNING - limb.near), 0, 1)
         share = turn if lengths[1] < lengths[0] else 1 - turn
-    way = great_circle(start, stop, share, side)
+    directions = great_circle(start, stop, share, side)
     bend = limb.bend * mirror + _SLIGHT * UP
     if lengths[0] != lengths[1]:
-        return way, _across(bend, way), length
+        return directions, _across(bend, directions), length
     ends = np.stack((start, great_circle(start, stop, np.array([0.5]), side)[0], stop))
-    return way, _carried(_across(bend, ends), ends, way, share), length
+    return directions, _carried(_across(bend, ends), ends, directions, share), length
 
 
-def _across(vector: Floats, way: Floats) -> Floats:
+def _across(vector: Floats, directions: Floats) -> Floats:
     """Return the directions at right angles to ways, (T, 3), that are nearest to a vector."""
-    return unit(vector - (way @ vector)[:, None] * way)
+    return unit(vector - (directions @ vector)[:, None] * directions)
 
 
-def _carried(across: Floats, ends: Floats, way: Floats, share: Floats) -> Floats:
+def _carried(across: Floats, ends: Floats, directions: Floats, share: Floats) -> Floats:
     """Return directions at right angles to a great circle, (T, 3), from the first to the last.
 
-    They go along with the way, and turn about it by as much as is missing at the end: none leaps
-    where the way comes past where the limb's joint would go.
+    They go along with `directions`, and turn about them by as much as is missing at the end: none
+    leaps where these come past where the limb's joint would go.
 
     `across, ends`: (3, 3) such directions, and ways, at the beginning, half-way and at the end;
-    `way, share`: (T, 3), and (T,) how much of it is done.
+    `directions, share`: (T, 3), and (T,) how much of it is done.
     """
     axis = np.cross(ends[0], ends[1])
     sine = float(np.linalg.norm(axis))
     axis, whole = axis / max(sine, _SLIGHT), 2 * np.arctan2(sine, ends[0] @ ends[1])
     there = _spun(across[0], axis, whole)
     missing = np.arctan2(np.cross(there, across[2]) @ ends[2], there @ across[2])
-    return _spun(_spun(across[0], axis, whole * share[:, None]), way, missing * share[:, None])
+    return _spun(
+        _spun(across[0], axis, whole * share[:, None]), directions, missing * share[:, None]
+    )
 
 
 def _spun(vectors: Floats, axis: Floats, angle: Any) -> Floats:

@@ -33,11 +33,11 @@ from lanindex.perform.resting import (
     RestBlend,
     above,
     carrier_spans,
+    direction_at,
     part,
     plan_rests,
     slerp,
     straight,
-    way,
 )
 
 Floats = NDArray[np.float64]
@@ -184,13 +184,13 @@ class Move:
         return some, self.share(times[some])
 
 
-def add(steps: Floats, some: slice, done: Floats, whole: Any) -> None:
-    """Add to per-frame increments those of a value that grows to `whole` over some frames."""
-    if len(done):
-        steps[some] += np.diff(done, axis=0, prepend=0 * done[:1])
-        whole = whole - done[-1]
-    if some.stop < len(steps):
-        steps[some.stop] += whole
+def add(steps: Floats, frames: slice, values: Floats, total: Any) -> None:
+    """Add to per-frame increments those of a value that grows to `total` over some frames."""
+    if len(values):
+        steps[frames] += np.diff(values, axis=0, prepend=0 * values[:1])
+        total = total - values[-1]
+    if frames.stop < len(steps):
+        steps[frames.stop] += total
 
 
 class FeetPath:
@@ -377,13 +377,13 @@ def _drawn_up(
     ahead, rests = np.tile(FORWARD, (len(times), 1)), resting.rests
     for side in SIDES:
         heel[side] = resting.blended(heels, [it.pose.heels for it in rests], straight)
-        knees[side] = resting.blended(ahead, [way(it.pose.knees) for it in rests], slerp)
+        knees[side] = resting.blended(ahead, [direction_at(it.pose.knees) for it in rests], slerp)
         for rest, feet in zip(rests, placed, strict=True):
             if side in feet and feet[side][0] > 0:  # that foot stands
                 some = slice(*np.searchsorted(times, (rest.start, rest.rise[1])).tolist())
                 share = part(times[some], rest.draws) * (1 - part(times[some], rest.rise))
                 heel[side][some] *= 1 - share
-                up = np.broadcast_to(way(135.0), knees[side][some].shape)
+                up = np.broadcast_to(direction_at(135.0), knees[side][some].shape)
                 knees[side][some] = slerp(knees[side][some], up, share)
     return heel, knees
 
@@ -409,7 +409,7 @@ def _unlike(
     moved: MovedParts,
     rests: Sequence[Rest],
     times: Floats,
-    told: Bones,
+    wanted: Bones,
     legs: Bones,
     reaches: Bones,
 ) -> Iterator[str]:
@@ -419,7 +419,7 @@ def _unlike(
         for side in SIDES:
             limb, bones = f"{side}_leg", [f"{side}_{it}" for it in ("thigh", "shank")]
             for name in bones:
-                cosine = float(told[name][frame] @ legs[name][frame])
+                cosine = float(wanted[name][frame] @ legs[name][frame])
                 if moved(rest, name, limb) and cosine < UNLIKE:
                     yield f"{name} goes as {rest.what} needs it at {rest.start:g} s, not as told"
             reach = np.linalg.norm(sum(legs[name][frame] for name in bones)) / 2
