@@ -11,7 +11,7 @@ from lanindex.alphabet import MIRRORED, mirrored_part
 from lanindex.model import Capture, Track
 from lanindex.model.columns import columns_of
 from lanindex.model.symbol import blank
-from lanindex.search.example.likeness import Clips, Source
+from lanindex.search.example.likeness import Clips, ClipSource
 
 PARTS = ("r_arm", "l_arm", "head")
 
@@ -53,7 +53,7 @@ def source_of(
     rates: Sequence[float],
     parts: Sequence[str],
     frames: Sequence[int] | None = None,
-) -> Source:
+) -> ClipSource:
     """Return clips, given as rows by part, as the columns of a library."""
     lengths = np.zeros(len(many), np.int64) if frames is None else np.array(frames, np.int64)
     captures = [Capture(0, "", "", "", "", Fraction(1), length) for length in lengths.tolist()]
@@ -61,12 +61,12 @@ def source_of(
     for part in parts:
         tracks = [Track(part, clip[part], ()) if part in clip else None for clip in many]
         columns[part] = columns_of(part, captures, tracks)
-    return Source(columns, np.arange(len(many)), lengths, np.array(rates, np.float64))
+    return ClipSource(columns, np.arange(len(many)), lengths, np.array(rates, np.float64))
 
 
 def clips_of(many: Sequence[Rows], rates: Sequence[float], parts: Sequence[str]) -> Clips:
     """Return the same clips, laid out."""
-    return source_of(many, rates, parts).taken(np.arange(len(many)))
+    return source_of(many, rates, parts).clips(np.arange(len(many)))
 
 
 def mirrored(clip):

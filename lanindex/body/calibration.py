@@ -87,25 +87,31 @@ def unit_of(
     if unit is not None:
         name = unit_named(unit)
         return name, UNITS[name], ()
-    said = _OTHER_NAMES.get((declared or "").lower(), (declared or "").lower())
+    declared_unit = _OTHER_NAMES.get((declared or "").lower(), (declared or "").lower())
     known = [
         (limb, length, typical)
         for limb, typical in _LENGTHS
         if (length := lengths.get(" ".join(limb), 0.0)) > 0
     ]
     if not known:
-        if said in UNITS:
-            return said, UNITS[said], ()
+        if declared_unit in UNITS:
+            return declared_unit, UNITS[declared_unit], ()
         return "cm (assumed)", UNITS["cm"], ("no length tells the unit: cm assumed",)
     limb, length, typical = known[0]
     part = "leg" if limb[0] == "Hip" else "arm"
     name = min(UNITS, key=lambda unit: abs(UNITS[unit] * length - typical))
     size = UNITS[name] * length
     usual = _SIZES[0] <= size / typical <= _SIZES[1]
-    if said in UNITS:
-        if name == said or not usual or _SIZES[0] <= UNITS[said] * length / typical <= _SIZES[1]:
-            return said, UNITS[said], ()
-        found = f"says {said}, in which its {part} is {UNITS[said] * length:.0f} mm"
+    if declared_unit in UNITS:
+        if (
+            name == declared_unit
+            or not usual
+            or _SIZES[0] <= UNITS[declared_unit] * length / typical <= _SIZES[1]
+        ):
+            return declared_unit, UNITS[declared_unit], ()
+        found = (
+            f"says {declared_unit}, in which its {part} is {UNITS[declared_unit] * length:.0f} mm"
+        )
         return f"{name} (detected)", UNITS[name], (f"{found}: {name} believed",)
     if usual:
         return f"{name} (detected)", UNITS[name], ()

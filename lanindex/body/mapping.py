@@ -112,8 +112,8 @@ def map_body(
     which tell a calibration pose.
     """
     if declared.body is None:
-        said = joints_by_user(reading, names, path)
-        body, doubts = find_body(Rig(names, parents, poses), path, said)
+        user_joints = joints_by_user(reading, names, path)
+        body, doubts = find_body(Rig(names, parents, poses), path, user_joints)
     else:
         body, doubts = declared.body, ()
     seen = np.where((body >= 0)[:, None], poses[:, body], np.nan)
@@ -173,13 +173,13 @@ def read_body_file(path: str) -> Mapping[str, tuple[str, ...]]:
     """
     try:
         with open(path, "rb") as file:
-            said = tomllib.loads(file.read(_BODY_FILE).decode())
+            table = tomllib.loads(file.read(_BODY_FILE).decode())
     except (OSError, ValueError, RecursionError) as error:
         raise UsageError(
             f"cannot be read ({error})", place=path, wanted='lines such as RWrist = "hand_r"'
         ) from error
     body = {joint: tuple([names] if isinstance(names, str) else _listed(names, joint, path))
-            for joint, names in said.items()}  # fmt: skip
+            for joint, names in table.items()}  # fmt: skip
     strange = [joint for joint in body if joint not in JOINTS]
     if strange or not body:
         found = f'"{strange[0]}"' if strange else "nothing"

@@ -275,7 +275,7 @@ def join(connection: Link) -> bool:
     order = columns.order_of(Spine(old, dead, []), roster.number)
     pieces = [segments.read_texts(connection, one) for one in old]
     texts = columns.joined_texts(pieces, segments.TEXTS, order)
-    roster = roster if order is None else roster.taken(order)
+    roster = roster if order is None else roster.at(order)
     segments.put(connection, roster, texts, _moved(connection, old, order))
     segments.drop(connection, old)
     return True

@@ -78,9 +78,9 @@ class _Piece(NamedTuple):
     def same_as(self, derived: columns.Derived, texts: Mapping[str, list[Any]]) -> bool:
         """Return whether columns and texts of the rows are equal."""
         roster, by_part = derived
-        held = {part: one.taken(self.places) for part, one in self.by_part.items()}
+        held = {part: one.at(self.places) for part, one in self.by_part.items()}
         return (
-            roster.same_as(self.roster.taken(self.places))
+            roster.same_as(self.roster.at(self.places))
             and columns.joined_texts([self.texts], TEXTS, self.places) == texts
             and all(
                 same_columns(held.get(part), by_part.get(part))

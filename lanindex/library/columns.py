@@ -145,7 +145,7 @@ def read_all_columns(
         part: stored_columns(connection, spine.segments, part, order, more, added)
         for part, more in wanted.items()
     }
-    return roster if order is None else roster.taken(order), columns
+    return roster if order is None else roster.at(order), columns
 
 
 def stored_columns(
@@ -170,7 +170,7 @@ def stored_columns(
         pieces.append(None if last is None else replace(last, **spare))
         sizes.append(len(added[0]))
     columns = joined_columns(part, pieces, sizes)
-    return columns if order is None else columns.taken(order)
+    return columns if order is None else columns.at(order)
 
 
 def read_rosters(connection: Link, spine: Spine) -> tuple[list[Roster], NDArray[np.int64] | None]:

@@ -331,7 +331,7 @@ class Store:
             return roster, columns
         chosen = np.array(sorted(set(numbers)), np.int64)
         order = np.flatnonzero(np.isin(roster.number, chosen))
-        return roster.taken(order), {part: one.taken(order) for part, one in columns.items()}
+        return roster.at(order), {part: one.at(order) for part, one in columns.items()}
 
     def stats(self) -> Stats:
         """Count what the library holds."""

@@ -150,9 +150,9 @@ class Roster:
         """Return whether another roster is equal."""
         return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in ROSTER)
 
-    def taken(self, order: NDArray[np.int64]) -> Roster:
+    def at(self, places: NDArray[np.int64]) -> Roster:
         """Return the roster of some of the captures, by their places in this one: (D,) int64."""
-        return Roster(*(getattr(self, name)[order] for name in ROSTER))
+        return Roster(*(getattr(self, name)[places] for name in ROSTER))
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
@@ -208,22 +208,23 @@ class Columns:
         names = ("bounds", *(name for name in self.rows if name in other.rows), "gaps")
         return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
 
-    def taken(self, order: NDArray[np.int64]) -> Columns:
+    def at(self, places: NDArray[np.int64]) -> Columns:
         """Return the columns of some of the captures, by their places in the roster: (D,) int64."""
-        bounds, rows = ranges(self.bounds[:-1][order], self.bounds[1:][order])
-        held, places = ranges(*(np.searchsorted(self.gaps[:, 0], order + end) for end in (0, 1)))
-        gaps = self.gaps[places]
-        gaps[:, 0] = np.repeat(np.arange(len(order)), np.diff(held))
-        taken = {name: getattr(self, name)[rows] for name in self.rows}
-        return Columns(self.part, bounds, **taken, gaps=gaps)
+        bounds, rows = ranges(self.bounds[:-1][places], self.bounds[1:][places])
+        edges = (np.searchsorted(self.gaps[:, 0], places + end) for end in (0, 1))
+        gap_bounds, gap_rows = ranges(*edges)
+        gaps = self.gaps[gap_rows]
+        gaps[:, 0] = np.repeat(np.arange(len(places)), np.diff(gap_bounds))
+        columns = {name: getattr(self, name)[rows] for name in self.rows}
+        return Columns(self.part, bounds, **columns, gaps=gaps)
 
     def between(self, first: int, last: int) -> Columns:
         """Return the columns of the captures from one up to, not including, another."""
         begin, end = self.bounds[first].item(), self.bounds[last].item()
         gaps = self.gaps[slice(*np.searchsorted(self.gaps[:, 0], [first, last]))].copy()
         gaps[:, 0] -= first
-        own = {name: getattr(self, name)[begin:end] for name in self.rows}
-        return Columns(self.part, self.bounds[first : last + 1] - begin, **own, gaps=gaps)
+        columns = {name: getattr(self, name)[begin:end] for name in self.rows}
+        return Columns(self.part, self.bounds[first : last + 1] - begin, **columns, gaps=gaps)
 
 
 def same_columns(one: Columns | None, other: Columns | None) -> bool:

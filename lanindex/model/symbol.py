@@ -78,9 +78,9 @@ class Field:
         return [None if it < 0 else round(it * self.scale) / self.scale for it in codes]
 
 
-def stored(type: str, column: str, default: Any = MISSING, **how: Any) -> Any:
+def stored(type: str, column: str, default: Any = MISSING, **options: Any) -> Any:
     """Return a dataclass field with its `Field`."""
-    return field(default=default, metadata={"stored": Field(type, column, **how)})
+    return field(default=default, metadata={"stored": Field(type, column, **options)})
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ from lanindex.pipeline.convert import score_of
 from lanindex.pipeline.named import Named, ranged, stored, within
 from lanindex.pipeline.prepare import as_ingested
 from lanindex.search.example.groups import Grouped, grouped
-from lanindex.search.example.likeness import Clips, Near, Pair, Source, nearest, pairs
+from lanindex.search.example.likeness import Clips, ClipSource, Near, Pair, nearest, pairs
 from lanindex.search.hits import Hits, ListedHits
 
 Floats = NDArray[np.float32]
@@ -83,8 +83,8 @@ def _laid_out(clip: Named) -> Clips:
         if kind_of(part) == "gesture" and len(track)
     }
     only = np.zeros(1, np.int64)
-    source = Source(limbs, only, only + end, np.array([float(rate)]))
-    clips = source.taken(only).cut(0, clip.span.start, end) if limbs else None
+    source = ClipSource(limbs, only, only + end, np.array([float(rate)]))
+    clips = source.clips(only).cut(0, clip.span.start, end) if limbs else None
     if clips is None or not clips.moves.sizes.any():
         place = f"--like {shown(clip.named)}"
         raise UsageError("nothing moves there", place=place, wanted="one movement at least")
@@ -117,26 +117,26 @@ def alike(
 
 def source_of(
     store: Store, numbers: Iterable[int] | None, parts: Iterable[str], but: Capture | None = None
-) -> tuple[Roster, Source]:
+) -> tuple[Roster, ClipSource]:
     """Return captures, and their movements ready to be laid out."""
     names = list(parts)
     roster, columns = store.columns(names, numbers, more=["swings"])
     places = np.flatnonzero(roster.number != (but.id if but is not None else 0))
-    roster = roster.taken(places)
+    roster = roster.at(places)
     rates = roster.rate[:, 0] / roster.rate[:, 1]
     limbs = {part: columns[part] for part in names}
-    return roster, Source(limbs, places, roster.frames.astype(np.int64), rates)
+    return roster, ClipSource(limbs, places, roster.frames.astype(np.int64), rates)
 
 
 def _hits(
-    store: Store, query: Clips, roster: Roster, source: Source, near: list[Near]
+    store: Store, query: Clips, roster: Roster, source: ClipSource, near: list[Near]
 ) -> Iterator[Hit]:
     """Yield what is near as hits, with the symbols that correspond."""
     numbers = [int(roster.number[one.clip]) for one in near]
     held = {capture.id: (capture, tracks) for capture, tracks in store.tracks(numbers, query.parts)}
     for number, one in zip(numbers, near, strict=True):
         capture, tracks = held[number]
-        clip = source.taken(np.array([one.clip]))
+        clip = source.clips(np.array([one.clip]))
         whole = one.begin == 0 and one.end == capture.frames
         clip = clip if whole else clip.cut(0, one.begin, one.end)
         matched = [pairs(query, clip, part) for part in range(len(query.parts))]
@@ -152,7 +152,7 @@ def _hull(clip: Clips, matched: list[list[Pair]], one: Near) -> Span:
     rows = np.array([pair.row for part in matched for pair in part], np.int64)
     if not len(rows):
         return Span(one.begin, one.end)
-    moves = clip.moves.taken(rows)
+    moves = clip.moves.at(rows)
     return Span(int(moves.starts.min()), int(moves.stops.max()))
 
 
@@ -301,7 +301,7 @@ def similar(
     found = Grouped([], 0, True)
     if len(roster) and limbs:
         places = sampled(len(roster), sample)
-        clips = source.taken(places, watch)
+        clips = source.clips(places, watch)
         found = grouped(clips, least=least, wanted=wanted, watch=watch)
     captures = store.captures_numbered(roster.number[places].tolist())
     groups = [

@@ -102,7 +102,7 @@ def recurring(
         symbols = columns.pop(part)
         if not len(symbols):
             continue
-        line = line_of(symbols.taken(places), roster.number[places])
+        line = line_of(symbols.at(places), roster.number[places])
         of_part = motifs(part, line, least=least, shortest=shortest, watch=watch)
         if of_part.cut:
             notes.append(f"{part}: too many places for motifs of {of_part.cut} steps and more")

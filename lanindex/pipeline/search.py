@@ -228,9 +228,9 @@ def _match_columns(
 ) -> bool:
     """Return whether captures are as the columns have them, and so are some of their tracks."""
     rows, captures = np.array(places, np.int64), [capture for capture, _ in recordings]
-    return roster_of(captures).same_as(roster.taken(rows)) and all(
+    return roster_of(captures).same_as(roster.at(rows)) and all(
         columns_of(part, captures, [tracks.get(part) for _, tracks in recordings]).same_as(
-            columns[part].taken(rows)
+            columns[part].at(rows)
         )
         for part in parts
         if part in columns

@@ -354,8 +354,8 @@ class _Builder:
 
 def fits(step: Step, part: str) -> dict[str, frozenset[int]]:
     """Return the codes that fit a step, said of one part, by the kinds of its words."""
-    said = dict.fromkeys(word.kind for word in step.words if ANY not in word.values)
-    return {kind: _codes(kind, meaning(step.words, kind, part)) for kind in said}
+    kinds = dict.fromkeys(word.kind for word in step.words if ANY not in word.values)
+    return {kind: _codes(kind, meaning(step.words, kind, part)) for kind in kinds}
 
 
 @lru_cache(64)

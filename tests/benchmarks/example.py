@@ -71,7 +71,7 @@ from lanindex.pipeline.example import normalised, warped
 from lanindex.pipeline.labels import read_labels
 from lanindex.search import sphere
 from lanindex.search.example import likeness
-from lanindex.search.example.likeness import Clips, Source
+from lanindex.search.example.likeness import Clips, ClipSource
 
 STYLES: dict[str, Callable[[Path], str]] = {
     "bandai2": lambda path: path.stem.split("_")[-2],
@@ -104,7 +104,7 @@ class Set:
         rows = [{part: change(own) for part, own in clip.items()} for clip in self.rows]
         return clips_of(rows, self.rates, self.parts)
 
-    def source(self) -> Source:
+    def source(self) -> ClipSource:
         return source_of(self.rows, self.rates, self.parts, self.frames)
 
 
@@ -157,7 +157,7 @@ def edited(own: Set) -> Ranking:
 
 def aligned(own: Set, change: Callable[[np.ndarray], np.ndarray] = np.asarray) -> Ranking:
     laid_out = own.clips(change)
-    windows = laid_out.whole()
+    windows = laid_out.full_windows()
     each = [laid_out.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
     return lambda one: -likeness.compared(each[one], laid_out, windows)
 
@@ -180,7 +180,7 @@ def searched(own: Set) -> Ranking:
 def bounded(own: Set) -> Ranking:
     laid_out = own.clips()
     each = [laid_out.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
-    return lambda one: -likeness.bounds_of(each[one], laid_out).whole
+    return lambda one: -likeness.bounds_of(each[one], laid_out).full
 
 
 def dwelling(own: Set) -> Ranking:

@@ -71,7 +71,7 @@ def real() -> Real:
         held = list(library.tracks())
     captures = [capture for capture, _ in held]
     once = roster_of(captures)
-    twice = once.taken(np.tile(np.arange(len(once)), 2))
+    twice = once.at(np.tile(np.arange(len(once)), 2))
     columns, symbols = {}, {}
     parts = dict.fromkeys(part for _, tracks in held for part in tracks)
     plain = {p: columns_of(p, captures, [tracks.get(p) for _, tracks in held]) for p in parts}
@@ -126,7 +126,7 @@ def blocks(found: Real, count: int, seed: int, parts: list[str]) -> Iterator[Blo
         sources = random.integers(0, len(found.roster), BLOCK)[:size]
         slower = random.integers(16, 25, BLOCK)[:size]
         turned = np.where(random.random(BLOCK) < 0.6, 0, random.integers(0, 8, BLOCK))[:size]
-        plain = found.roster.taken(sources)
+        plain = found.roster.at(sources)
         roster = Roster(
             np.arange(first + 1, first + 1 + size),
             (plain.frames.astype(np.int64) * slower // 16).astype(np.int32),
@@ -162,7 +162,7 @@ def varied(source: Columns, sources, slower, turned, random) -> tuple[Columns, A
     start, stop = (
         (getattr(source, name)[picked] * pace // 16).astype(np.int32) for name in ("start", "stop")
     )
-    gaps = source.taken(sources).gaps
+    gaps = source.at(sources).gaps
     gaps = np.column_stack([gaps[:, 0], gaps[:, 1:] * slower[gaps[:, 0], None] // 16])
     margin = margin.clip(0, 1000).astype(np.uint16)
     held = {name: getattr(source, name) for name in ("amount", *EXTRA)}

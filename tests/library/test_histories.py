@@ -63,7 +63,7 @@ def told(library: Library) -> list[object]:
     order = np.array(sorted(range(len(roster)), key=lambda at: paths[roster.number[at]]), np.int64)
     found: list[object] = [sorted(paths.values())]
     for part in TRACKS:
-        own = columns[part].taken(order)
+        own = columns[part].at(order)
         found += [
             (part, name, getattr(own, name).tolist()) for name in ("bounds", "gaps", *own.rows)
         ]

@@ -92,7 +92,7 @@ def test_captures_are_laid_out_as_their_rows_would_be(library: Library) -> None:
     rates = [float(capture.rate) for capture, _ in held]
     wanted = clips_of(rows, rates, library.parts())
     roster, source = source_of(library.store, None, library.parts())
-    found = source.taken(np.arange(len(source)))
+    found = source.clips(np.arange(len(source)))
     assert roster.number.tolist() == [capture.id for capture, _ in held]
     assert np.array_equal(found.first, wanted.first)
     for name in ("points", "sizes", "paces", "swings", "starts", "stops", "rows"):

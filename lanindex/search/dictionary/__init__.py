@@ -201,7 +201,7 @@ def _check(entry: Entry, place: str) -> None:
         if not name.isidentifier():
             wanted = "a name of letters: salute, left_turn"
             raise UsageError(f'"{shown(name)}"', place=place, wanted=wanted)
-        if Vocabulary().taken(name):
+        if Vocabulary().meaning_of(name):
             found, remedy = "is a word of the language already", "Call the movement something else."
             raise UsageError(f'"{name}" {found}', place=place, remedy=remedy)
     try:

@@ -43,7 +43,7 @@ _NEAREST = 1e-6  # the least likeness of clips with one signature, where a numbe
 _BLOCK, _TREES = 2048, 8  # clips of a block, and how often more are split into blocks
 
 
-class Group(NamedTuple):
+class SimilarClips(NamedTuple):
     """Clips that are like each other."""
 
     members: list[int]  # the medoid, which is most like all others, then the likest to it
@@ -53,7 +53,7 @@ class Group(NamedTuple):
 class Grouped(NamedTuple):
     """All clips in groups."""
 
-    groups: list[Group]  # the largest first
+    groups: list[SimilarClips]  # the largest first
     pairs: int  # how many were aligned
     every: bool  # whether these are all pairs
 
@@ -100,32 +100,32 @@ class _Likenesses:
     def alike(self, pairs: Numbers) -> Doubles:
         """Return how alike pairs of clips are: (K,), of a clip with itself 1."""
         low, high = np.sort(pairs, axis=1).T
-        keys, clips, done = low * len(self._clips) + high, self._clips.whole(), 0
+        keys, clips, done = low * len(self._clips) + high, self._clips.full_windows(), 0
         unique = np.unique(keys[low < high])
         new = unique[[key not in self._values for key in unique.tolist()]]
         for some in np.array_split(new, len(new) // _AT_ONCE + 1):
             self._watch("pairs", done, len(new))
-            one, two = (clips.taken(place) for place in np.divmod(some, len(self._clips)))
+            one, two = (clips.at(place) for place in np.divmod(some, len(self._clips)))
             alike = paired(self._clips, one, self._clips, two)
             self._values.update(zip(some.tolist(), alike.tolist(), strict=True))
             done += len(some)
         return np.array([self._values.get(key, 1.0) for key in keys.tolist()])
 
 
-def near(found: Floats, reach: int, watch: Watch = unwatched) -> Numbers:
+def near(vectors: Floats, reach: int, watch: Watch = unwatched) -> Numbers:
     """Return the pairs that may be alike: (K, 2), the lower number first, each once.
 
     Each clip is in pairs with the `reach` others whose signatures, (C, A), are nearest to its own.
     """
-    count = len(found)
+    count = len(vectors)
     if reach >= count - 1:
         return np.stack(np.triu_indices(count, 1), axis=1)
-    squares = np.square(found).sum(axis=1)
+    squares = np.square(vectors).sum(axis=1)
     keys, gaps, done = [], [], 0
     trees = _TREES if count > _BLOCK else 1
-    for block in _blocks(found, trees):
+    for block in _blocks(vectors, trees):
         watch("captures", done // trees, count)
-        own, done = found[block], done + len(block)
+        own, done = vectors[block], done + len(block)
         apart = squares[block, None] + squares[block] - 2 * own @ own.T
         np.fill_diagonal(apart, np.inf)
         nearest = np.argpartition(apart, reach, axis=1)[:, :reach]
@@ -133,22 +133,22 @@ def near(found: Floats, reach: int, watch: Watch = unwatched) -> Numbers:
         gaps.append(np.take_along_axis(apart, nearest, axis=1).ravel())
     key, once = np.unique(np.concatenate(keys), return_index=True)
     kept = lowest(key // count, np.concatenate(gaps)[once], reach)
-    both = np.sort(np.stack(np.divmod(key[kept], count), axis=1), axis=1)
-    return np.stack(np.divmod(np.unique(both @ [count, 1]), count), axis=1)
+    pairs = np.sort(np.stack(np.divmod(key[kept], count), axis=1), axis=1)
+    return np.stack(np.divmod(np.unique(pairs @ [count, 1]), count), axis=1)
 
 
-def _blocks(found: Floats, trees: int) -> Iterator[Numbers]:
+def _blocks(vectors: Floats, trees: int) -> Iterator[Numbers]:
     """Yield clips in blocks of neighbours, all of them once for each tree."""
     random = np.random.default_rng(0)
-    todo = [np.arange(len(found))] * trees
+    todo = [np.arange(len(vectors))] * trees
     while todo:
         block = todo.pop()
         if len(block) <= _BLOCK:
             yield block
             continue
-        one, two = found[block[random.choice(len(block), 2, replace=False)]]
+        one, two = vectors[block[random.choice(len(block), 2, replace=False)]]
         middle = len(block) // 2
-        order = np.argpartition(found[block] @ (one - two), middle)
+        order = np.argpartition(vectors[block] @ (one - two), middle)
         todo += [block[order[:middle]], block[order[middle:]]]
 
 
@@ -157,7 +157,7 @@ def signatures(clips: Clips) -> Floats:
     cells, count = MIDDLES[CELLS].astype(np.float32), len(clips)
     table = np.zeros((count, len(clips.parts), len(cells)), np.float32)
     for part, borders in enumerate(clips.first):
-        moves = clips.moves.taken(slice(borders[0], borders[-1]))
+        moves = clips.moves.at(slice(borders[0], borders[-1]))
         nearest = np.argmax(moves.points @ cells.T - np.square(cells).sum(axis=1) / 2, axis=1)
         places = np.repeat(np.arange(count), np.diff(borders)) * len(cells) + nearest
         own = np.bincount(places, moves.sizes, count * len(cells))
@@ -233,12 +233,12 @@ def _medoids_first(
     return [part.tolist() for part in np.split(order, ends[:-1])]
 
 
-def _ranked(groups: list[list[int]], known: _Likenesses) -> list[Group]:
+def _ranked(groups: list[list[int]], known: _Likenesses) -> list[SimilarClips]:
     """Return groups, the largest first, their members by likeness to the medoid."""
     alike = known.alike(np.array([(group[0], one) for group in groups for one in group]))
     ranked, ends = [], np.cumsum([len(group) for group in groups])
     for group, own in zip(groups, np.split(alike, ends[:-1]), strict=True):
         order = np.argsort(-own[1:], kind="stable").tolist()
         mean = float(own[1:].mean()) if order else 1.0
-        ranked.append(Group([group[0], *(group[1 + place] for place in order)], mean))
+        ranked.append(SimilarClips([group[0], *(group[1 + place] for place in order)], mean))
     return sorted(ranked, key=lambda group: (-len(group.members), group.members[0]))

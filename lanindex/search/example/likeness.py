@@ -78,7 +78,7 @@ class Moves(NamedTuple):
     stops: Numbers
     rows: Numbers  # (N,) where it stands in its track
 
-    def taken(self, rows: slice | Numbers) -> Moves:
+    def at(self, rows: slice | Numbers) -> Moves:
         """Return some of them."""
         return Moves._make(column[rows] for column in self)
 
@@ -89,9 +89,9 @@ class Windows(NamedTuple):
     low: Numbers  # (P, B) by part: the row where it is before
     high: Numbers  # (P, B) the row behind the last; the same where the part is not there
 
-    def taken(self, which: Numbers) -> Windows:
+    def at(self, stretches: Numbers) -> Windows:
         """Return some of them."""
-        return Windows(self.low[:, which], self.high[:, which])
+        return Windows(self.low[:, stretches], self.high[:, stretches])
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +108,7 @@ class Clips:
         """Return the number of clips."""
         return int(self.first.shape[1]) - 1
 
-    def whole(self) -> Windows:
+    def full_windows(self) -> Windows:
         """Return the windows that hold all of each clip."""
         return Windows(self.first[:, :-1], self.first[:, 1:])
 
@@ -129,14 +129,14 @@ class Clips:
         """Return one stretch of one clip as a clip by itself."""
         low, high = self.windows(np.array([clip]), np.array([begin]), np.array([end]))
         bounds, rows = ranges(low[:, 0], high[:, 0])
-        moves = self.moves.taken(rows)
+        moves = self.moves.at(rows)
         begins = bounds[:-1][low[:, 0] < high[:, 0]]
         moves.sizes[begins] = moves.swings[begins]
         return Clips(self.parts, moves, np.stack([bounds[:-1], bounds[1:]], axis=1))
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class ClipSource:
     """The captures of columns, a few of which at a time are laid out as clips."""
 
     columns: Mapping[str, Columns]  # by part, in order, with their swings
@@ -148,16 +148,16 @@ class Source:
         """Return the number of clips."""
         return len(self.places)
 
-    def taken(self, order: Numbers, watch: Watch = unwatched) -> Clips:
+    def clips(self, places: Numbers, watch: Watch = unwatched) -> Clips:
         """Return some of the clips, laid out: (D,) which."""
         found: list[Moves] = []
-        counts = np.zeros((len(self.columns), len(order)), np.int64)
+        counts = np.zeros((len(self.columns), len(places)), np.int64)
         for part, columns in enumerate(self.columns.values()):
             watch("parts", part, len(self.columns))
-            moves, counts[part] = _moves(columns.taken(self.places[order]), self.rates[order])
+            moves, counts[part] = _moves(columns.at(self.places[places]), self.rates[places])
             found.append(moves)
         ends = np.append(0, np.cumsum(counts))
-        first = np.arange(len(found))[:, None] * len(order) + np.arange(len(order) + 1)
+        first = np.arange(len(found))[:, None] * len(places) + np.arange(len(places) + 1)
         moves = Moves(*map(np.concatenate, zip(*found, strict=True)))
         return Clips(tuple(self.columns), moves, ends[first])
 
@@ -217,14 +217,14 @@ def likeness(difference: Floats, size: Floats) -> Floats:
 def compared(query: Clips, clips: Clips, windows: Windows) -> Floats:
     """Return how alike one clip is to each of many stretches with the same parts: (B,) float32."""
     count = windows.low.shape[1]
-    ours = Windows(*(np.repeat(edges, count, axis=1) for edges in query.whole()))
-    return paired(query, ours, clips, windows)
+    query_windows = Windows(*(np.repeat(edges, count, axis=1) for edges in query.full_windows()))
+    return paired(query, query_windows, clips, windows)
 
 
-def paired(one: Clips, ours: Windows, two: Clips, theirs: Windows) -> Floats:
+def paired(one: Clips, one_windows: Windows, two: Clips, two_windows: Windows) -> Floats:
     """Return how alike stretches of clips are to others, pair by pair: (B,) float32, 0 to 1."""
-    size = sizes(one.moves, ours) + sizes(two.moves, theirs)
-    saved = savings(one.moves, ours, two.moves, theirs, size)
+    size = sizes(one.moves, one_windows) + sizes(two.moves, two_windows)
+    saved = savings(one.moves, one_windows, two.moves, two_windows, size)
     return likeness((size - saved).sum(axis=0), size.sum(axis=0))
 
 
@@ -238,25 +238,29 @@ def sizes(moves: Moves, windows: Windows) -> Floats:
     return np.where(windows.low < windows.high, costs, 0).astype(np.float32)
 
 
-def savings(one: Moves, ours: Windows, two: Moves, theirs: Windows, size: Floats) -> Floats:
+def savings(
+    one: Moves, one_windows: Windows, two: Moves, two_windows: Windows, size: Floats
+) -> Floats:
     """Return the most that substitutions save of each part, pair by pair: (P, B), as `size`."""
-    mine, others = ours.high - ours.low, theirs.high - theirs.low
-    both = (mine > 0) & (others > 0)
+    one_counts, two_counts = one_windows.high - one_windows.low, two_windows.high - two_windows.low
+    both = (one_counts > 0) & (two_counts > 0)
     found = np.zeros_like(size)
-    found[both] = begun(one.taken(ours.low[both]), two.taken(theirs.low[both]))
+    found[both] = begun(one.at(one_windows.low[both]), two.at(two_windows.low[both]))
     # where one side never moves, all that the other does is deleted, and there is no choice
-    both &= (mine > 1) & (others > 1)
-    for part, pair in np.argwhere(mine * others * both > SQUARE).tolist():
+    both &= (one_counts > 1) & (two_counts > 1)
+    for part, pair in np.argwhere(one_counts * two_counts * both > SQUARE).tolist():
         cell = slice(part, part + 1), slice(pair, pair + 1)
-        long, other = (Windows(side.low[cell], side.high[cell]) for side in (ours, theirs))
+        long, other = (
+            Windows(side.low[cell], side.high[cell]) for side in (one_windows, two_windows)
+        )
         found[cell] = size[cell] - _by_pieces(one, long, two, other)
         both[cell] = False
-    low, begin = ours.low[both], theirs.low[both]
+    low, begin = one_windows.low[both], two_windows.low[both]
     more = np.zeros(len(low), np.float32)
-    rows, counts, most = mine[both], others[both], size[both]
+    rows, counts, most = one_counts[both], two_counts[both], size[both]
     order = np.argsort(-rows, kind="stable")
-    for some in pieces(counts[order], _ROWS):
-        lanes = order[some]
+    for lane_slice in pieces(counts[order], _ROWS):
+        lanes = order[lane_slice]
         ranges_of_both = low[lanes], rows[lanes], begin[lanes], counts[lanes]
         saved = _lane_savings(one, two, *ranges_of_both)
         more[lanes] = _most_saved(counts[lanes], most[lanes], saved)
@@ -264,22 +268,22 @@ def savings(one: Moves, ours: Windows, two: Moves, theirs: Windows, size: Floats
     return found
 
 
-def _by_pieces(one: Moves, ours: Windows, two: Moves, theirs: Windows) -> float:
+def _by_pieces(one: Moves, one_windows: Windows, two: Moves, two_windows: Windows) -> float:
     """Return the difference of two long parts if each piece is compared with the one opposite.
 
     So the work grows with their length, not with its square.
     """
-    size = float((ours.high - ours.low).item()) * float((theirs.high - theirs.low).item())
-    count = int(np.ceil(np.sqrt(size / SQUARE))) + 1
+    rows = [float((it.high - it.low).item()) for it in (one_windows, two_windows)]
+    count = int(np.ceil(np.sqrt(rows[0] * rows[1] / SQUARE))) + 1
 
     def cut(windows: Windows) -> Windows:  # each piece begins where the one before it came to
         low, high = windows.low.item(), windows.high.item()
         ends = np.linspace(low, high - 1, count + 1).astype(np.int64)
         return Windows(ends[None, :-1], ends[None, 1:] + 1)
 
-    mine, others = cut(ours), cut(theirs)
-    both = sizes(one, mine) + sizes(two, others)
-    return float((both - savings(one, mine, two, others, both)).sum())
+    one_pieces, two_pieces = cut(one_windows), cut(two_windows)
+    size_by_piece = sizes(one, one_pieces) + sizes(two, two_pieces)
+    return float((size_by_piece - savings(one, one_pieces, two, two_pieces, size_by_piece)).sum())
 
 
 def begun(one: Moves, two: Moves) -> Floats:
@@ -292,10 +296,10 @@ def begun(one: Moves, two: Moves) -> Floats:
 
 def savings_of(query: Moves, others: Moves) -> Iterator[Floats]:
     """Yield what each movement of one part but its beginning saves by substituting others: (N,)."""
-    mine, theirs = _columns(query, slice(None)), _columns(others, slice(None))
-    before = distances(mine[:3, :1], theirs)
+    query_columns, other_columns = _columns(query, slice(None)), _columns(others, slice(None))
+    before = distances(query_columns[:3, :1], other_columns)
     for row in range(1, len(query.rows)):
-        saved, before = _saving(mine[:, row : row + 1], theirs, before)
+        saved, before = _saving(query_columns[:, row : row + 1], other_columns, before)
         yield saved
 
 
@@ -324,32 +328,32 @@ def _lane_savings(
     many rows it has, fewer and fewer on the one side; N is as far as there are any.
     """
     firsts, places = ranges(low, low + rows)
-    mine = _columns(one, places)
+    one_columns = _columns(one, places)
     ends, places = ranges(begin, begin + counts)
-    others = _columns(two, places)
-    others[3, ends[:-1]] = -np.inf  # a beginning takes the place of none
-    own = np.repeat(firsts[:-1], counts)
-    before = distances(mine[:3].take(own, axis=1), others)
+    two_columns = _columns(two, places)
+    two_columns[3, ends[:-1]] = -np.inf  # a beginning takes the place of none
+    one_rows = np.repeat(firsts[:-1], counts)
+    before = distances(one_columns[:3].take(one_rows, axis=1), two_columns)
     for row in range(1, int(rows[0])):
         end = ends[np.searchsorted(-rows, -row)]
-        moves = mine.take(own[:end] + row, axis=1)
-        saved, before = _saving(moves, others[:, :end], before[:end])
+        moves = one_columns.take(one_rows[:end] + row, axis=1)
+        saved, before = _saving(moves, two_columns[:, :end], before[:end])
         yield saved
 
 
-def _saving(mine: Floats, other: Floats, before: Floats) -> tuple[Floats, Floats]:
+def _saving(one: Floats, two: Floats, before: Floats) -> tuple[Floats, Floats]:
     """Return what substituting movements saves, (..., N), and how far they lie from the others.
 
     `before` is how far those before them lie from the others; the first of these saves nothing.
     """
-    here = distances(mine, other)
-    saved = np.minimum(mine[4], other[4])
-    saved += np.minimum(mine[5], other[5])
-    saved += mine[3]
-    saved += other[3]
-    saved[..., 1:] -= here[..., 1:] + before[..., :-1]
+    apart = distances(one, two)
+    saved = np.minimum(one[4], two[4])
+    saved += np.minimum(one[5], two[5])
+    saved += one[3]
+    saved += two[3]
+    saved[..., 1:] -= apart[..., 1:] + before[..., :-1]
     saved[..., 0] = -np.inf
-    return saved, here
+    return saved, apart
 
 
 def _most_saved(counts: Numbers, most: Floats, savings: Iterable[Floats]) -> Floats:
@@ -380,13 +384,15 @@ def pairs(query: Clips, clip: Clips, part: int) -> list[Pair]:
     (own, end), (row, last) = query.first[part], clip.first[part]
     if own == end or row == last:
         return []
-    mine = _columns(query.moves, slice(own, end))[:, :, None]
-    theirs = _columns(clip.moves, slice(row, last))[:, None]
-    savings, _ = _saving(mine[:, 1:], theirs, distances(mine[:, :-1], theirs))
+    query_columns = _columns(query.moves, slice(own, end))[:, :, None]
+    clip_columns = _columns(clip.moves, slice(row, last))[:, None]
+    savings, _ = _saving(
+        query_columns[:, 1:], clip_columns, distances(query_columns[:, :-1], clip_columns)
+    )
     best = np.zeros((end - own, last - row), np.float32)
-    for before, here, saved in zip(best, best[1:], savings, strict=False):
-        here[1:] = np.maximum(before[1:], before[:-1] + saved[1:])
-        np.maximum.accumulate(here, out=here)
+    for before, row_best, saved in zip(best, best[1:], savings, strict=False):
+        row_best[1:] = np.maximum(before[1:], before[:-1] + saved[1:])
+        np.maximum.accumulate(row_best, out=row_best)
     found: list[Pair] = []
     index, place = end - own - 1, last - row - 1
     while index and place:
@@ -424,7 +430,7 @@ class NearestClips(NamedTuple):
 def nearest(
     query: Clips,
     seconds: float,
-    source: Source,
+    source: ClipSource,
     limit: int,
     *,
     most: int = MOST,
@@ -434,14 +440,14 @@ def nearest(
     # of a long example fewer clips at a time, so that `watch` is called as often
     counts = np.sum([np.diff(it.bounds)[source.places] for it in source.columns.values()], axis=0)
     work = counts * max(1, len(query.moves.rows) // (_LONG * len(query.parts)))
-    whole, stretch = np.zeros((2, len(source)), np.float32)
+    bound_of_clip, bound_of_stretch = np.zeros((2, len(source)), np.float32)
     for some in pieces(work, _LAID_OUT):
         watch("captures", some.start, len(source))
-        clips = source.taken(np.arange(some.start, some.stop))
-        whole[some], stretch[some], *_ = bounds_of(query, clips)
+        clips = source.clips(np.arange(some.start, some.stop))
+        bound_of_clip[some], bound_of_stretch[some], *_ = bounds_of(query, clips)
     lengths = seconds * source.rates
     longer = source.frames >= LONGER * lengths
-    bound = np.where(longer, np.maximum(whole, stretch), whole)
+    bound = np.where(longer, np.maximum(bound_of_clip, bound_of_stretch), bound_of_clip)
     order = np.argsort(-bound, kind="stable")
     near: list[Near] = []
     done, worst = 0, 0.0
@@ -449,14 +455,14 @@ def nearest(
         watch("candidates", done, min(most, len(order)))
         block = order[done : min(done + _BLOCK, most)]
         block = block[next(pieces(work[block], _LAID_OUT))]
-        clips, frames = source.taken(block), source.frames[block]
-        alike = compared(query, clips, clips.whole())
+        clips, frames = source.clips(block), source.frames[block]
+        alike = compared(query, clips, clips.full_windows())
         near = _best(near, _Tried(block, np.zeros_like(block), frames, alike), limit)
         worst = near[-1].likeness if len(near) == limit else 0.0
-        chosen = np.flatnonzero(longer[block] & (stretch[block] > worst))
+        chosen = np.flatnonzero(longer[block] & (bound_of_stretch[block] > worst))
         if len(chosen):
-            found = _stretches(query, clips, chosen, frames, lengths[block], worst)
-            near = _best(near, found._replace(clips=block[found.clips]), limit)
+            stretches = _stretches(query, clips, chosen, frames, lengths[block], worst)
+            near = _best(near, stretches._replace(clips=block[stretches.clips]), limit)
             worst = near[-1].likeness if len(near) == limit else 0.0
         done += len(block)
     return NearestClips(near, done, done >= len(order) or bool(bound[order[done]] <= worst))
@@ -488,7 +494,7 @@ def _best(near: list[Near], more: _Tried, limit: int) -> list[Near]:
 class Bounds(NamedTuple):
     """How alike C clips can be to one."""
 
-    whole: Floats  # (C,) each whole clip at most
+    full: Floats  # (C,) each whole clip at most
     stretch: Floats  # (C,) about the best stretch of each
     sizes: Doubles  # (N + 1,) running sum over the clips' rows of their sizes
     shares: Doubles  # (N + 1,) the same of what they save at most
@@ -506,42 +512,42 @@ class Bounds(NamedTuple):
 
 def bounds_of(query: Clips, clips: Clips) -> Bounds:
     """Return how alike each of many clips can be to one clip, which has the same parts."""
-    saved, found = np.zeros((2, len(clips)), np.float32)
+    saved, savings_sum = np.zeros((2, len(clips)), np.float32)
     share = np.zeros(len(clips.moves.rows), np.float32)
-    begins = query.moves.taken(query.first[:, 0][query.first[:, 0] < query.first[:, 1]])
+    begins = query.moves.at(query.first[:, 0][query.first[:, 0] < query.first[:, 1]])
     for (low, high), borders in zip(query.first, clips.first, strict=True):
         there = np.flatnonzero(np.diff(borders))
         if low == high or not len(there):
             continue
-        own, first = query.moves.taken(slice(low, high)), borders[there]
+        moves, first = query.moves.at(slice(low, high)), borders[there]
         rows = slice(first[0], borders[-1])
-        most, best = _savings(own, clips.moves.taken(rows), first - first[0])
+        most, best = _savings(moves, clips.moves.at(rows), first - first[0])
         share[rows] = best
         saved[there] += np.minimum(most, np.add.reduceat(best, first - first[0]))
-        saved[there] += begun(own.taken(np.zeros(len(there), np.int64)), clips.moves.taken(first))
-        found[there] += most
+        saved[there] += begun(moves.at(np.zeros(len(there), np.int64)), clips.moves.at(first))
+        savings_sum[there] += most
     sizes, shares = (
         np.append(0, np.cumsum(values, dtype=np.float64)) for values in (clips.moves.sizes, share)
     )
     size, begun_most = query.moves.sizes.sum(), 2 * float(begins.swings.sum())
     total = np.diff(sizes[clips.first], axis=1).sum(axis=0).astype(np.float32) + size
-    stretch = np.clip(found / np.maximum(size + found / 2, np.float32(1e-6)), 0, 1)
+    stretch = np.clip(savings_sum / np.maximum(size + savings_sum / 2, np.float32(1e-6)), 0, 1)
     return Bounds(likeness(total - saved, total), stretch, sizes, shares, float(size), begun_most)
 
 
-def _savings(own: Moves, rows: Moves, first: Numbers) -> tuple[Floats, Floats]:
+def _savings(query: Moves, rows: Moves, first: Numbers) -> tuple[Floats, Floats]:
     """Return what the query's movements save at most by clip, and each row: (C,) and (N,).
 
     `first` is (C,) where each clip begins among the rows.
     """
     most = np.zeros(len(first), np.float32)
     best = np.zeros(len(rows.rows), np.float32)
-    if len(own.rows) > LONGEST:
-        most += _most(own)[1:].sum()
+    if len(query.rows) > LONGEST:
+        most += _most(query)[1:].sum()
         best = _most(rows)
         best[first] = 0
         return most, best
-    for saving in savings_of(own, rows):
+    for saving in savings_of(query, rows):
         np.maximum(saving, 0, out=saving)
         saving[first] = 0
         most += np.maximum.reduceat(saving, first)
@@ -576,7 +582,7 @@ def _stretches(
         most = bounds.of(windows)
         kept = lowest(owner, -most, _TRIED)  # the most promising
         kept = kept[most[kept] > worst]
-        alike = compared(query, clips, windows.taken(kept))
+        alike = compared(query, clips, windows.at(kept))
         return _Tried(owner[kept], low[kept], high[kept], alike)
 
     step = lengths / _STEPS

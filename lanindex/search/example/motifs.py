@@ -37,7 +37,7 @@ _FLAT = len(DIRECTIONS) * len(LEVELS)  # the first of these
 _Name = tuple[int, ...]  # the cells of a motif
 
 
-class Line(NamedTuple):
+class PartSymbols(NamedTuple):
     """The N symbols of one part in many captures, one capture after the other."""
 
     cells: Numbers  # (N,) places in `_CELLS`, -1 where a symbol has none
@@ -47,7 +47,7 @@ class Line(NamedTuple):
     captures: Numbers  # (N,) numbers, growing
 
 
-def line_of(columns: Columns, captures: Numbers) -> Line:
+def line_of(columns: Columns, captures: Numbers) -> PartSymbols:
     """Return the rows of columns as a line; `captures` is (C,) the number of each capture."""
     direction, level = (codes.astype(np.int64) for codes in codes_of(columns.cell))
     if (level < 0).all():
@@ -57,7 +57,7 @@ def line_of(columns: Columns, captures: Numbers) -> Line:
         cells = np.where(known, direction * len(LEVELS) + level, -1)
     owners = np.repeat(captures, np.diff(columns.bounds))
     starts, stops = columns.start.astype(np.int64), columns.stop.astype(np.int64)
-    return Line(cells, starts, stops, (columns.cell & PASSING) > 0, owners)
+    return PartSymbols(cells, starts, stops, (columns.cell & PASSING) > 0, owners)
 
 
 class Motif(NamedTuple):
@@ -67,7 +67,7 @@ class Motif(NamedTuple):
     cells: _Name
     captures: int
     hits: int
-    line: Line
+    line: PartSymbols
     rows: NDArray[np.int32]  # (H, 2) of each hit its first and its last row in the line
 
     @property
@@ -97,14 +97,14 @@ class _Occurrences(NamedTuple):
     first: Numbers
     last: Numbers
 
-    def kept(self, which: NDArray[np.bool_] | Numbers) -> _Occurrences:
+    def at(self, rows: NDArray[np.bool_] | Numbers) -> _Occurrences:
         """Return some of them."""
-        return _Occurrences(self.motif[which], self.first[which], self.last[which])
+        return _Occurrences(self.motif[rows], self.first[rows], self.last[rows])
 
 
 def motifs(
     part: str,
-    line: Line,
+    line: PartSymbols,
     *,
     least: int,
     shortest: int,
@@ -133,7 +133,7 @@ def motifs(
     return Motifs(closed, cut)
 
 
-def _following(line: Line) -> Numbers:
+def _following(line: PartSymbols) -> Numbers:
     """Return to how many rows right behind each row an arrow may lead, (N,).
 
     They are the passing ones and the next that is shown; none at the end of a capture or at a gap.
@@ -151,17 +151,17 @@ def _frequent(there: _Occurrences, least: int) -> _Occurrences:
     far = int(there.first.max(initial=0)) + 1
     begun = np.sort(there.motif * far + there.first)
     counts = np.bincount(begun[starts_of(begun)] // far)
-    return there.kept(counts[there.motif] >= least)
+    return there.at(counts[there.motif] >= least)
 
 
 def _extended(
-    line: Line, follows: Numbers, there: _Occurrences, names: list[_Name]
+    line: PartSymbols, follows: Numbers, there: _Occurrences, names: list[_Name]
 ) -> tuple[_Occurrences, list[_Name]]:
     """Return motifs with one more step, and their names."""
     counts = follows[there.last]
     _, last = ranges(there.last + 1, there.last + 1 + counts)
     motif, first = np.repeat(there.motif, counts), np.repeat(there.first, counts)
-    longer = _Occurrences(motif, first, last).kept(line.cells[last] >= 0)
+    longer = _Occurrences(motif, first, last).at(line.cells[last] >= 0)
     pairs = longer.motif * len(_CELLS) + line.cells[longer.last]
     keys, motif = np.unique(pairs, return_inverse=True)
     named = [
@@ -171,17 +171,17 @@ def _extended(
 
 
 def _counted(
-    part: str, line: Line, there: _Occurrences, names: list[_Name], least: int
+    part: str, line: PartSymbols, there: _Occurrences, names: list[_Name], least: int
 ) -> list[Motif]:
     """Return the motifs that end here often enough, with their hits."""
-    ends = there.kept(~line.passing[there.last])
-    ends = ends.kept(np.lexsort((ends.last, ends.first, ends.motif)))
-    ends = ends.kept(starts_of(ends.motif, ends.first))  # of each beginning the first end
+    ends = there.at(~line.passing[there.last])
+    ends = ends.at(np.lexsort((ends.last, ends.first, ends.motif)))
+    ends = ends.at(starts_of(ends.motif, ends.first))  # of each beginning the first end
     owner: Numbers = np.cumsum(starts_of(ends.motif, line.captures[ends.first]))
     kept = np.flatnonzero(nearest(owner, ends.first, line.stops[ends.last]))
     frames = line.starts[ends.first[kept]], line.stops[ends.last[kept]]
     kept = kept[from_left(owner[kept], *frames)]
-    ends, owner = ends.kept(kept), owner[kept]
+    ends, owner = ends.at(kept), owner[kept]
     rows = np.stack([ends.first, ends.last], axis=1).astype(np.int32)
     edges = np.append(0, np.cumsum(np.bincount(ends.motif, minlength=len(names))))
     other = np.cumsum(starts_of(owner))
@@ -204,22 +204,22 @@ def _closed(counted: dict[_Name, Motif]) -> list[Motif]:
     return [motif for cells, motif in counted.items() if cells not in within]
 
 
-def ranked(found: list[Motif], most: int = RANKED) -> list[Motif]:
+def ranked(candidates: list[Motif], most: int = RANKED) -> list[Motif]:
     """Return motifs in order: each accounts for most symbols that those before it leave.
 
     Where nothing is left, or `most` are ranked, they are ordered by their symbols alone.
     """
     queue = [
         (-motif.hits * len(motif.cells), motif.part, motif.cells, index)
-        for index, motif in enumerate(found)
+        for index, motif in enumerate(candidates)
     ]
     order = [index for *_, index in sorted(queue)]
     heapify(queue)
-    covered = {motif.part: np.zeros(len(motif.line.cells), bool) for motif in found}
+    covered = {motif.part: np.zeros(len(motif.line.cells), bool) for motif in candidates}
     first: list[int] = []
     while queue and len(first) < most:
         _, part, cells, index = heappop(queue)
-        low, high = found[index].rows.astype(np.int64).T
+        low, high = candidates[index].rows.astype(np.int64).T
         _, rows = ranges(low, high + 1)
         fresh = int((~covered[part][rows]).sum())  # no more than it was when it was asked before
         if queue and -fresh > queue[0][0]:
@@ -228,4 +228,4 @@ def ranked(found: list[Motif], most: int = RANKED) -> list[Motif]:
             continue
         covered[part][rows] = True
         first.append(index)
-    return [found[index] for index in dict.fromkeys([*first, *order])]
+    return [candidates[index] for index in dict.fromkeys([*first, *order])]

@@ -235,8 +235,8 @@ class _Adviser:
                 continue
             hits, captures = self.keep(change)
             if hits and change.condition:
-                said, near = change.condition, self.nearest(change)
-                self.left_out[change] = LeftOut(said, hits, captures, near, change.step)
+                condition, near = change.condition, self.nearest(change)
+                self.left_out[change] = LeftOut(condition, hits, captures, near, change.step)
             if sum(not it.condition for it, _ in self.instead) >= MOST:
                 dearest = change.cost
 
@@ -258,9 +258,9 @@ class _Adviser:
     def never(self) -> Iterator[str]:
         """Yield the steps that match nothing even alone."""
         steps = _alone(self.query)
-        for said, alone in steps.items() if len(steps) > 1 else ():
+        for step, alone in steps.items() if len(steps) > 1 else ():
             if self.readable(alone) and self.count(alone) == (0, 0):
-                yield said
+                yield step
 
     def nearest(self, change: Change) -> str:
         """Return how near a limit came to be met, and offer the query with that limit."""
@@ -331,7 +331,9 @@ def changes(query: Query) -> list[Change]:
     for node, put in nodes_of(query):
         step = str(node) if isinstance(node, Step) else ""
         found += (Change(put(other), cost) for cost, other in _alike(node))
-        found += (Change(put(rest), LEFT_OUT, said, step) for said, rest in _shorter(node))
+        found += (
+            Change(put(rest), LEFT_OUT, condition, step) for condition, rest in _shorter(node)
+        )
         for name, form, number in _LIMITS.get(type(node), ()):
             limit = getattr(node, name)
             if isinstance(limit, Repeat):
@@ -536,14 +538,14 @@ _DOUBLINGS = 24  # of a limit, before the search for a longer one stops
 _FARTHEST = 6  # from a number of skipped movements, up to which other numbers are tried
 
 
-def nearest_limit(limit: Limit, found: Callable[[Limit], bool]) -> tuple[Limit, str] | None:
-    """Return the nearest limit with which `found` is true, and its number; None: there is none."""
+def nearest_limit(limit: Limit, has_hits: Callable[[Limit], bool]) -> tuple[Limit, str] | None:
+    """Return the nearest limit that `has_hits`, and its number; None: there is none."""
     smallest = 0
     match limit:
         case Length("", Time(count)):  # just so many are skipped: no range, so look around
             around = (count + sign * away for away in range(1, _FARTHEST) for sign in (-1, 1))
             others = (Length("", Time(it, "")) for it in around if it >= 0)
-            exact = next(filter(found, others), None)
+            exact = next(filter(has_hits, others), None)
             return None if exact is None else (exact, str(exact))
         case Repeat():
             least, most, smallest = limit.least, None, 1
@@ -553,7 +555,7 @@ def nearest_limit(limit: Limit, found: Callable[[Limit], bool]) -> tuple[Limit, 
             least, most = limit.bounds(_STEPS)
 
     def met(least: int, most: int | None) -> bool:
-        return found(_between(limit, least, most))
+        return has_hits(_between(limit, least, most))
 
     near: list[tuple[int, int, Limit]] = []  # how far off, the number of steps, the limit
     if most is not None and met(least, None):

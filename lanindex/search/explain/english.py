@@ -127,10 +127,10 @@ _AT_ONCE = 200
 
 def sentence(query: Query) -> str:
     """Return what a query asks for, as one English sentence or more."""
-    said = _pattern(query.pattern)
-    first = len(said) - len(said.lstrip("("))
-    whole = f"{said[:first]}{said[first].upper()}{said[first + 1 :]}."
-    return " ".join([whole, *_endings(query)])
+    text = _pattern(query.pattern)
+    first = len(text) - len(text.lstrip("("))
+    first_sentence = f"{text[:first]}{text[first].upper()}{text[first + 1 :]}."
+    return " ".join([first_sentence, *_endings(query)])
 
 
 def _endings(query: Query) -> Iterator[str]:
@@ -154,8 +154,8 @@ def _clause(node: object) -> str:
             compared = f"is {_COMPARED[compare]}".rstrip()
             return f"{_clause(left)} {compared} {_clause(right)}"
         case Sum(terms):
-            said = [f"{'plus' if sign > 0 else 'less'} {_clause(term)}" for sign, term in terms]
-            return " ".join(said).removeprefix("plus ")
+            texts = [f"{'plus' if sign > 0 else 'less'} {_clause(term)}" for sign, term in terms]
+            return " ".join(texts).removeprefix("plus ")
         case Reference(name, field):
             return " ".join([_OWNERS.get(name, f"{name}'s"), _FIELDS.get(field, field)])
         case Time():
@@ -193,19 +193,19 @@ def _beside(beside: Beside) -> str:
 
 def _line(line: Line, begins: bool = True) -> str:
     first, *others = line.items
-    said = _item(first, begins)
+    text = _item(first, begins)
     if line.start:
         later = ", later on" if line.start.later else ""
-        said = f"from the clip's start{later}{_limit(line.start)}: {said}"
+        text = f"from the clip's start{later}{_limit(line.start)}: {text}"
     elif begins and others and may_begin(first):
         both = isinstance(first.unit, Step) and first.unit.mover.form == "both"
-        said += " (or begin there)" if both else " (or begins there)"
+        text += " (or begin there)" if both else " (or begins there)"
     for arrow, item in zip(line.arrows, others, strict=True):
-        said += f", {'later' if arrow.later else 'then'}{_limit(arrow)} {_item(item, False)}"
+        text += f", {'later' if arrow.later else 'then'}{_limit(arrow)} {_item(item, False)}"
     if line.end:
         last = "some time before" if line.end.later else "as the last movement before"
-        said += f", {last} the clip's end{_limit(line.end)}"
-    return said
+        text += f", {last} the clip's end{_limit(line.end)}"
+    return text
 
 
 def _limit(arrow: Arrow) -> str:
@@ -220,10 +220,10 @@ def _limit(arrow: Arrow) -> str:
 
 def _item(item: Item, begins: bool) -> str:
     unit = item.unit
-    said = f"({_pattern(unit.pattern, begins)})" if isinstance(unit, Bracket) else _step(unit)
+    text = f"({_pattern(unit.pattern, begins)})" if isinstance(unit, Bracket) else _step(unit)
     if item.length:
-        said += f", for {_length(item.length)}"
-    return said + _repeat(item.repeat) + (f" (call it {item.label})" if item.label else "")
+        text += f", for {_length(item.length)}"
+    return text + _repeat(item.repeat) + (f" (call it {item.label})" if item.label else "")
 
 
 def _repeat(repeat: Repeat) -> str:
@@ -267,11 +267,11 @@ def _who(mover: Mover) -> str:
 
 def _step(step: Step) -> str:
     verb, place = _verb(step)
-    said = f"{verb} {_where(step) or place}".rstrip(" ,")
+    text = f"{verb} {_where(step) or place}".rstrip(" ,")
     many = step.mover.form == "both"
     if many or not step.mover.sided:
-        said = said.replace("its own side", "their own sides" if many else "either side")
-    return f"{_who(step.mover)} {said}" if step.named else said
+        text = text.replace("its own side", "their own sides" if many else "either side")
+    return f"{_who(step.mover)} {text}" if step.named else text
 
 
 def _kind(step: Step) -> str:
@@ -298,9 +298,11 @@ def _verb(step: Step) -> tuple[str, str]:
     if _kind(step) == "stance":
         return f"hold{s} weight", ""
     if _kind(step) == "bend":
-        said = {it.split()[0] for word in step.words if not word.negated for it in word.values}
+        words = {it.split()[0] for word in step.words if not word.negated for it in word.values}
         verbs = {"bend": f"bend{s}", "stretch": "stretch" if many else "stretches"}
-        verb = verbs[said.pop()] if said in ({"bend"}, {"stretch"}) else " or ".join(verbs.values())
+        verb = (
+            verbs[words.pop()] if words in ({"bend"}, {"stretch"}) else " or ".join(verbs.values())
+        )
         return f"{verb}{passing}", ""
     goes = f"go{'' if many else 'es'}" if passing else f"move{s}"
     bent = " anywhere," if {it.kind for it in step.words} == {"bend"} else ""
@@ -330,13 +332,13 @@ def _word(word: Word, curves: str) -> str:
 
 def _degree(value: str) -> str:
     """Return how far a limb bends, stretches or is bent as a person says it."""
-    how, _, said = value.partition(" ")
-    if not said:
-        return "" if how in ("bend", "stretch") else how
-    least, most = degrees(said)
+    word, _, amount = value.partition(" ")
+    if not amount:
+        return "" if word in ("bend", "stretch") else word
+    least, most = degrees(amount)
     some = f"{least} to {most}" if most is not None and most > least else str(least)
     degree = f"degree {some}" if most is not None else f"degree {least} or more"
-    return f"bent by {degree}" if how == "bent" else f"to {degree}"
+    return f"bent by {degree}" if word == "bent" else f"to {degree}"
 
 
 def _angle(value: str) -> str:

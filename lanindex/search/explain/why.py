@@ -127,21 +127,21 @@ def trace(
         return Trace(query, capture, refused=error)
 
 
-def records_of(found: Trace) -> Iterator[dict[str, Any]]:
+def records_of(result: Trace) -> Iterator[dict[str, Any]]:
     """Yield a line of ``search --why --json`` for each hit, or for each alternative's end."""
     common: dict[str, Any] = {
-        "capture": found.capture.path,
-        "capture_id": found.capture.id,
-        "pattern": str(found.query),
-        "found": bool(found.hits),
+        "capture": result.capture.path,
+        "capture_id": result.capture.id,
+        "pattern": str(result.query),
+        "found": bool(result.hits),
         **dict.fromkeys(("start_frame", "end_frame", "fit")),
         "steps": [],
         **dict.fromkeys(("wanted", "instead", "reason")),
     }
-    for hit, steps in found.hits:
+    for hit, steps in result.hits:
         span = {"start_frame": hit.start, "end_frame": hit.stop, "fit": round(hit.fit, 3)}
         yield {**common, **span, "steps": list(map(_record, steps))}
-    for stop in found.stops:
+    for stop in result.stops:
         yield {
             **common,
             "steps": [_record(Matched(stop.reached, stop.symbols))] if stop.reached else [],
@@ -282,14 +282,16 @@ class _StopFinder:
             return f'{part} {rests if until > last.stop else "goes on at once"}, wanted "{item}"'
         if near is None:
             return f"{part} does not move again"
-        said = _moved(near) if part == last.part else str(near)
+        subject = _moved(near) if part == last.part else str(near)
         if away(near, step):
             which = "the nearest movement" if arrow.later else "the next movement"
-            return f"{which} is {said}, {_not(step)} ({doubts(near)})"
+            return f"{which} is {subject}, {_not(step)} ({doubts(near)})"
         gap = near.start - max(symbol.stop for symbol in symbols)
         if self.frames_off(gap, arrow.length):
-            return f"{said} comes after {self.seconds(gap)}, wanted [{arrow.length}]"
-        return self.wrong_length(item, said, near) or f'{said} comes, but not "{arrow} {item}"'
+            return f"{subject} comes after {self.seconds(gap)}, wanted [{arrow.length}]"
+        return (
+            self.wrong_length(item, subject, near) or f'{subject} comes, but not "{arrow} {item}"'
+        )
 
     def wrong_count(self, tried: Lines) -> str:
         """Return by how much the last step misses its count or its whole length, if it does."""
@@ -330,12 +332,12 @@ class _StopFinder:
             reason = self.wrong_length(item, str(near), near) or f'there is no "{item}"'
         return (), near, reason
 
-    def wrong_length(self, item: Item, said: str, symbol: Symbol) -> str:
+    def wrong_length(self, item: Item, subject: str, symbol: Symbol) -> str:
         """Return how long a movement takes, if that is not as wanted."""
         frames = symbol.stop - symbol.start
         moves = isinstance(item.unit, Step) and item.unit.manner in ("move", "via")
         if moves and self.frames_off(frames, item.length):
-            return f"{said} takes {self.seconds(frames)}, wanted {item.length}"
+            return f"{subject} takes {self.seconds(frames)}, wanted {item.length}"
         return ""
 
     def not_the_end(self, symbols: Symbols) -> _Near:

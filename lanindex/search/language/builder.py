@@ -153,9 +153,9 @@ class Pattern:
 
     def where(self, condition: str) -> Pattern:
         """Add a condition: ``"a.start > 1s"``."""
-        said = " and ".join([*map(str, self.query.where), condition])
+        conditions = " and ".join([*map(str, self.query.where), condition])
         without = Pattern(replace(self.query, where=()))
-        return without._read(f"{self.query.pattern} where {said}")
+        return without._read(f"{self.query.pattern} where {conditions}")
 
     def sort_by(self, field: str) -> Pattern:
         """Sort the hits by a field: ``"match.length"``, ``"clip.label"``."""
@@ -200,8 +200,8 @@ class Pattern:
         return self._read(f"{line} {arrow}{' '.join(filter(None, words))}")
 
     def _on(self, arrow: str, within: str, *words: str | Pattern) -> Pattern:
-        said = [str(it._unit()) if isinstance(it, Pattern) else it for it in words]
-        return self._read(f"{self._line()} {arrow}{_limit(within)} {' '.join(filter(None, said))}")
+        texts = [str(it._unit()) if isinstance(it, Pattern) else it for it in words]
+        return self._read(f"{self._line()} {arrow}{_limit(within)} {' '.join(filter(None, texts))}")
 
     def _unit(self) -> Item:
         """Return the pattern as a step of another one."""

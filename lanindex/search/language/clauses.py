@@ -69,8 +69,8 @@ class Sum:
     terms: tuple[tuple[int, Term], ...]
 
     def __str__(self) -> str:
-        said = "".join(f" {'+' if sign > 0 else '-'} {term}" for sign, term in self.terms)
-        return said.removeprefix(" + ")
+        text = "".join(f" {'+' if sign > 0 else '-'} {term}" for sign, term in self.terms)
+        return text.removeprefix(" + ")
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,10 +228,10 @@ def _condition_at(cursor: Cursor) -> Condition:
     right = _sum_at(cursor)
     types = [_type(side.terms[0][1]) for side in (left, right)]
     things = next((THINGS[it] for it in types if it in THINGS), {})
-    said = Comparison(_with_things(left, things), compare.text, _with_things(right, things))
-    if found := _complaint(cursor, said):
+    comparison = Comparison(_with_things(left, things), compare.text, _with_things(right, things))
+    if found := _complaint(cursor, comparison):
         raise cursor.error_since(begin, found)
-    return said
+    return comparison
 
 
 def _with_things(side: Sum, things: dict[str, tuple[str, str]]) -> Sum:
@@ -318,11 +318,11 @@ def _term_at(cursor: Cursor) -> Term:
         timed = after.kind == "word" and after.text in UNITS
         return cursor.time() if timed else Constant("number", cursor.number())
     if token.kind == "string":
-        said = cursor.text[token.start : token.stop]
-        if len(said) < 2 or not said.endswith('"'):
+        text = cursor.text[token.start : token.stop]
+        if len(text) < 2 or not text.endswith('"'):
             raise cursor.error("These quotation marks are never closed.", token)
         cursor.advance()
-        return Constant("text", said[1:-1])
+        return Constant("text", text[1:-1])
     if after.text == "." and token.kind == "word":
         return _reference_at(cursor)
     if token.kind == "word" and token.text in VALUES:
@@ -347,23 +347,23 @@ def _no_term(cursor: Cursor, token: Token) -> PatternError:
     if token.text in (*cursor.labels, *FIELDS, *_COLUMNS, CLIP, MATCH):
         return cursor.error(_no_reference(token.text, cursor.labels))
     if token.kind == "word" and token.text not in LANGUAGE and not COUNT.fullmatch(token.text):
-        said = cursor.excerpt(token)
-        meant = f'A text has quotation marks: clip.label = "{said}"'
-        return cursor.error(f'I don\'t know "{said}". {meant}')
+        text = cursor.excerpt(token)
+        meant = f'A text has quotation marks: clip.label = "{text}"'
+        return cursor.error(f'I don\'t know "{text}". {meant}')
     sentence = 'A condition goes here: a.start > 2s, a.level = high, clip.label = "wave"'
     return cursor.error(sentence, token if token.kind != "end" else cursor.before)
 
 
-def _complaint(cursor: Cursor, said: Comparison) -> str | None:
+def _complaint(cursor: Cursor, comparison: Comparison) -> str | None:
     """Return why two sides cannot be compared, or None."""
-    (_, left), (_, right) = said.left.terms[0], said.right.terms[0]
+    (_, left), (_, right) = comparison.left.terms[0], comparison.right.terms[0]
     types = [_type(left), _type(right)]
-    if not any(references_in([said])):
+    if not any(references_in([comparison])):
         return "Neither side speaks of a label, of match or of clip: a.start > 1s"
     if types[0] != types[1] and set(types) not in _COMPARABLE:
         return _unlike(left, right)
     unordered = next((it for it in types if it not in _ORDERED), "")
-    if said.compare not in ("=", "!=") and unordered:
+    if comparison.compare not in ("=", "!=") and unordered:
         noun = _noun(unordered).capitalize()
         return f"{noun} is neither more nor less than another: use = or !="
     for term in (left, right):

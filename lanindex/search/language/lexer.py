@@ -51,13 +51,13 @@ def tokens(text: str) -> list[Token]:
     """Split a pattern into tokens without comments and white space; the last is of kind ``end``."""
     found = []
     for match in _TOKEN.finditer(text):
-        kind, said = str(match.lastgroup), match.group()
+        kind, word = str(match.lastgroup), match.group()
         if kind in ("comment", "space"):
             continue
-        said = _ALIASES.get(said, said.lower())
-        if said == "then":
-            kind, said = "arrow", "->"
-        found.append(Token(kind, said, match.start(), match.end()))
+        word = _ALIASES.get(word, word.lower())
+        if word == "then":
+            kind, word = "arrow", "->"
+        found.append(Token(kind, word, match.start(), match.end()))
     end = found[-1].stop if found else 0
     return [*found, Token("end", "", end, end)]
 
@@ -161,13 +161,13 @@ class Cursor:
         number = self.take("number")
         if number is None:
             raise self.error("A time goes here: 0.3s, 300ms, 9f, 2b", self.before)
-        said = self.checked(number)
+        digits = self.checked(number)
         if not self.stands("word", *units):
-            often = {"1": "once", "2": "twice"}.get(said, f"{said} times")
-            counted = f"; x{said} means {often}" if said.isdecimal() else ""
-            units_are = f"{said}s is seconds, {said}b beats, {said}f frames{counted}."
-            raise self.error(f"{said} what? {units_are}", number)
-        return Time(Fraction(said), self.advance().text)
+            often = {"1": "once", "2": "twice"}.get(digits, f"{digits} times")
+            counted = f"; x{digits} means {often}" if digits.isdecimal() else ""
+            units_are = f"{digits}s is seconds, {digits}b beats, {digits}f frames{counted}."
+            raise self.error(f"{digits} what? {units_are}", number)
+        return Time(Fraction(digits), self.advance().text)
 
     def length(self, units: Collection[str] = UNITS) -> Length | None:
         """Read a length, if one stands here: ``<0.3s``, ``1s..2s``, ``2s+``, ``1s``."""
@@ -355,9 +355,9 @@ def unknown(cursor: Cursor, part_expected: bool = False) -> PatternError:
     """Return the error of a word that is not in the vocabulary."""
     if cursor.stands("string"):
         return cursor.error("Take the quotation marks away.")
-    said = cursor.excerpt(cursor.token)
-    known = _UNKNOWN.get(said.lower())
-    return cursor.error(known or unknown_word(cursor.vocabulary, said, part_expected))
+    word = cursor.excerpt(cursor.token)
+    known = _UNKNOWN.get(word.lower())
+    return cursor.error(known or unknown_word(cursor.vocabulary, word, part_expected))
 
 
 def no_step(cursor: Cursor, after: str) -> PatternError:

@@ -118,8 +118,8 @@ def _plain(text: str) -> list[str]:
     text = _HALF.sub(r"\1 \2_\3", text)
     verbs, articles = _tables()["verbs"], _tables()["fillers"]["articles"]
     ends = {*verbs["raise"], *verbs["lower"]}  # they say where it ends by themselves
-    if (said := _FROM.fullmatch(text)) and ends.isdisjoint(text.split()):
-        text = f"{said[1]} {said[2]} ... {said[3]}"
+    if (match := _FROM.fullmatch(text)) and ends.isdisjoint(text.split()):
+        text = f"{match[1]} {match[2]} ... {match[3]}"
     text = text.rstrip("!? ")
     words = _TOKEN.findall(text.removesuffix(".") if not text.endswith("..") else text)
     return [word for word in words if word not in articles]
@@ -257,10 +257,10 @@ def _words(clause: _Clause) -> list[str]:
     kinds: dict[str, str] = {}
     for value in clause.values:
         for word in value.split():
-            said = _UP.get(clause.group, "") if word == "up" else word
-            _want(bool(said))
-            kind = VALUES[said.split("/")[0]][0]
-            _want(kinds.setdefault(kind, said) == said)
+            value = _UP.get(clause.group, "") if word == "up" else word
+            _want(bool(value))
+            kind = VALUES[value.split("/")[0]][0]
+            _want(kinds.setdefault(kind, value) == value)
     for verb in clause.verbs:
         _add_verb(verb, clause.group, kinds)
     if clause.group in _SINGLE:

@@ -290,7 +290,7 @@ class _Parser(Cursor):
         if token.kind != "word":
             raise self.error("A name goes here, such as a or reach_up.", self.before)
         count = "a count" if COUNT.fullmatch(token.text) else ""
-        if means := count or self.vocabulary.taken(token.text):
+        if means := count or self.vocabulary.meaning_of(token.text):
             raise self.error(f'"{self.excerpt(token)}" is {means}: choose another name.')
         return self.advance()
 
@@ -412,10 +412,12 @@ class _Parser(Cursor):
                 raise stray(self)
         except PatternError as error:
             self.text, self.tokens, self.index = outside
-            said = self.excerpt(at, self.before)
-            found = f"{said}: {error.found}"
+            quote = self.excerpt(at, self.before)
+            found = f"{quote}: {error.found}"
             if error.found == NO_PART:
-                found = f"{said} begins without a part. Let one carry into it: r_arm low -> {said}"
+                found = (
+                    f"{quote} begins without a part. Let one carry into it: r_arm low -> {quote}"
+                )
             raise self.error_since(at, found) from error
         self.text, self.tokens, self.index = outside
         self.open_names.pop()
@@ -455,14 +457,14 @@ class _Parser(Cursor):
         query = Query(pattern)
         seen: list[str] = []
         while word := self.take("word", "either", "rhythm", "where"):
-            said = "either side" if word.text == "either" else word.text
-            if said in seen:
-                more = ': "and" joins conditions' if said == "where" else ""
-                raise self.error(f'"{said}" stands once{more}.', word)
-            seen.append(said)
-            if said == "where":
+            name = "either side" if word.text == "either" else word.text
+            if name in seen:
+                more = ': "and" joins conditions' if name == "where" else ""
+                raise self.error(f'"{name}" stands once{more}.', word)
+            seen.append(name)
+            if name == "where":
                 query = replace(query, where=conditions_at(self))
-            elif said == "rhythm":
+            elif name == "rhythm":
                 query = replace(query, rhythm=self.rhythm(word, pattern))
             elif self.take("word", "side"):
                 query = replace(query, either_side=True)

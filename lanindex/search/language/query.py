@@ -90,9 +90,9 @@ class Step:
         bend = next((word.values[0] for word in self.words if word.kind == "bend"), "")
         limb = bend and (self.manner in ("at", "hold") or bend.split()[0] in BEND_MOVES)
         name = self.mover.name.replace("_bend", "", 1) if limb else self.mover.name
-        said = [name] if self.named else []
-        said += [] if self.manner == "move" else [self.manner]
-        return " ".join([*said, *map(str, self.words)])
+        words = [name] if self.named else []
+        words += [] if self.manner == "move" else [self.manner]
+        return " ".join([*words, *map(str, self.words)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,11 +157,11 @@ class Line:
     end: Arrow | None = None
 
     def __str__(self) -> str:
-        said = [f"start {self.start}"] if self.start else []
-        said.append(str(self.items[0]))
+        parts = [f"start {self.start}"] if self.start else []
+        parts.append(str(self.items[0]))
         for arrow, item in zip(self.arrows, self.items[1:], strict=True):
-            said += [str(arrow), str(item)]
-        return " ".join([*said, *([f"{self.end} end"] if self.end else [])])
+            parts += [str(arrow), str(item)]
+        return " ".join([*parts, *([f"{self.end} end"] if self.end else [])])
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,11 +219,11 @@ class Query:
     near: int = 0  # how far across its border a symbol may lie, in thousandths of a margin
 
     def __str__(self) -> str:
-        said = [str(self.pattern)]
-        said += ["either side"] if self.either_side else []
-        said += [f"rhythm {':'.join(map(decimal, self.rhythm))}"] if self.rhythm else []
-        said += [f"where {' and '.join(map(str, self.where))}"] if self.where else []
-        return " | ".join([" ".join(said), *map(str, self.stages)])
+        parts = [str(self.pattern)]
+        parts += ["either side"] if self.either_side else []
+        parts += [f"rhythm {':'.join(map(decimal, self.rhythm))}"] if self.rhythm else []
+        parts += [f"where {' and '.join(map(str, self.where))}"] if self.where else []
+        return " | ".join([" ".join(parts), *map(str, self.stages)])
 
     @property
     def patterns(self) -> tuple[Choice, ...]:

@@ -98,8 +98,8 @@ class _Symbol:
 
 def _words(symbol: model.Symbol) -> tuple[Word, ...]:
     names = KINDS[kind_of(symbol.part)].names
-    said = zip(names, symbol.words.split(), strict=True)
-    return tuple(Word(name, (word,)) for name, word in said)
+    pairs = zip(names, symbol.words.split(), strict=True)
+    return tuple(Word(name, (word,)) for name, word in pairs)
 
 
 def _stays(symbols: list[_Symbol]) -> bool:
@@ -124,9 +124,9 @@ class _Score:
     def heading(self, begin: Token) -> str:
         cursor = self.cursor
         word = cursor.take("word")
-        said = word.text if word else ""
-        numbered = said[:4] == "unit" and said[4:].isdecimal()
-        if not (said in _HEADINGS or numbered):
+        name = word.text if word else ""
+        numbered = name[:4] == "unit" and name[4:].isdecimal()
+        if not (name in _HEADINGS or numbered):
             known = " ".join(f"#{heading}" for heading in _HEADINGS)
             raise cursor.error(f"No such heading. LND has: {known}", begin, word or begin)
         cursor.take("mark", "=")
@@ -134,9 +134,9 @@ class _Score:
             raise cursor.error_since(begin, "A number follows this heading.")
         if cursor.take("mark", "/") and not cursor.take("number"):
             raise cursor.error_since(begin, "A rhythm is like 4/4.")
-        self.in_units |= numbered or said == "unit"
+        self.in_units |= numbered or name == "unit"
         text = " ".join(cursor.text[begin.start : cursor.before.stop].split())
-        if said == "speed" and self.speed is None:
+        if name == "speed" and self.speed is None:
             try:
                 self.speed = Fraction(text.replace("=", " ").split()[-1])
             except (ValueError, ZeroDivisionError) as error:  # thousands of digits, or 1/0

@@ -281,7 +281,7 @@ class Vocabulary:
         those = (form, members)
         return next((it for it in self.movers.values() if (it.form, it.members) == those), None)
 
-    def taken(self, word: str) -> str:
+    def meaning_of(self, word: str) -> str:
         """Return the meaning of a word that cannot be a name; empty where it can."""
         kind, _ = VALUES.get(word, ("feet", ""))
         if word in LANGUAGE or kind not in _ALSO_NAMES:

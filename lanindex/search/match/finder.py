@@ -26,9 +26,9 @@ from lanindex.search.match.hits import (
     NO_HITS,
     ExactHits,
     HitTable,
+    HitTrace,
     Row,
     Step,
-    Trace,
     best,
     from_left,
     labelled,
@@ -120,8 +120,8 @@ class Finder:
     def of(self, query: Query) -> Finder:
         """Return what searches for another query in the same columns."""
         columns = {part: self.columns[part] for part in query.parts}
-        given = self._recordings, self._tolerance, self.memory
-        return Finder(query, self.roster, columns, *given)
+        shared = self._recordings, self._tolerance, self.memory
+        return Finder(query, self.roster, columns, *shared)
 
     def fetch(self, places: Sequence[int]) -> None:
         """Fetch captures of which hits will be made objects; forget the others."""
@@ -154,7 +154,7 @@ class Finder:
         places, hits.capture = np.unique(hits.capture, return_inverse=True)
         batch, callbacks = self.batch(places), (self._captures(places), self._tick(places))
         recordings = [self.fetched[place] for place in places.tolist()]
-        traces: list[Trace] = []
+        traces: list[HitTrace] = []
         for place, one in enumerate(traced(hits, self.query, self._rewrites, batch, *callbacks)):
             if one is None:
                 raise LanindexError(
@@ -303,7 +303,7 @@ def _symbols_of(
 
 def _hit(
     batch: Batch,
-    trace: Trace,
+    trace: HitTrace,
     symbols: Mapping[Step, Sequence[Symbol]],
     capture: Capture,
     span: Span,

@@ -149,7 +149,7 @@ Row = tuple[str, int]
 """A part, and one of its rows in a batch."""
 
 
-class Trace(NamedTuple):
+class HitTrace(NamedTuple):
     """What a hit is made of: its cost, and the steps of each line, the leading one first."""
 
     cost: int

@@ -22,7 +22,7 @@ from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses
 from lanindex.search.match.context import Context, Joins, LineJoiner
 from lanindex.search.match.follow import Transitions
-from lanindex.search.match.hits import BestTrace, HitTable, Step, Trace, table
+from lanindex.search.match.hits import BestTrace, HitTable, HitTrace, Step, table
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.leading import complete
 from lanindex.search.match.matches import EVENT, Matches, Nodes, distinct
@@ -43,7 +43,7 @@ def traced(
     batch: Batch,
     captures: Captures,
     tick: Callable[[], None],
-) -> list[Trace | None]:
+) -> list[HitTrace | None]:
     """Return what hits in a batch of their captures alone are made of, None: it is not there.
 
     Raises `OverBudget` if there are too many partial matches.
@@ -60,7 +60,7 @@ def traced(
             before = best[number]
             if before is None or trace[0] < before[0]:
                 best[number] = trace
-    return [it and Trace(it[0][0], list(it[1]())) for it in best]
+    return [it and HitTrace(it[0][0], list(it[1]())) for it in best]
 
 
 class _Clauses(Clauses):

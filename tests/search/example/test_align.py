@@ -23,7 +23,7 @@ def side_by_side(many):
 
 def alike(one, many):
     found = side_by_side(many)
-    return compared(side_by_side([one]), found, found.whole())
+    return compared(side_by_side([one]), found, found.full_windows())
 
 
 def test_cells_lie_where_their_angles_say() -> None:
@@ -64,7 +64,7 @@ def test_laws(one, two) -> None:
 @given(clips(), st.lists(clips(), min_size=1, max_size=4))
 def test_no_clip_is_more_like_than_its_bound(one, many) -> None:
     bounds = bounds_of(side_by_side([one]), side_by_side(many))
-    assert (bounds.whole >= alike(one, many) - 1e-5).all()
+    assert (bounds.full >= alike(one, many) - 1e-5).all()
 
 
 @examples(40)
@@ -79,7 +79,7 @@ def test_long_parts_are_compared_piece_by_piece(one, two, square) -> None:
         assert found[1] <= exact[1] + 1e-5
         assert alike(two, [one])[0] == pytest.approx(found[1], abs=1e-5)
         bounds = bounds_of(side_by_side([one]), side_by_side([one, two]))
-        assert (bounds.whole >= found - 1e-5).all()
+        assert (bounds.full >= found - 1e-5).all()
 
 
 def test_the_work_of_long_parts_grows_with_their_length(monkeypatch) -> None:
@@ -105,7 +105,7 @@ def test_a_stretch_is_as_like_as_the_clip_cut_from_it(one, two, begin, length) -
     window = clip.windows(np.array([0]), np.array([begin]), np.array([begin + length]))
     piece = clip.cut(0, begin, begin + length)
     (inside,) = compared(query, clip, window)
-    assert inside == pytest.approx(compared(query, piece, piece.whole())[0], abs=1e-5)
+    assert inside == pytest.approx(compared(query, piece, piece.full_windows())[0], abs=1e-5)
 
 
 @examples(40)
@@ -130,7 +130,7 @@ def test_what_corresponds_saves_what_is_not_different(one, two) -> None:
             swings = query.moves.swings[a], clip.moves.swings[b]
             begun += sum(swings) - abs(swings[0] - swings[1]) - 0.5 * apart
     wanted = np.clip(1 - (sizes - saved - begun) / (sizes + 1), 0, 1)
-    assert compared(query, clip, clip.whole())[0] == pytest.approx(wanted, abs=1e-4)
+    assert compared(query, clip, clip.full_windows())[0] == pytest.approx(wanted, abs=1e-4)
 
 
 @examples(40)

@@ -47,7 +47,10 @@ def test_groups_hold_every_clip_and_their_medoid_is_first(many) -> None:
     assert found.every
     assert sorted(one for group in found.groups for one in group.members) == list(range(len(many)))
     table = np.array(
-        [compared(clips_of([one], [30.0], PARTS), laid_out, laid_out.whole()) for one in many]
+        [
+            compared(clips_of([one], [30.0], PARTS), laid_out, laid_out.full_windows())
+            for one in many
+        ]
     )
     for group in found.groups:
         inside = table[np.ix_(group.members, group.members)]

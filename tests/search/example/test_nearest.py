@@ -5,7 +5,7 @@ import pytest
 from made_clips import clips_of, dance, source_of
 
 from lanindex.search.example import likeness as module
-from lanindex.search.example.likeness import Source, nearest
+from lanindex.search.example.likeness import ClipSource, nearest
 
 RATE = 30.0
 
@@ -65,13 +65,13 @@ def test_few_clips_are_laid_out_at_a_time(monkeypatch: pytest.MonkeyPatch) -> No
     example = laid_out(dance([(0, 0), *WAVE]))
     asked = example, 2.5, many, 20
     wanted = nearest(*asked)
-    sizes, seen, plain = [], [], Source.taken
+    sizes, seen, plain = [], [], ClipSource.clips
 
-    def taken(self, order):
-        sizes.append(len(order))
-        return plain(self, order)
+    def clips(self, places):
+        sizes.append(len(places))
+        return plain(self, places)
 
-    monkeypatch.setattr(Source, "taken", taken)
+    monkeypatch.setattr(ClipSource, "clips", clips)
     monkeypatch.setattr(module, "_LAID_OUT", 140)
     found = nearest(*asked, watch=lambda noun, done, total: seen.append((noun, done, total)))
     assert max(sizes) <= 5  # of 35 rows each
