@@ -148,10 +148,10 @@ def body_of(skeleton: Skeleton) -> tuple[NDArray[np.int64], Skeleton]:
     return kept, skeleton_of(skeleton, kept)
 
 
-def skeleton_of(skeleton: Skeleton, kept: NDArray[np.int64]) -> Skeleton:
+def skeleton_of(skeleton: Skeleton, joints: NDArray[np.int64]) -> Skeleton:
     """Return the skeleton of some joints (K,), each joined to the nearest above it that is kept."""
     place = np.full(len(skeleton.names) + 1, -1, np.int16)  # the last one stands for -1: none
-    place[kept] = np.arange(len(kept))
+    place[joints] = np.arange(len(joints))
     offsets = skeleton.offsets.copy()
     parents = skeleton.parents.copy()
     for joint in range(len(parents)):  # parents stand before children
@@ -159,8 +159,8 @@ def skeleton_of(skeleton: Skeleton, kept: NDArray[np.int64]) -> Skeleton:
         if parent >= 0 and place[parent] < 0:
             offsets[joint] += offsets[parent]
             parents[joint] = parents[parent]
-    names = tuple(skeleton.names[joint] for joint in kept.tolist())
-    return Skeleton(names, place[parents[kept]], offsets[kept], place[skeleton.body])
+    names = tuple(skeleton.names[joint] for joint in joints.tolist())
+    return Skeleton(names, place[parents[joints]], offsets[joints], place[skeleton.body])
 
 
 def read_body_file(path: str) -> Mapping[str, tuple[str, ...]]:

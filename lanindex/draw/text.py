@@ -318,13 +318,13 @@ def _toggles(spans: Iterable[Span], scale: Fraction) -> list[int]:
 
 
 def _fitting(
-    drawn: Sequence[_Column], meant: Collection[str], most: int
+    drawn: Sequence[_Column], wanted: Collection[str], most: int
 ) -> tuple[list[_Column], list[_Column]]:
     """Return the columns that are shown, from left to right, and those that have no room."""
     rank = {name: at for at, name in enumerate(_FIRST)}
     groups = {it.part: it.part[2:] if it.part[:2] in ("r_", "l_") else it.part for it in drawn}
     ordered = sorted(
-        drawn, key=lambda it: (it.part not in meant, rank.get(groups[it.part], len(rank)))
+        drawn, key=lambda it: (it.part not in wanted, rank.get(groups[it.part], len(rank)))
     )
     kept = {it.part for it in ordered[:most]}
     places = staff_columns(kept).places

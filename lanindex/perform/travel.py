@@ -244,11 +244,11 @@ class FeetPath:
         if rest.returns:
             self._shift((self._feet["r"] + self._feet["l"]) / 2, rest.back)
 
-    def _shift(self, there: Floats, window: tuple[float, float]) -> None:
+    def _shift(self, place: Floats, window: tuple[float, float]) -> None:
         some = slice(*np.searchsorted(self.times, window).tolist())
-        whole = there - self._now
-        add(self.shift, some, whole * part(self.times[some], window)[:, None], whole)
-        self._now = there
+        way_there = place - self._now
+        add(self.shift, some, way_there * part(self.times[some], window)[:, None], way_there)
+        self._now = place
 
     def _move(self, move: Move) -> None:
         """Step or jump."""
@@ -429,13 +429,13 @@ def _unlike(
 
 
 def _on_feet(
-    moves: list[Move], carried: Sequence[CarrierSpan]
+    moves: list[Move], carriers: Sequence[CarrierSpan]
 ) -> tuple[list[Move], tuple[str, ...]]:
     """Return the steps and flights that do not end while something else carries; and the others."""
-    begins, free, left_out = [start for start, *_ in carried], list[Move](), list[str]()
+    begins, free, left_out = [start for start, *_ in carriers], list[Move](), list[str]()
     for move in moves:
         number = bisect_left(begins, move.stop) - 1
-        _, stop, what = carried[number] if number >= 0 else (0.0, -1.0, "")
+        _, stop, what = carriers[number] if number >= 0 else (0.0, -1.0, "")
         if (move.start if move.flies else move.stop) > stop:
             free.append(move)
         else:

@@ -277,16 +277,16 @@ class ListedHits(Hits):
 class _Captures:
     """Captures that are at hand: the store of `ListedHits`."""
 
-    held: list[Capture]
+    by_place: list[Capture]
 
     def fetch(self, places: Sequence[int]) -> None:
         pass
 
     def captures(self, places: Sequence[int]) -> list[Capture]:
-        return [self.held[place] for place in places]
+        return [self.by_place[place] for place in places]
 
     def numbers(self, places: IntArray) -> IntArray:
-        return np.array([self.held[place].id for place in places.tolist()], np.int64)
+        return np.array([self.by_place[place].id for place in places.tolist()], np.int64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -233,9 +233,9 @@ def _medoids_first(
     return [part.tolist() for part in np.split(order, ends[:-1])]
 
 
-def _ranked(groups: list[list[int]], known: _Likenesses) -> list[SimilarClips]:
+def _ranked(groups: list[list[int]], likenesses: _Likenesses) -> list[SimilarClips]:
     """Return groups, the largest first, their members by likeness to the medoid."""
-    alike = known.alike(np.array([(group[0], one) for group in groups for one in group]))
+    alike = likenesses.alike(np.array([(group[0], one) for group in groups for one in group]))
     ranked, ends = [], np.cumsum([len(group) for group in groups])
     for group, own in zip(groups, np.split(alike, ends[:-1]), strict=True):
         order = np.argsort(-own[1:], kind="stable").tolist()

@@ -245,7 +245,7 @@ def savings(
     one_counts, two_counts = one_windows.high - one_windows.low, two_windows.high - two_windows.low
     both = (one_counts > 0) & (two_counts > 0)
     found = np.zeros_like(size)
-    found[both] = begun(one.at(one_windows.low[both]), two.at(two_windows.low[both]))
+    found[both] = beginning_savings(one.at(one_windows.low[both]), two.at(two_windows.low[both]))
     # where one side never moves, all that the other does is deleted, and there is no choice
     both &= (one_counts > 1) & (two_counts > 1)
     for part, pair in np.argwhere(one_counts * two_counts * both > SQUARE).tolist():
@@ -286,7 +286,7 @@ def _by_pieces(one: Moves, one_windows: Windows, two: Moves, two_windows: Window
     return float((size_by_piece - savings(one, one_pieces, two, two_pieces, size_by_piece)).sum())
 
 
-def begun(one: Moves, two: Moves) -> Floats:
+def beginning_savings(one: Moves, two: Moves) -> Floats:
     """Return what substituting beginnings saves, (N,); less than 0 where they are far apart."""
     away = one.points - two.points
     saved: Floats = 2 * np.minimum(one.swings, two.swings)
@@ -499,14 +499,14 @@ class Bounds(NamedTuple):
     sizes: Doubles  # (N + 1,) running sum over the clips' rows of their sizes
     shares: Doubles  # (N + 1,) the same of what they save at most
     size: float  # of the one clip
-    begun: float  # what its beginnings save at most
+    beginnings: float  # what its beginnings save at most
 
     def of(self, windows: Windows) -> Doubles:
         """Return how alike stretches may be at most: (B,)."""
         inside = np.minimum(windows.low + 1, windows.high)
         size = self.size + (self.sizes[windows.high] - self.sizes[inside]).sum(axis=0)
         common = (self.shares[windows.high] - self.shares[inside]).sum(axis=0)
-        most: Doubles = (common + self.begun + CALM) / (size + CALM)
+        most: Doubles = (common + self.beginnings + CALM) / (size + CALM)
         return most
 
 
@@ -524,7 +524,9 @@ def bounds_of(query: Clips, clips: Clips) -> Bounds:
         most, best = _savings(moves, clips.moves.at(rows), first - first[0])
         share[rows] = best
         saved[there] += np.minimum(most, np.add.reduceat(best, first - first[0]))
-        saved[there] += begun(moves.at(np.zeros(len(there), np.int64)), clips.moves.at(first))
+        saved[there] += beginning_savings(
+            moves.at(np.zeros(len(there), np.int64)), clips.moves.at(first)
+        )
         savings_sum[there] += most
     sizes, shares = (
         np.append(0, np.cumsum(values, dtype=np.float64)) for values in (clips.moves.sizes, share)
@@ -568,7 +570,12 @@ def _most(moves: Moves) -> Floats:
 
 
 def _stretches(
-    query: Clips, clips: Clips, chosen: Numbers, frames: Numbers, lengths: Doubles, worst: float
+    query: Clips,
+    clips: Clips,
+    clip_numbers: Numbers,
+    frames: Numbers,
+    lengths: Doubles,
+    worst: float,
 ) -> _Tried:
     """Return the best stretch of each chosen clip, if it can be above `worst`.
 
@@ -587,9 +594,9 @@ def _stretches(
 
     step = lengths / _STEPS
     each = np.maximum(step, frames / _BEGINNINGS)
-    counts = np.ceil(np.maximum(frames - lengths / 2, 1) / each).astype(np.int64)[chosen]
+    counts = np.ceil(np.maximum(frames - lengths / 2, 1) / each).astype(np.int64)[clip_numbers]
     _, place = ranges(np.zeros_like(counts), counts)
-    owner = np.repeat(chosen, counts)
+    owner = np.repeat(clip_numbers, counts)
     begins = np.asarray(place * each[owner], np.float64)
     first = tried(owner, begins, begins + lengths[owner])
     finals = first.best(_FINALISTS)

@@ -127,9 +127,9 @@ def motifs(
             break
         if not len(there.last):
             break
-        for motif in _counted(part, line, there, names, least):
+        for motif in _motifs_ending(part, line, there, names, least):
             counted[motif.cells] = motif
-    closed = [motif for motif in _closed(counted) if shortest <= len(motif.cells) <= longest]
+    closed = [motif for motif in _maximal(counted) if shortest <= len(motif.cells) <= longest]
     return Motifs(closed, cut)
 
 
@@ -146,21 +146,21 @@ def _following(line: PartSymbols) -> Numbers:
     return np.where(same & ~begins, ahead - np.arange(count), 0)
 
 
-def _frequent(there: _Occurrences, least: int) -> _Occurrences:
+def _frequent(occurrences: _Occurrences, least: int) -> _Occurrences:
     """Return only those of motifs with enough beginnings, however often each goes on."""
-    far = int(there.first.max(initial=0)) + 1
-    begun = np.sort(there.motif * far + there.first)
+    far = int(occurrences.first.max(initial=0)) + 1
+    begun = np.sort(occurrences.motif * far + occurrences.first)
     counts = np.bincount(begun[starts_of(begun)] // far)
-    return there.at(counts[there.motif] >= least)
+    return occurrences.at(counts[occurrences.motif] >= least)
 
 
 def _extended(
-    line: PartSymbols, follows: Numbers, there: _Occurrences, names: list[_Name]
+    line: PartSymbols, follows: Numbers, occurrences: _Occurrences, names: list[_Name]
 ) -> tuple[_Occurrences, list[_Name]]:
     """Return motifs with one more step, and their names."""
-    counts = follows[there.last]
-    _, last = ranges(there.last + 1, there.last + 1 + counts)
-    motif, first = np.repeat(there.motif, counts), np.repeat(there.first, counts)
+    counts = follows[occurrences.last]
+    _, last = ranges(occurrences.last + 1, occurrences.last + 1 + counts)
+    motif, first = np.repeat(occurrences.motif, counts), np.repeat(occurrences.first, counts)
     longer = _Occurrences(motif, first, last).at(line.cells[last] >= 0)
     pairs = longer.motif * len(_CELLS) + line.cells[longer.last]
     keys, motif = np.unique(pairs, return_inverse=True)
@@ -170,11 +170,11 @@ def _extended(
     return longer._replace(motif=motif), named
 
 
-def _counted(
-    part: str, line: PartSymbols, there: _Occurrences, names: list[_Name], least: int
+def _motifs_ending(
+    part: str, line: PartSymbols, occurrences: _Occurrences, names: list[_Name], least: int
 ) -> list[Motif]:
     """Return the motifs that end here often enough, with their hits."""
-    ends = there.at(~line.passing[there.last])
+    ends = occurrences.at(~line.passing[occurrences.last])
     ends = ends.at(np.lexsort((ends.last, ends.first, ends.motif)))
     ends = ends.at(starts_of(ends.motif, ends.first))  # of each beginning the first end
     owner: Numbers = np.cumsum(starts_of(ends.motif, line.captures[ends.first]))
@@ -193,15 +193,15 @@ def _counted(
     return found
 
 
-def _closed(counted: dict[_Name, Motif]) -> list[Motif]:
+def _maximal(motifs_by_name: dict[_Name, Motif]) -> list[Motif]:
     """Return the motifs that no motif with one more step and as many hits contains."""
     within = {
         shorter
-        for cells, motif in counted.items()
+        for cells, motif in motifs_by_name.items()
         for shorter in (cells[1:], cells[:-1])
-        if shorter in counted and counted[shorter].hits == motif.hits
+        if shorter in motifs_by_name and motifs_by_name[shorter].hits == motif.hits
     }
-    return [motif for cells, motif in counted.items() if cells not in within]
+    return [motif for cells, motif in motifs_by_name.items() if cells not in within]
 
 
 def ranked(candidates: list[Motif], most: int = RANKED) -> list[Motif]:

@@ -202,10 +202,10 @@ class _Search:
         if places is None:
             places = np.flatnonzero(np.any([one.possible() for one in plans], axis=0))
 
-        def of_each(batch: IntArray, some: IntArray) -> list[Result]:
-            self.done = int(batch[some[0]])
+        def of_each(batch: IntArray, part: IntArray) -> list[Result]:
+            self.done = int(batch[part[0]])
             self.ask()
-            part_batch = self.finder.batch(batch[some])
+            part_batch = self.finder.batch(batch[part])
             return [work(one, part_batch) for one in plans]
 
         for batch in split(self.finder.columns.values(), places, MOST_ROWS):

@@ -324,7 +324,7 @@ class FuzzyLine:
     def matches(self, batch: Batch, ask: Ask) -> FuzzyMatches:
         """Return the cheapest match from each symbol."""
         rows = batch.rows(self.net.part)
-        code = rows.own(self._kinds.code)
+        code = rows.of_rows(self._kinds.code)
         row = np.flatnonzero(self._able[code])
         symbols = self._symbols(batch, row, code[row])
         arrived, _ = followed(self.net, symbols, self._most, ask)

@@ -168,7 +168,7 @@ class _Clause:
         return "foot" if group == "feet" else group.removesuffix("s")
 
     @property
-    def both(self) -> bool:
+    def is_pair(self) -> bool:
         """Whether it speaks of both at once."""
         return self.side == "both" or self.limb.endswith("s") or self.limb == "feet"
 
@@ -178,9 +178,9 @@ class _Clause:
         if self.group in _SINGLE:
             name = self.limb if not self.side else ""
         elif self.side in ("r", "l"):
-            name = f"{self.side}_{self.group}" if not self.both else ""
+            name = f"{self.side}_{self.group}" if not self.is_pair else ""
         else:
-            name = f"{self.group}s" if self.both and self.group != "foot" else self.limb
+            name = f"{self.group}s" if self.is_pair and self.group != "foot" else self.limb
         _want(name in _movers())
         return name
 
@@ -267,7 +267,7 @@ def _words(clause: _Clause) -> list[str]:
         _want("level" not in kinds)
         if kinds.get("direction") == "side":
             kinds["direction"] = "right/left"
-    _want(clause.both or kinds.get("direction") != "across/across_forward")
+    _want(clause.is_pair or kinds.get("direction") != "across/across_forward")
     _want(kinds.keys() <= {*_ORDER})
     return [kinds[kind] for kind in _ORDER if kind in kinds]
 

@@ -110,7 +110,7 @@ class Rows:
         inside = (known == own) & (start <= last)
         return np.where(inside, first, begin), np.where(inside, last, end)
 
-    def own(self, values: AnyArray) -> AnyArray:
+    def of_rows(self, values: AnyArray) -> AnyArray:
         """Return those of these rows, (S,), of values of all rows of the columns."""
         found: AnyArray = values[self._here]
         return found

@@ -206,7 +206,7 @@ class _Column(NamedTuple):
 
     kind: str
     values: IntArray
-    there: BoolArray
+    known: BoolArray
 
 
 class Evaluator:
@@ -260,7 +260,7 @@ class Evaluator:
         ]
         terms = [it for side in sides for _, it in side]
         columns = [it for it in terms if isinstance(it, _Column)]
-        there: BoolArray = np.all([it.there for it in columns], axis=0)
+        there: BoolArray = np.all([it.known for it in columns], axis=0)
         nowhere = np.zeros(len(there), bool)
         if None in terms:
             return nowhere

@@ -177,7 +177,7 @@ class Context:
         self._lanes: dict[str, int] = {}
         self._widths: list[int] = []
         self._begins = [0]
-        self._due: dict[Program, ConditionSchedule] = {}
+        self._schedules: dict[Program, ConditionSchedule] = {}
 
     def count_tried(self, capture: IntArray) -> BoolArray | None:
         """Count matches by their captures; return which are not refused, None: all of them."""
@@ -185,11 +185,11 @@ class Context:
         self.refused |= self._tried > MOST_TRIED
         return ~self.refused[capture] if self.refused.any() else None
 
-    def due(self, program: Program) -> ConditionSchedule:
+    def schedule(self, program: Program) -> ConditionSchedule:
         """Return when the conditions on the labels of a line can be evaluated."""
-        if program not in self._due:
-            self._due[program] = ConditionSchedule(self.clauses, program)
-        return self._due[program]
+        if program not in self._schedules:
+            self._schedules[program] = ConditionSchedule(self.clauses, program)
+        return self._schedules[program]
 
     def backwards(self, program: Program) -> Backwards:
         """Return the values of a line."""

@@ -209,9 +209,9 @@ class Finder:
         """Return some captures as a batch."""
         return Batch(self.roster, self.columns, places, self._tolerance)
 
-    def _captures(self, here: IntArray) -> Captures:
+    def _captures(self, roster_places: IntArray) -> Captures:
         """Return a function from places in a batch to captures."""
-        return lambda places: self.captures(here[list(places)].tolist())
+        return lambda places: self.captures(roster_places[list(places)].tolist())
 
     def _tick(self, places: IntArray) -> Callable[[], None]:
         """Return a callback that reports that the search is at some captures."""

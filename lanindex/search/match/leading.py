@@ -62,14 +62,14 @@ def _short(context: Context) -> BoolArray:
     return many <= SHORT
 
 
-def _in_captures(context: Context, begun: list[BoolArray], captures: BoolArray) -> list[BoolArray]:
+def _in_captures(context: Context, roots: list[BoolArray], captures: BoolArray) -> list[BoolArray]:
     """Return the beginnings, by entry, that lie in some captures."""
     states = (context.program.states[entry.state] for entry in context.program.entries)
     own = (context.batch.events(state).capture for state in states)
-    return [fits & captures[capture] for fits, capture in zip(begun, own, strict=True)]
+    return [fits & captures[capture] for fits, capture in zip(roots, own, strict=True)]
 
 
-def _from_all(context: Context, joiner: LineJoiner, begun: list[BoolArray]) -> Iterator[HitTable]:
+def _from_all(context: Context, joiner: LineJoiner, roots: list[BoolArray]) -> Iterator[HitTable]:
     """Yield the best match from each of some beginnings, walked from all of them at once.
 
     What follows a partial match does not depend on where it began: the best end of each beginning
@@ -77,7 +77,7 @@ def _from_all(context: Context, joiner: LineJoiner, begun: list[BoolArray]) -> I
     """
     program = context.program
     walk = Walk(context, joiner, program, rooted=False)
-    found = walk.run(begun)
+    found = walk.run(roots)
     found = found.at(complete(context, walk, found))
     lows, highs = walk.nodes.best_hulls(found.node, found.spans.low, found.spans.high)
     bounds = np.cumsum([0, *map(len, walk.firsts)])
@@ -88,9 +88,9 @@ def _from_all(context: Context, joiner: LineJoiner, begun: list[BoolArray]) -> I
         yield table(context.batch, state, events, (lows[own], highs[own], ~events.cost))
 
 
-def _best_ends(context: Context, walk: Walk, begun: list[BoolArray]) -> list[Ends]:
+def _best_ends(context: Context, walk: Walk, roots: list[BoolArray]) -> list[Ends]:
     """Return the best matches from some beginnings; from half of them at a time if too many."""
-    tables, left = [], [fits.copy() for fits in begun]
+    tables, left = [], [fits.copy() for fits in roots]
     try:
         for within in widening(context.batch, left, SOON if walk.wanders else None):
             found = walk.run(left, within)
@@ -172,7 +172,7 @@ def complete(context: Context, walk: Walk, ends: Ends) -> IntArray:
     if clauses.rhythm:
         fits &= clauses.in_rhythm(memory.columns[width - len(clauses.rhythm) : width])
     chosen = np.flatnonzero(fits)
-    decided = set(context.due(context.program).conditions)
+    decided = set(context.schedule(context.program).conditions)
     for condition in clauses.conditions:
         if condition not in decided:
             labels = Facts(

@@ -197,17 +197,17 @@ class Nodes:
         return np.arange(self.many - many, self.many)
 
     def add(
-        self, many: int, parent: IntArray, which: IntArray, low: IntArray | None = None
+        self, many: int, parent: IntArray, numbers: IntArray, low: IntArray | None = None
     ) -> IntArray:
         """Add nodes with those that they come from, and return their numbers.
 
         `low` is where the hull of what matched between the two begins.
         """
-        own, fits = self.begin(many), parent >= 0
-        self._pairs.append(np.stack((parent[fits], own[which[fits]])))
+        nodes, fits = self.begin(many), parent >= 0
+        self._pairs.append(np.stack((parent[fits], nodes[numbers[fits]])))
         if low is not None:
             self._lows.append(low[fits])
-        return own
+        return nodes
 
     def best_hulls(
         self, node: IntArray, low: IntArray, high: IntArray

@@ -88,7 +88,7 @@ class MirrorRuns:
         if mirrored_part(part) != beside:
             self._shown = np.full(len(self._other), CELL + 1)  # the mirror image of none
         self._on, self._on_beside = (
-            _goes_on(batch, *it) for it in ((part, self._leading), (beside, self._other))
+            _is_followed(batch, *it) for it in ((part, self._leading), (beside, self._other))
         )
 
     def hits(self, tick: Callable[[], None]) -> HitTable:
@@ -120,13 +120,13 @@ class MirrorRuns:
 
         A starting position alone is no movement.
         """
-        some = np.flatnonzero(runs[2] >= self._lines.least)
-        event, beside, length = runs[:, some]
+        numbers = np.flatnonzero(runs[2] >= self._lines.least)
+        event, beside, length = runs[:, numbers]
         leading, other, last = self._leading, self._other, length - 1
         fits = leading.start[event] < other.end[beside + last]
         fits &= other.start[beside] < leading.end[event + last]
         fits &= (length > 1) | ~(leading.starting[event] | other.starting[beside])
-        chosen: IntArray = some[fits]
+        chosen: IntArray = numbers[fits]
         return chosen
 
     def _frames(self, runs: IntArray) -> tuple[IntArray, IntArray]:
@@ -189,7 +189,7 @@ def _cells(batch: Batch, part: str, events: Events) -> IntArray:
     return batch.rows(part).cell[events.first[0]].astype(np.int64) & CELL
 
 
-def _goes_on(batch: Batch, part: str, events: Events) -> BoolArray:
+def _is_followed(batch: Batch, part: str, events: Events) -> BoolArray:
     """Tell after which events the next one is what follows."""
     rows, row = batch.rows(part), events.first[0]
     found = np.zeros(len(row), bool)

@@ -153,19 +153,19 @@ class _Walk(Walk):
         if not self.looks_up_ends:
             self._best_ends = None
 
-    def run(self, begun: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
+    def run(self, roots: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
         """Return all matches; of a line that must lie in the hit those that can."""
         self.nodes, self._begins = Nodes(), list[int]()
         self._tables = list[tuple[int, Matches]]()
-        context, beside = self._context, begun is None
+        context, beside = self._context, roots is None
         if beside and self._program in context.lying_in:
             low, high = context.low, context.high
-            begun, within = self.roots(), np.maximum(high - low, 0)
-            for entry, fits in zip(self._program.entries, begun, strict=True):
+            roots, within = self.roots(), np.maximum(high - low, 0)
+            for entry, fits in zip(self._program.entries, roots, strict=True):
                 events = self._batch.events(self._program.states[entry.state])
                 fits &= low[events.capture] <= events.start
                 fits &= events.start <= high[events.capture]
-        self.ends = found = super().run(begun, within)
+        self.ends = found = super().run(roots, within)
         if beside:
             columns = found.memory.columns.copy()
             columns[STEPS] = -1

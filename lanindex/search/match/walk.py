@@ -207,7 +207,7 @@ class Expiry:
                 since = np.minimum(since, self._from(companion, capture, begun))
         return since
 
-    def _from(self, companion: Companion, capture: IntArray, begun: IntArray) -> IntArray:
+    def _from(self, companion: Companion, capture: IntArray, starts: IntArray) -> IntArray:
         """Return the first frame of all lines that can stand beside what began in some frames."""
         if companion not in self._earliest:
             found = [self._joiner.others(it, companion)[0].lines for it in companion.programs]
@@ -221,7 +221,7 @@ class Expiry:
             self._earliest[companion] = keys, np.append(owner[order] * FAR + earliest, FAR << 20)
         keys, earliest = self._earliest[companion]
         slack = self._context.batch.slack[capture]
-        place = np.searchsorted(keys, capture * FAR + begun - slack)
+        place = np.searchsorted(keys, capture * FAR + starts - slack)
         frames: IntArray = np.minimum(earliest[place] - capture * FAR, FAR - 1)
         return frames
 
@@ -273,7 +273,7 @@ class Walk:
         self._depths = [len(groups) for groups in self._open]
         self._beats = GROUPS + 3 * (1 + max(self._depths))
         self._notes = self._beats + (len(context.clauses.rhythm) if timed else 0)
-        self._due = context.due(program)
+        self._schedule = context.schedule(program)
         self._alive = context.alive(program)
         self._enough, self._best_ends = enough, None
         if enough and not context.clauses:
@@ -304,7 +304,7 @@ class Walk:
             for it in self._program.entries
         ]
 
-    def run(self, begun: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
+    def run(self, roots: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
         """Return the ends of all matches of the line.
 
         They begin where the line can, or by entry at some events, (N,) bool each, and end `within`
@@ -315,7 +315,7 @@ class Walk:
         self._looked_up: list[Matches] = []
         program, ends = self._program, []
         at: dict[int, list[Matches]] = {state: [] for state in range(len(program.states))}
-        for number, rows in enumerate(self._begun(begun or self.roots())):
+        for number, rows in enumerate(self._beginnings(roots or self.roots())):
             at[program.entries[number].state].append(rows)
         for states in components(program):
             circles = len(states) > 1 or any(
@@ -367,11 +367,11 @@ class Walk:
         pairs = zip(events, self.firsts, strict=True)
         return np.concatenate([it.capture[first] for it, first in pairs])[root]
 
-    def _begun(self, begun: list[BoolArray]) -> Iterator[Matches]:
+    def _beginnings(self, roots: list[BoolArray]) -> Iterator[Matches]:
         """Yield the matches that begin by each entry."""
         before = 0
         self.firsts: list[IntArray] = []
-        for entry, fits in zip(self._program.entries, begun, strict=True):
+        for entry, fits in zip(self._program.entries, roots, strict=True):
             state, chosen = entry.state, np.flatnonzero(fits)
             events = self._batch.events(self._program.states[state])
             if self._within is not None:
@@ -389,9 +389,11 @@ class Walk:
             if not self._rooted:
                 columns[ROOT] = columns[GROUPS + START] = 0
                 rows.parent = self.nodes.begin(len(rows))
-            yield self._matched(rows, state, chosen, self._due.at(None, state))
+            yield self._with_events(rows, state, chosen, self._schedule.at(None, state))
 
-    def _matched(self, rows: Matches, state: int, events: IntArray, due: Decidable) -> Matches:
+    def _with_events(
+        self, rows: Matches, state: int, events: IntArray, decidable: Decidable
+    ) -> Matches:
         """Return the matches that can take these events, with the events' claims and notes."""
         context, own_state = self._context, self._program.states[state]
         rows.columns[EVENT] = events
@@ -401,15 +403,15 @@ class Walk:
             rows, claims = rows.at(fits), claims.at(fits)
             rows.claims = rows.claims.united_with(claims)
             events = events[fits]
-        own = self._batch.events(own_state).at(events)
+        taken_events = self._batch.events(own_state).at(events)
         notes = context.clauses.noted(self._batch, own_state, events, rows.columns[self._notes :])
         rows.columns[self._notes :] = notes
         if self._timed:
-            rows = self._kept_in_time(rows, own.end - own.start)
-        if due.conditions:
+            rows = self._kept_in_time(rows, taken_events.end - taken_events.start)
+        if decidable.conditions:
             capture = self._batch.events(own_state).capture[rows.columns[EVENT]]
-            rows = rows.at(context.met(due.conditions, capture, rows.columns[self._notes :]))
-        for column in due.columns:
+            rows = rows.at(context.met(decidable.conditions, capture, rows.columns[self._notes :]))
+        for column in decidable.columns:
             noted = rows.columns[self._notes + column]
             noted[noted >= 0] = MET
         return self._undisturbed(state, rows)
@@ -540,7 +542,7 @@ class Walk:
         events = self._batch.events(self._program.states[state])
         if self._program.states[state].manner != "via":
             ended = ended.at(np.flatnonzero(~events.passing[ended.columns[EVENT]]))
-        late = self._due.late(state)
+        late = self._schedule.late(state)
         if late:
             capture = events.capture[ended.columns[EVENT]]
             ended = ended.at(self._context.met(late, capture, ended.columns[self._notes :]))
@@ -650,21 +652,21 @@ class Walk:
             if here.any():
                 yield self._advanced(edge, rows.at(sources[here]), targets[here])
 
-    def _advanced(self, edge: Edge, gone: Matches, targets: IntArray) -> Matches:
+    def _advanced(self, edge: Edge, rows: Matches, targets: IntArray) -> Matches:
         """Return matches with the events that an edge leads to."""
         state = edge.entry.state
         events = self._batch.events(self._program.states[state])
         start, end = events.start[targets], events.end[targets]
         opened = self._depths[state] - len(edge.entry.opens)
         for level in range(1 + self._depths[state]):
-            low, beyond = (gone.columns[GROUPS + 3 * level + it] for it in (LOW, BEYOND))
+            low, beyond = (rows.columns[GROUPS + 3 * level + it] for it in (LOW, BEYOND))
             if level > opened:
-                gone.columns[GROUPS + 3 * level + START] = low[:] = start
+                rows.columns[GROUPS + 3 * level + START] = low[:] = start
                 beyond[:] = 0
             else:
                 np.minimum(low, start, out=low)
                 beyond[beyond <= end] = 0
-        return self._matched(gone, state, targets, self._due.at(edge.exit.state, state))
+        return self._with_events(rows, state, targets, self._schedule.at(edge.exit.state, state))
 
     def _targets(self, edge: Edge, rows: Matches) -> Iterator[tuple[IntArray, IntArray]]:
         """Yield pairs of a match and an event to which an edge leads from it in time."""

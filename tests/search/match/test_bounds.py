@@ -113,8 +113,8 @@ def test_repeats_that_mirror_each_other_are_not_tried_in_pairs(monkeypatch):
 def test_what_ends_soon_is_found_without_what_ends_late(monkeypatch):
     followed, once = [], walk.Walk.run
 
-    def found(self, begun=None, within=None):
-        ends = once(self, begun, within)
+    def found(self, roots=None, within=None):
+        ends = once(self, roots, within)
         followed.append(len(ends.root))
         return ends
 
