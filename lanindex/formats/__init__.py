@@ -143,7 +143,7 @@ def names_in(file: File, options: Reading | None = None) -> tuple[str, ...]:
 
 def companions(file: File, options: Reading) -> tuple[File, ...]:
     """Return the other files that are read with one: a skeleton, buffers, those of the options."""
-    form = _form(file, options)
+    form = _format_of(file, options)
     own: tuple[File, ...] = form.does.companions(file, options) if form.joined else ()
     files = (options.body, options.columns, options.tempo)
     return (*own, *(opened(it) for it in files if it and os.path.isfile(it)))
@@ -254,11 +254,11 @@ def check(options: Reading) -> None:
 def read_file(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a capture: see `read`."""
     check(options)
-    motion: Motion = _form(file, options).does.read(file, options, wanted)
+    motion: Motion = _format_of(file, options).does.read(file, options, wanted)
     return motion
 
 
-def _form(file: File, options: Reading | None) -> Format:
+def _format_of(file: File, options: Reading | None) -> Format:
     """Return the format of a file; one whose columns are given is a table."""
     tables = (form for form in FORMATS if form.name == "csv")
     return next(tables) if options and options.columns else known(file)
@@ -266,12 +266,12 @@ def _form(file: File, options: Reading | None) -> Format:
 
 def cutter(file: File, options: Reading | None = None) -> Cutter | None:
     """Return what cuts clips out of a file, looked through once; None: this format has no clips."""
-    does = _form(file, options).does
+    does = _format_of(file, options).does
     cut: Cutter | None = does.cutter(file, options) if hasattr(does, "cutter") else None
     return cut
 
 
 def beside(file: File, options: Reading) -> tuple[tuple[str, bytes], ...]:
     """Return what has to lie beside a clip of a file, each with its ending: a skeleton."""
-    does = _form(file, options).does
+    does = _format_of(file, options).does
     return tuple(does.beside(file, options)) if hasattr(does, "beside") else ()

@@ -265,7 +265,7 @@ def skeleton_of(file: File, options: Reading) -> tuple[File, tuple[str, ...]]:
     # as its motion is called, or that up to an underscore
     stems = [PurePath(file.name).stem, *[name for name in begun if name][:_MOST_STEMS]]
     any_name = os.path.join(os.path.dirname(file.name), "_")
-    found = _skeletons(any_name, _changed(any_name))
+    found = _skeletons(any_name, _modification_time(any_name))
     for stem in stems:
         path = found.get(stem) or found.get(stem.lower())
         if path:
@@ -287,7 +287,7 @@ def companions(file: File, options: Reading) -> tuple[File, ...]:
     return (skeleton_of(file, options)[0],)
 
 
-def _changed(path: str) -> int:
+def _modification_time(path: str) -> int:
     """Return when what holds a file was changed: its folder, or its archive."""
     with suppress(OSError, ValueError):
         return os.stat(archives.split(path)[0] or os.path.dirname(path) or ".").st_mtime_ns
@@ -333,7 +333,7 @@ def scan(data: Content, path: str) -> AmcLayout:
     rows: list[tuple[int, int, int]] = []
     for start in range(0, len(data), PIECE):
         piece = data[start : start + PIECE + _NUMBER]
-        for at in _numbered(piece, start == 0):
+        for at in _numbered_lines(piece, start == 0):
             line = piece[at : at + _NUMBER].partition(b"\n")[0]
             word = line.strip()
             if not word.isdigit() or len(word) > _DIGITS:
@@ -354,7 +354,7 @@ def scan(data: Content, path: str) -> AmcLayout:
     return AmcLayout(data[: rows[0][0]], starts, stops, ends, numbers)
 
 
-def _numbered(piece: bytes, first: bool) -> list[int]:
+def _numbered_lines(piece: bytes, first: bool) -> list[int]:
     """Return where the lines begin that begin with a digit, blanks aside."""
     text = np.frombuffer(piece, np.uint8)
     lines = np.flatnonzero(text[:PIECE] == 10) + 1
@@ -384,10 +384,10 @@ class Numbers:
 
     def read(self, data: bytes, stops: Places, ends: Places, place: Callable[[int], str]) -> Floats:
         """Return the numbers (T, W) of frames that lie between `stops` and `ends`, (T,)."""
-        values = self._alike(data, stops, ends)
-        return self._each(data, stops, ends, place) if values is None else values
+        values = self._read_alike(data, stops, ends)
+        return self._read_each(data, stops, ends, place) if values is None else values
 
-    def _alike(self, data: bytes, stops: Places, ends: Places) -> Floats | None:
+    def _read_alike(self, data: bytes, stops: Places, ends: Places) -> Floats | None:
         """Read frames that are all written alike; None: they are not, or something is wrong."""
         first, last = int(stops[0]), int(ends[-1])
         begun = [line.split() for line in data[first : int(ends[0])].split(b"\n")[1:]]
@@ -420,7 +420,7 @@ class Numbers:
         values[:, order] = numbers
         return values if bad is None else None
 
-    def _each(
+    def _read_each(
         self, data: bytes, stops: Places, ends: Places, place: Callable[[int], str]
     ) -> Floats:
         """Read line by line."""
@@ -508,7 +508,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
         stops, ends = layout.stops[block], layout.ends[block]
         data, first = holding(file.content, int(stops[0]), int(ends[-1]))
         values = numbers.read(data, stops - first, ends - first, partial(_line, file, first))
-        standing = partial(_standing, skeleton.bones, axes, offsets, values, turn)
+        standing = partial(_local_transform, skeleton.bones, axes, offsets, values, turn)
         place(joints, joints, parents, standing, places[block], turns[block])
     doubts += (*skeleton.doubts, *_doubts(skeleton, layout), *rate_doubts)
     declared = Declared(_unit(skeleton.inches), "y")
@@ -569,7 +569,7 @@ def joints_of(bones: Sequence[Bone]) -> tuple[tuple[str, ...], tuple[int, ...], 
     return (*names, *(names[bone] + END for bone in last)), tuple(parents), np.array(offsets)
 
 
-def _standing(
+def _local_transform(
     bones: Sequence[Bone],
     axes: Sequence[Floats],
     offsets: Floats,

@@ -35,11 +35,11 @@ def complete(motion: Motion) -> Motion:
     if roots == 1 and not unknown.any():
         return motion
     if roots > 1:
-        motion = _joined(motion)
+        motion = _connected_body(motion)
         unknown = _unknown(motion)
     never: NDArray[np.bool_] = np.logical_and.reduce(unknown, axis=0)
     if never.any():
-        motion, unknown = _without(motion, never), unknown[:, ~never]
+        motion, unknown = _without_joints(motion, never), unknown[:, ~never]
     if not unknown.any():
         return motion
     places = motion.positions.copy()
@@ -60,7 +60,7 @@ def _unknown(motion: Motion) -> NDArray[np.bool_]:
     return np.asarray(~np.isfinite(motion.positions).all(axis=2))
 
 
-def _joined(motion: Motion) -> Motion:
+def _connected_body(motion: Motion) -> Motion:
     """Return the joints of the body, hung on each other."""
     found = {
         joint: motion.positions[:, index].astype(np.float64)
@@ -85,9 +85,9 @@ def _joined(motion: Motion) -> Motion:
     return replace(motion, skeleton=skeleton, positions=places, rotations=None, markers=None)
 
 
-def _without(motion: Motion, left: NDArray[np.bool_]) -> Motion:
+def _without_joints(motion: Motion, omitted: NDArray[np.bool_]) -> Motion:
     """Leave joints out; what hangs on them hangs on the nearest above that stays, or the first."""
-    kept = np.flatnonzero(~left)
+    kept = np.flatnonzero(~omitted)
     skeleton = skeleton_of(motion.skeleton, kept)
     parents = skeleton.parents.copy()
     parents[1:][parents[1:] < 0] = 0

@@ -84,10 +84,10 @@ class _Archive:
     def _read(self, name: str) -> bytes:
         size, packed, info = self.members[name]
         if size > LARGEST:
-            raise _refused(self.path, f"{name} has {size >> 20} MB", f"{LARGEST >> 20} MB at most")
+            raise _refusal(self.path, f"{name} has {size >> 20} MB", f"{LARGEST >> 20} MB at most")
         if size > FREE and size > RATIO * max(packed, 1):
             found = f"{name} was packed {size} to {packed}"
-            raise _refused(self.path, found, f"{RATIO} to 1 at most")
+            raise _refusal(self.path, found, f"{RATIO} to 1 at most")
         zipped = isinstance(self.file, zipfile.ZipFile)
         opened: Any = self.file.open if zipped else self.file.extractfile
         with opened(info) as stream:
@@ -117,7 +117,7 @@ def member(path: str, name: str) -> bytes:
     try:
         return archive.content(name)
     except _DAMAGED as error:
-        raise _damaged(path + MARK + name, error) from error
+        raise _damage(path + MARK + name, error) from error
 
 
 def _archive(path: str) -> _Archive:
@@ -136,7 +136,7 @@ def _archive(path: str) -> _Archive:
             opening.pop_all()
         _open.append(archive)
     except _DAMAGED as error:
-        raise _damaged(path, error) from error
+        raise _damage(path, error) from error
     return archive
 
 
@@ -152,19 +152,19 @@ def _members(
 ) -> Mapping[str, _Member]:
     """Return the members that are files, by names that are safe."""
     found = dict[str, _Member]()
-    for number, (name, member) in enumerate(_listed(path, file, size)):
+    for number, (name, member) in enumerate(_listed_members(path, file, size)):
         if number >= MANY:
-            raise _refused(path, f"more than {MANY} members", f"{MANY} at most")
+            raise _refusal(path, f"more than {MANY} members", f"{MANY} at most")
         name = name.removeprefix("./")
         if len(name) > LONGEST or "\\" in name or not name.isprintable():
-            raise _refused(path, f"a member called {name[:60]!r}", "a plain name")
+            raise _refusal(path, f"a member called {name[:60]!r}", "a plain name")
         if name.startswith("/") or ".." in PurePosixPath(name).parts or name[1:2] == ":":
-            raise _refused(path, f"a member called {name[:60]!r}", "a name that stays inside")
+            raise _refusal(path, f"a member called {name[:60]!r}", "a name that stays inside")
         found[name] = member
     return found
 
 
-def _listed(
+def _listed_members(
     path: str, file: zipfile.ZipFile | tarfile.TarFile, size: int
 ) -> Iterator[tuple[str, _Member]]:
     if isinstance(file, zipfile.ZipFile):
@@ -176,16 +176,16 @@ def _listed(
     for info in file:
         if (stop := info.offset_data + info.size) > most:
             found = f"{info.name} lies {stop >> 20} MB on"
-            raise _refused(path, found, f"{most >> 20} MB at most in an archive of its size")
+            raise _refusal(path, found, f"{most >> 20} MB at most in an archive of its size")
         if info.isfile():
             yield info.name, _Member(info.size, info.size, info)
 
 
-def _refused(path: str, found: str, wanted: str) -> CaptureError:
+def _refusal(path: str, found: str, wanted: str) -> CaptureError:
     return CaptureError(found, place=path, wanted=wanted, remedy="Unpack it yourself, with care.")
 
 
-def _damaged(path: str, error: Exception) -> CaptureError:
+def _damage(path: str, error: Exception) -> CaptureError:
     return CaptureError(
         f"cannot be unpacked ({str(error)[:80] or type(error).__name__})",
         place=path,

@@ -68,7 +68,10 @@ class _Channels:
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read positions of Motion-BIDS, of points that have all three axes: see `read_file`."""
-    channels, sidecar = _channels(_needed(file, CHANNELS)), _object(_needed(file, SIDECAR))
+    channels, sidecar = (
+        _channels(_required_file(file, CHANNELS)),
+        _object(_required_file(file, SIDECAR)),
+    )
     content = file.content[:]
     known = File(file.name, _UNKNOWN.sub(b"nan", content) if b"n/a" in content else content)
     lines = tables.rows(known.content, 0)
@@ -84,7 +87,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     rate = next((str(it) for it in rates if isinstance(it, int | float) and it > 0), "")
     times = heads[:, 0] if channels.latency else np.zeros(0)
     hertz, doubts = rate_by(options, f"{_stem(file)}{SIDECAR}", rate, times)
-    declared, ways = Declared(channels.unit), _ways(file, channels, sidecar)
+    declared, ways = Declared(channels.unit), _axis_directions(file, channels, sidecar)
     if ways is None:
         doubts += ("where its axes lead is not told: taken for right-handed",)
     else:
@@ -95,7 +98,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
 
 def companions(file: File, options: Reading) -> tuple[File, ...]:
     """Return the files beside one that it is read with."""
-    found = (_beside(file, ending) for ending in (CHANNELS, SIDECAR, FRAMES))
+    found = (_file_beside(file, ending) for ending in (CHANNELS, SIDECAR, FRAMES))
     return tuple(it for it in found if it is not None)
 
 
@@ -103,14 +106,14 @@ def _stem(file: File) -> str:
     return file.name[: -len(ENDING)]
 
 
-def _beside(file: File, ending: str) -> File | None:
+def _file_beside(file: File, ending: str) -> File | None:
     wanted = PurePath(_stem(file) + ending).name.lower()
     paths = siblings(file.name, ending)
     return next((opened(it) for it in paths if PurePath(it).name.lower() == wanted), None)
 
 
-def _needed(file: File, ending: str) -> File:
-    found = _beside(file, ending)
+def _required_file(file: File, ending: str) -> File:
+    found = _file_beside(file, ending)
     if found is None:
         wanted = PurePath(_stem(file) + ending).name
         raise CaptureError("no file that tells of it beside it", place=file.name, wanted=wanted)
@@ -171,9 +174,11 @@ def _channels(beside: File) -> _Channels:
     return _Channels(tuple(whole), points, latency, len(lines), unit, next(iter(frames)))
 
 
-def _ways(file: File, channels: _Channels, sidecar: dict[str, Any]) -> NDArray[np.float32] | None:
+def _axis_directions(
+    file: File, channels: _Channels, sidecar: dict[str, Any]
+) -> NDArray[np.float32] | None:
     """Return where x, y and z lead: how far left, up, ahead; None where the files do not say."""
-    described = _object(_beside(file, FRAMES)).get("reference_frame")
+    described = _object(_file_beside(file, FRAMES)).get("reference_frame")
     levels = described.get("Levels") if isinstance(described, dict) else None
     level = levels.get(channels.frame) if isinstance(levels, dict) else None
     axes = level.get("SpatialAxes") if isinstance(level, dict) else sidecar.get("SpatialAxes")
@@ -196,7 +201,7 @@ def files(motion: Motion, path: Path) -> Iterator[tuple[Path, bytes]]:
     yield path, out.getvalue().encode()
     stem = path.name[: -len(ENDING)]
     lines = ["\t".join((*_COLUMNS, "reference_frame"))]
-    for point in _apart(names):
+    for point in _distinct_names(names):
         lines += [f"{point}_{axis}\t{axis}\tPOS\t{point}\tm\tglobal" for axis in _AXES]
     yield path.with_name(stem + CHANNELS), ("\n".join(lines) + "\n").encode()
     frame = {"reference_frame": {"Levels": {"global": _SPACE}}}
@@ -221,7 +226,7 @@ def _json(content: dict[str, Any]) -> bytes:
     return (json.dumps(content, indent=2, ensure_ascii=False) + "\n").encode()
 
 
-def _apart(names: tuple[str, ...]) -> list[str]:
+def _distinct_names(names: tuple[str, ...]) -> list[str]:
     """Return names without tabs, each once."""
     found: dict[str, None] = {}
     many: Counter[str] = Counter()

@@ -152,16 +152,16 @@ class _Parser:
         self.stack.append(joint)
         return joint
 
-    def read(self, found: re.Match[bytes]) -> None:
+    def read(self, statement: re.Match[bytes]) -> None:
         """Read a statement."""
-        match found.lastgroup:
+        match statement.lastgroup:
             case "offset":
                 joint = self.owner("OFFSET")
-                self.offsets[joint] = self._offset(joint, found)
+                self.offsets[joint] = self._offset(joint, statement)
             case "channels":
-                joint, codes = self.owner("CHANNELS"), _codes(found["channels"])
-                if len(codes) != int(found["count"]):
-                    said = f"says {int(found['count'])} and names {len(codes)}"
+                joint, codes = self.owner("CHANNELS"), _codes(statement["channels"])
+                if len(codes) != int(statement["count"]):
+                    said = f"says {int(statement['count'])} and names {len(codes)}"
                     raise self.error(
                         f"CHANNELS of {self.called(joint)} {said}",
                         "as many of Xposition ... Zrotation as the number says",
@@ -173,20 +173,20 @@ class _Parser:
                     raise self.error(f"{self.called(joint)} has no OFFSET", "one a joint")
                 self.stack.pop()
             case "joint":
-                self._joint(found["kind"].upper().decode(), text_of(found["joint"]))
+                self._joint(statement["kind"].upper().decode(), text_of(statement["joint"]))
             case "end":
                 self.owner("End Site")
                 self.ends.add(self.open(""))
             case _:
                 raise self.unknown("OFFSET, CHANNELS, JOINT, End Site, } or MOTION")
 
-    def _offset(self, joint: int, found: re.Match[bytes]) -> tuple[float, ...]:
-        words = found.group("x", "y", "offset")
+    def _offset(self, joint: int, statement: re.Match[bytes]) -> tuple[float, ...]:
+        words = statement.group("x", "y", "offset")
         try:
             values = tuple(map(float, words))
         except ValueError:
             values = (math.nan,)
-        if not math.hypot(*values) <= LARGEST or b"_" in found[0]:
+        if not math.hypot(*values) <= LARGEST or b"_" in statement[0]:
             numbers = text_of(b" ".join(words))[:60]
             said = f"OFFSET of {self.called(joint)} is {numbers!r}"
             raise self.error(said, "three finite numbers")
@@ -286,14 +286,14 @@ def _header(data: Content, path: str) -> BvhLayout:
     while size < len(data):
         head = data[:size]
         with suppress(CaptureError):  # it may be we who cut it short
-            found = _parsed(head, path)
+            found = _parse_header(head, path)
             if len(head[found.first :].lstrip()) > BEYOND:
                 return found
         size *= 8
-    return _parsed(data[:], path)
+    return _parse_header(data[:], path)
 
 
-def _parsed(data: bytes, path: str) -> BvhLayout:
+def _parse_header(data: bytes, path: str) -> BvhLayout:
     """Return the layout of what stands before the frames, which it does not look for."""
     hierarchy, motion = parse(data, path)
     if not hierarchy.width:

@@ -278,9 +278,9 @@ def scan(file: File) -> C3dLayout:
         if not choices:
             raise _error(file, f"does not say {what}")
     turns = _turns(parameters, size)
-    first, said, vague = _said(words, parameters)
+    first, said, vague = _declared_counts(words, parameters)
     counts = list(said.values())
-    believed, frames = _believed(list(options.values()), counts, vague, turns, size)
+    believed, frames = _best_fit(list(options.values()), counts, vague, turns, size)
     doubts = [
         f"says {what} {' or '.join(f'{it:g}' for it in choices)}: {chosen:g} believed"
         for (what, choices), chosen in zip(options.items(), believed, strict=True)
@@ -330,7 +330,9 @@ def _choices(values: Iterable[float | None]) -> list[float]:
     return list(dict.fromkeys(value for value in values if value is not None))
 
 
-def _said(words: list[int], parameters: Parameters) -> tuple[int, dict[str, int], list[int]]:
+def _declared_counts(
+    words: list[int], parameters: Parameters
+) -> tuple[int, dict[str, int], list[int]]:
     """Return the number of the first frame, counts of frames by who says them, and vague ones.
 
     A vague count is the largest that has room: there may be more.
@@ -352,14 +354,14 @@ def _said(words: list[int], parameters: Parameters) -> tuple[int, dict[str, int]
     return first, {who: count for who, count in said.items() if count > 0}, vague
 
 
-def _believed(
+def _best_fit(
     options: list[list[float]],
-    said: Sequence[int],
+    counts: Sequence[int],
     vague: Sequence[int],
     turns: Turns | None,
     size: int,
 ) -> tuple[tuple[float, ...], int]:
-    """Return of all that is said what fills the file best; and how many frames."""
+    """Return the layout that fills the file best of all that are declared, and how many frames."""
 
     def room(one: tuple[float, ...]) -> tuple[float, float]:
         """Return how many bytes are there, and how many a frame takes."""
@@ -369,10 +371,10 @@ def _believed(
 
     turned = (size - turns.start) // turns.frame if turns else 0
     fitting = []
-    for one, count in product(product(*options), (*said, *vague)):
+    for one, count in product(product(*options), (*counts, *vague)):
         there, frame = room(one)
         rest = there - count * frame
-        if 0 <= rest < (math.inf if count in said else _PADDING):
+        if 0 <= rest < (math.inf if count in counts else _PADDING):
             fitting.append((rest, one, min(count, turned) if turns and not one[1] else count))
     if fitting:
         return min(fitting, key=itemgetter(0))[1:]
@@ -403,7 +405,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     rate, _ = rate_by(options, file.name, "" if layout.rate is None else str(layout.rate))
     every = names_of(layout)
     names, doubts = subject_points(file, people(layout, every), every)
-    used = _needed(names) if wanted.body_only and not options.body else names
+    used = _points_of_body(names) if wanted.body_only and not options.body else names
     if len(used) < layout.points or layout.segments:
         there = places(file.content, layout, np.array(list(used), np.int64))
     else:
@@ -416,7 +418,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     return replace(motion, source=replace(motion.source, joints=tuple(names.values())))
 
 
-def _needed(names: dict[int, str]) -> dict[int, str]:
+def _points_of_body(names: dict[int, str]) -> dict[int, str]:
     """Return the points that the joints of the body are made of; all where it is not made."""
     numbers = list(names)
     made = marker_set_of(tuple(names.values()))
@@ -442,21 +444,21 @@ def names_of(layout: C3dLayout) -> dict[int, str]:
     """Return the names of points or segments by their number in a frame, but of model outputs."""
     parameters = layout.parameters
     if layout.segments:
-        called = parameters.texts("ROTATION:LABELS")
+        labels = parameters.texts("ROTATION:LABELS")
         return {number: name.removesuffix(TURNED)
-                for number, name in enumerate(_all(called, layout.segments.count))}  # fmt: skip
+                for number, name in enumerate(_names(labels, layout.segments.count))}  # fmt: skip
     groups = parameters.texts("POINT:TYPE_GROUPS")
     listed = [group.upper() for group, kind in zip(groups[::2], groups[1::2], strict=False)
               if kind.upper() not in _PLACES]  # fmt: skip
     lists = dict.fromkeys((*NO_PLACES, *listed))
     outputs = {name for one in lists for name in parameters.texts(f"POINT:{one}")}
-    points = _all(parameters.texts("POINT:LABELS"), layout.points)
+    points = _names(parameters.texts("POINT:LABELS"), layout.points)
     return {number: name for number, name in enumerate(points) if name not in outputs}
 
 
-def _all(called: tuple[str, ...], count: int) -> list[str]:
+def _names(names: tuple[str, ...], count: int) -> list[str]:
     """Return as many names as there are points: what is named beyond them is not stored."""
-    named = [name or f"*{number}" for number, name in enumerate(called[:count], 1)]
+    named = [name or f"*{number}" for number, name in enumerate(names[:count], 1)]
     return named + [f"*{number}" for number in range(len(named) + 1, count + 1)]
 
 

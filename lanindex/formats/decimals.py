@@ -105,10 +105,10 @@ def _cells(text: bytes, separator: bytes) -> tuple[Places, Places]:
     if separator == b" ":
         some = stops > starts
         return starts[some], stops[some]
-    return _stripped(text, starts, stops)
+    return _strip(text, starts, stops)
 
 
-def _stripped(text: bytes, starts: Places, stops: Places) -> tuple[Places, Places]:
+def _strip(text: bytes, starts: Places, stops: Places) -> tuple[Places, Places]:
     """Take blanks off the cells."""
     letters = np.frombuffer(text, np.uint8)
     for _ in range(_STRIPPED):

@@ -12,9 +12,9 @@ import numpy as np
 from lanindex.formats.decimals import DIGITS, TENS
 
 # unsigned, so that no index is tested for being negative and no byte becomes a wider number
-_NONE, _ONE, _MOST = np.uintp(0), np.uintp(1), np.uintp(DIGITS)
-_NIL, _TEN = np.uint64(0), np.uint64(10)
-_MINUS, _PLUS, _POINT, _ZERO, _E = map(np.uint8, b"-+.0e")
+_INDEX_0, _ONE, _MOST = np.uintp(0), np.uintp(1), np.uintp(DIGITS)
+_U64_0, _TEN = np.uint64(0), np.uint64(10)
+_MINUS, _PLUS, _POINT, _ASCII_0, _E = map(np.uint8, b"-+.0e")
 _SPACE, _TAB, _BLANKS, _BASE, _SMALL = map(np.uint8, (32, 9, 5, 10, 32))
 _POWERS = len(TENS)
 
@@ -26,12 +26,12 @@ def _blank(byte):
 
 
 @numba.njit
-def _digits(text, at, stop, whole):
-    """Read digits; return the number that they make behind `whole`, and the byte behind them."""
-    while at < stop and np.uint8(text[at] - _ZERO) < _BASE:
-        whole = whole * _TEN + np.uint64(text[at] - _ZERO)
+def _digits(text, at, stop, value):
+    """Read digits; return the number that they make behind `value`, and the byte behind them."""
+    while at < stop and np.uint8(text[at] - _ASCII_0) < _BASE:
+        value = value * _TEN + np.uint64(text[at] - _ASCII_0)
         at += _ONE
-    return whole, at
+    return value, at
 
 
 @numba.njit
@@ -46,17 +46,17 @@ def _number(text, at, stop):
     """Read a number; return it, the byte behind it, and whether it is plain."""
     negative, at = _signed(text, at)
     first, power = at, np.int64(0)
-    whole, at = _digits(text, at, stop, _NIL)
+    whole, at = _digits(text, at, stop, _U64_0)
     count = at - first
     if at < stop and text[at] == _POINT:
         first = at + _ONE
         whole, at = _digits(text, first, stop, whole)
         power = np.int64(at - first)
         count += at - first
-    plain = _NONE < count <= _MOST
+    plain = _INDEX_0 < count <= _MOST
     if plain and at + _ONE < stop and text[at] | _SMALL == _E:
         down, first = _signed(text, at + _ONE)
-        exponent, at = _digits(text, first, stop, _NIL)
+        exponent, at = _digits(text, first, stop, _U64_0)
         plain = first < at <= first + _MOST
         power += np.int64(exponent) if down else -np.int64(exponent)
     if not plain or power < 0 or power >= _POWERS:
@@ -78,15 +78,15 @@ def _spaced(text, at, stop, width, slots, row):
         if slot >= 0:
             begin = at  # without an exponent read here: a third faster than by `_number`
             negative, at = _signed(text, at)
-            first, power = at, _NONE
-            whole, at = _digits(text, at, stop, _NIL)
+            first, power = at, _INDEX_0
+            whole, at = _digits(text, at, stop, _U64_0)
             count = at - first
             if at < stop and text[at] == _POINT:
                 first = at + _ONE
                 whole, at = _digits(text, first, stop, whole)
                 power = at - first
                 count += power
-            if _NONE < count <= _MOST and (at >= stop or _blank(text[at])):
+            if _INDEX_0 < count <= _MOST and (at >= stop or _blank(text[at])):
                 value = np.float64(whole) / TENS[power]
                 row[slot] = -value if negative else value
             else:
@@ -129,11 +129,11 @@ def _separated(text, at, stop, separator, width, slots, row):
 
 
 @numba.njit(cache=True, nogil=True)
-def fill(text, lines, separator, width, slots, values, read):
+def fill(text, lines, separator, width, slots, values, row_ok):
     """Read the lines in which every number is plain: see `lanindex.formats.decimals.fill`."""
     for row in range(len(lines)):
         start, stop = np.uintp(lines[row, 0]), np.uintp(lines[row, 1])
         if separator == _SPACE:
-            read[row] = _spaced(text, start, stop, width, slots, values[row])
+            row_ok[row] = _spaced(text, start, stop, width, slots, values[row])
         else:
-            read[row] = _separated(text, start, stop, separator, width, slots, values[row])
+            row_ok[row] = _separated(text, start, stop, separator, width, slots, values[row])

@@ -75,19 +75,19 @@ def run_child(file: File, take: str | None) -> Scene:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise _unread(file, f"took ufbx more than {TIMEOUT} seconds") from None
+        raise _unreadable(file, f"took ufbx more than {TIMEOUT} seconds") from None
     line, _, numbers = done.stdout.partition(b"\n")
     if done.returncode or not line:
-        raise _unread(file, f"ended ufbx ({done.returncode})")
+        raise _unreadable(file, f"ended ufbx ({done.returncode})")
     answer = json.loads(line)
     if "error" in answer:
-        raise _unread(file, f"ufbx says {answer['error']}")
+        raise _unreadable(file, f"ufbx says {answer['error']}")
     if answer["take"] < 0:
         _no_take(file, answer, take)
     return _scene(answer, np.frombuffer(numbers).reshape(-1, WIDTH), file)
 
 
-def _unread(file: File, found: str) -> CaptureError:
+def _unreadable(file: File, found: str) -> CaptureError:
     return CaptureError(
         found,
         place=file.name,
@@ -121,7 +121,7 @@ def _scene(answer: Mapping[str, Any], numbers: Floats, file: File) -> Scene:
             moving[node] = numbers[at : at + count]
             at += count
     if at != len(numbers) or not (np.abs(numbers) < 1e12).all():
-        raise _unread(file, "has places that are not finite")
+        raise _unreadable(file, "has places that are not finite")
     return Scene(answer, still, moving)
 
 
@@ -131,13 +131,13 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     Of several people, the one that the file's name tells behind ``#`` is read, else the first; of
     several takes the one that is named, else the first that moves something.
     """
-    scene = file.once(_first) if options.take is None else run_child(file, options.take)
+    scene = file.once(_first_take) if options.take is None else run_child(file, options.take)
     found = _people(scene)
     if not found:
         raise CaptureError("has no skeleton", place=file.name, wanted="bones that move")
     name, doubts = person(file, list(found))
     whose, takes = found[name], scene.answer["takes"]
-    rest, upright = _placed(scene, whose, None)
+    rest, upright = _pose(scene, whose, None)
     offsets = turning.from_parents(rest[0], whose.parents)
     count, size = scene.answer["count"], 1.0
     declared = _declared(scene, file)
@@ -148,7 +148,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     back = turning.inverse(upright)
     for start in range(0, count, BLOCK):
         frames = np.arange(start, min(start + BLOCK, count))
-        points, turned = _placed(scene, whose, frames)
+        points, turned = _pose(scene, whose, frames)
         places[frames], turns[frames] = points * size, turning.product(turned, back)
     rate = nearest_rate(Fraction(scene.answer["rate"]).limit_denominator(10**6))
     read_take = takes[scene.answer["take"]]
@@ -167,11 +167,11 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
 
 def subjects(file: File) -> tuple[str, ...]:
     """Return the names of the people that a file holds; none where there is one alone."""
-    found = _people(file.once(_first))
+    found = _people(file.once(_first_take))
     return tuple(found) if len(found) > 1 else ()
 
 
-def _first(file: File) -> Scene:
+def _first_take(file: File) -> Scene:
     return run_child(file, None)
 
 
@@ -229,7 +229,7 @@ def _people(scene: Scene) -> dict[str, JointTree]:
             found.append((space if colon else names[top], tree))
 
     def human(whose: JointTree) -> bool:
-        poses, _ = _placed(scene, whose, sampled(scene.answer["count"]))
+        poses, _ = _pose(scene, whose, sampled(scene.answer["count"]))
         return is_human(whose.names, whose.parents, poses)
 
     if len(found) > 1:
@@ -238,7 +238,7 @@ def _people(scene: Scene) -> dict[str, JointTree]:
     return named(dict(zip(called, (one for _, one in found), strict=True)))
 
 
-def _placed(
+def _pose(
     scene: Scene, whose: JointTree, frames: NDArray[np.int64] | None
 ) -> tuple[Floats, Floats]:
     """Return where joints are in some frames and how they are turned; at rest without any."""

@@ -46,14 +46,14 @@ def _answer(data: bytes, query: dict[str, Any], numbers: array[float]) -> dict[s
     less = {"ignore_geometry": True, "ignore_embedded": True, "load_external_files": False}
     inherit = ufbx.InheritModeHandling.HELPER_NODES
     scene = ufbx.load_memory(data, inherit_mode_handling=inherit, **less)
-    nodes, takes = _listed(scene.nodes), _listed(scene.anim_stacks)
+    nodes, takes = _as_list(scene.nodes), _as_list(scene.anim_stacks)
     settings = scene.settings
     axes = settings.axes
     answer = {
         "rate": settings.frames_per_second,
         "metres": settings.unit_meters,
         "axes": [int(axes.right), int(axes.up), int(axes.front)],
-        "nodes": [_told(node) for node in nodes],
+        "nodes": [_node_record(node) for node in nodes],
     }
     answer["takes"] = [take.name for take in takes]
     moving = [_moving(ufbx, take, nodes) for take in takes]
@@ -65,7 +65,7 @@ def _answer(data: bytes, query: dict[str, Any], numbers: array[float]) -> dict[s
     take, moved = takes[number], moving[number]
     begin, end, rate = take.time_begin, take.time_end, answer["rate"]
     if end <= begin:
-        begin, end = _keyed(scene)
+        begin, end = _key_range(scene)
     if not rate > 0 or not end - begin < query["most"] / rate:
         return {**answer, "take": -1, "count": -1}
     count = max(round((end - begin) * rate), 0) + 1
@@ -74,17 +74,17 @@ def _answer(data: bytes, query: dict[str, Any], numbers: array[float]) -> dict[s
         return {**answer, "count": -1}
     times = [begin + frame / rate for frame in range(count)]
     for place, node in enumerate(nodes):
-        _lay(numbers, node.local_transform)
+        _append_transform(numbers, node.local_transform)
         for moment in times if place in moved else ():
-            _lay(numbers, ufbx.evaluate_transform(take.anim, node, moment))
+            _append_transform(numbers, ufbx.evaluate_transform(take.anim, node, moment))
     return answer
 
 
-def _listed(found: Any) -> list[Any]:
-    return [found[number] for number in range(len(found))]
+def _as_list(array: Any) -> list[Any]:
+    return [array[number] for number in range(len(array))]
 
 
-def _told(node: Any) -> list[Any]:
+def _node_record(node: Any) -> list[Any]:
     """Return a node's name, its parent, and what it is."""
     parent = node.parent
     if node.is_scale_helper or node.is_geometry_transform_helper:
@@ -98,7 +98,7 @@ def _told(node: Any) -> list[Any]:
 
 def _moving(ufbx: Any, take: Any, nodes: list[Any]) -> set[int]:
     """Return the nodes that a take moves."""
-    layers = _listed(take.layers)
+    layers = _as_list(take.layers)
     return {
         place
         for place, node in enumerate(nodes)
@@ -106,14 +106,14 @@ def _moving(ufbx: Any, take: Any, nodes: list[Any]) -> set[int]:
     }
 
 
-def _keyed(scene: Any) -> tuple[float, float]:
+def _key_range(scene: Any) -> tuple[float, float]:
     """Return the times of the first and the last key, where a take does not say its own."""
-    curves = _listed(scene.anim_curves)
+    curves = _as_list(scene.anim_curves)
     times = [(curve.min_time, curve.max_time) for curve in curves if len(curve.keyframes)]
     return min(time for time, _ in times), max(time for _, time in times)
 
 
-def _lay(numbers: array[float], transform: Any) -> None:
+def _append_transform(numbers: array[float], transform: Any) -> None:
     shift, turn, scale = transform.translation, transform.rotation, transform.scale
     numbers.extend(
         (shift.x, shift.y, shift.z, turn.w, turn.x, turn.y, turn.z, scale.x, scale.y, scale.z)

@@ -41,15 +41,15 @@ class File:
     content: Content  # all of it; ``content[:]`` has it in memory
     # whom of several people in it is meant, where that is named; its name ends with it
     subject: str = ""
-    # what was made of the content, by what made it: the same for each of its people
-    made: dict[Callable[..., Any], Any] = field(default_factory=dict, repr=False, compare=False)
+    # results computed from the content, by their function: the same for each of its people
+    results: dict[Callable[..., Any], Any] = field(default_factory=dict, repr=False, compare=False)
 
     def once(self, make: Callable[[File], T]) -> T:
         """Return what is made of the content, whoever in it is meant: made once, then kept."""
-        if make not in self.made:
-            self.made[make] = make(self)
-        found: T = self.made[make]
-        return found
+        if make not in self.results:
+            self.results[make] = make(self)
+        result: T = self.results[make]
+        return result
 
     def sha256(self) -> str:
         """Return what tells this content from any other."""

@@ -116,26 +116,26 @@ def _check(
         )
 
 
-def rate_of(found: Performance) -> Fraction:
+def rate_of(performance: Performance) -> Fraction:
     """Return the rate; a single key tells none, LanIndex's own files do."""
-    beside = extras(found)
-    if found.clock.count == 1 and isinstance(beside.get("rate"), str):
+    beside = extras(performance)
+    if performance.clock.count == 1 and isinstance(beside.get("rate"), str):
         with suppress(UsageError):
             return given_rate(beside["rate"])
-    return found.clock.rate
+    return performance.clock.rate
 
 
-def extras(found: Performance) -> dict[str, Any]:
+def extras(performance: Performance) -> dict[str, Any]:
     """Return what LanIndex wrote beside an animation, if all its frames are there."""
-    beside = found.take.get("extras").value
-    fits = isinstance(beside, dict) and beside.get("frames") == found.clock.count
+    beside = performance.take.get("extras").value
+    fits = isinstance(beside, dict) and beside.get("frames") == performance.clock.count
     return beside if fits else {}
 
 
-def unknown(found: Performance) -> dict[int, list[tuple[int, int]]]:
+def unknown(performance: Performance) -> dict[int, list[tuple[int, int]]]:
     """Return by joint in which frames LanIndex wrote that its place was unknown."""
-    spans_by_name = extras(found).get("unknown")
-    place = {name: joint for joint, name in enumerate(found.person.names)}
+    spans_by_name = extras(performance).get("unknown")
+    place = {name: joint for joint, name in enumerate(performance.person.names)}
     gaps = dict[int, list[tuple[int, int]]]()
     for name, spans in spans_by_name.items() if isinstance(spans_by_name, dict) else ():
         for span in spans if isinstance(spans, list) and name in place else ():
@@ -185,16 +185,16 @@ def performers(document: Document, take: str | None) -> dict[str, Performance]:
             "no animation moves a skeleton", place=path, wanted="one that moves its joints"
         )
     if len(found) > 1:
-        found = [one for one in found if _human(one[1])] or found[:1]
+        found = [one for one in found if _is_human(one[1])] or found[:1]
     numbers = range(1, len(found) + 1)
     names = [name or str(number) for number, (name, _) in zip(numbers, found, strict=True)]
     ones = (one for _, one in found)
     return named(dict(zip(distinct(names, numbers), ones, strict=True)))
 
 
-def _human(found: Performance) -> bool:
-    poses, _ = found.placed(sampled(found.clock.count))
-    return is_human(found.person.names, found.person.parents, poses)
+def _is_human(performance: Performance) -> bool:
+    poses, _ = performance.placed(sampled(performance.clock.count))
+    return is_human(performance.person.names, performance.person.parents, poses)
 
 
 def _performance(
@@ -260,11 +260,13 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
 class _Cutter:
     """What is the same in all clips of a file."""
 
-    def __init__(self, found: Performance) -> None:
-        self.found = found
-        self.document = found.document
-        self.tracks = gltf_scene.timed(gltf_scene.tracks(self.document, found.take), found.clock)
-        moving = {(track.node, track.path) for track in found.tracks}
+    def __init__(self, performance: Performance) -> None:
+        self.performance = performance
+        self.document = performance.document
+        self.tracks = gltf_scene.timed(
+            gltf_scene.tracks(self.document, performance.take), performance.clock
+        )
+        moving = {(track.node, track.path) for track in performance.tracks}
         self.first = [(track.node, track.path) in moving for track in self.tracks].index(True)
         root: dict[str, Any] = self.document.root.value
         self.other = {key: value for key, value in root.items() if key != "animations"}
@@ -293,10 +295,10 @@ class _Cutter:
         """Return the clip of some frames."""
         frames = np.arange(span.start, span.stop)
         pack = self.pack.copy()
-        seconds = np.arange(len(span)) / float(rate_of(self.found))
+        seconds = np.arange(len(span)) / float(rate_of(self.performance))
         every = pack.accessor(seconds, bounds=True)
         once = pack.accessor(seconds[:1], bounds=True)
-        take = deepcopy(self.found.take.value)
+        take = deepcopy(self.performance.take.value)
         take["samplers"] = []
         for number, track in enumerate(self.tracks):
             values = track.at(frames, exactly=True)
@@ -309,7 +311,7 @@ class _Cutter:
             step = {"interpolation": "STEP"} if track.kind == "STEP" else {}
             take["samplers"].append({**sampler, **step})
             take["channels"][number]["sampler"] = number
-        take["extras"] = _extras_of(self.found, span)
+        take["extras"] = _extras_of(self.performance, span)
         pack.fill(once)
         root = {
             **self.other,
@@ -325,19 +327,19 @@ class _Cutter:
         return json.dumps(root, allow_nan=False).encode()
 
 
-def _extras_of(found: Performance, span: Span) -> dict[str, Any]:
+def _extras_of(performance: Performance, span: Span) -> dict[str, Any]:
     """Return what stands beside the animation, of some frames."""
-    old = found.take.get("extras").value
+    old = performance.take.get("extras").value
     beside = dict(old) if isinstance(old, dict) else {}
-    beside |= {"frames": len(span), "rate": str(rate_of(found))}
-    if "unknown" in extras(found):
+    beside |= {"frames": len(span), "rate": str(rate_of(performance))}
+    if "unknown" in extras(performance):
         beside["unknown"] = {
-            found.person.names[joint]: [
+            performance.person.names[joint]: [
                 [max(start, span.start) - span.start, min(stop, span.stop) - span.start]
                 for start, stop in gaps
                 if start < span.stop and stop > span.start
             ]
-            for joint, gaps in unknown(found).items()
+            for joint, gaps in unknown(performance).items()
         }
     return beside
 
@@ -399,9 +401,9 @@ def write(motion: Motion) -> bytes:
     """
     skeleton = motion.skeleton
     parents = skeleton.parents.astype(int)
-    points, unknown = _held(motion, parents)
-    turns, offsets = _turned(motion, points, parents)
-    ways, turned = _within(points, turns, parents)
+    points, unknown = _without_gaps(motion, parents)
+    turns, offsets = _rotations_from_rest(motion, points, parents)
+    ways, turned = _local_transforms(points, turns, parents)
     pack = Pack()
     children = [np.flatnonzero(parents == joint).tolist() for joint in range(len(parents))]
     nodes: list[dict[str, Any]] = [
@@ -440,7 +442,7 @@ def write(motion: Motion) -> bytes:
     return glb(root, pack)
 
 
-def _held(motion: Motion, parents: NDArray[np.int_]) -> tuple[Floats, NDArray[np.bool_]]:
+def _without_gaps(motion: Motion, parents: NDArray[np.int_]) -> tuple[Floats, NDArray[np.bool_]]:
     """Return positions without gaps, and where there were gaps (T, J)."""
     points = motion.positions.astype(np.float64)
     unknown = np.asarray(np.isnan(points).any(axis=2))
@@ -461,7 +463,9 @@ def _held(motion: Motion, parents: NDArray[np.int_]) -> tuple[Floats, NDArray[np
     return points, unknown
 
 
-def _turned(motion: Motion, points: Floats, parents: NDArray[np.int_]) -> tuple[Floats, Floats]:
+def _rotations_from_rest(
+    motion: Motion, points: Floats, parents: NDArray[np.int_]
+) -> tuple[Floats, Floats]:
     """Return how joints are turned from rest, (T, J, 4), and the offsets at rest."""
     offsets = motion.skeleton.offsets.astype(np.float64)
     if motion.rotations is not None:
@@ -487,7 +491,9 @@ def _turned(motion: Motion, points: Floats, parents: NDArray[np.int_]) -> tuple[
     return turns, offsets
 
 
-def _within(points: Floats, turns: Floats, parents: NDArray[np.int_]) -> tuple[Floats, Floats]:
+def _local_transforms(
+    points: Floats, turns: Floats, parents: NDArray[np.int_]
+) -> tuple[Floats, Floats]:
     """Return where joints are and how they are turned as their parents see it."""
     ways, turned = points.copy(), turns.copy()
     for joint, parent in enumerate(parents.tolist()):
@@ -501,7 +507,7 @@ def _within(points: Floats, turns: Floats, parents: NDArray[np.int_]) -> tuple[F
 
 
 def _animation(
-    pack: Pack, motion: Motion, ways: Floats, turned: Floats, offsets: Floats
+    pack: Pack, motion: Motion, shifts: Floats, turned: Floats, offsets: Floats
 ) -> dict[str, Any]:
     """Lay down the tracks; what never changes has one key."""
     parents = motion.skeleton.parents
@@ -517,7 +523,7 @@ def _animation(
         channels.append({"sampler": len(samplers) - 1, "target": target})
 
     for joint in range(len(parents)):
-        way, turn = ways[:, joint], turned[:, joint][:, [1, 2, 3, 0]]
+        way, turn = shifts[:, joint], turned[:, joint][:, [1, 2, 3, 0]]
         if joint == 0 or np.abs(way - np.float32(offsets[joint])).max() > RIGID / METRE:
             still = joint > 0 and np.ptp(way, axis=0).max() <= RIGID / METRE
             track(joint, "translation", way, still)

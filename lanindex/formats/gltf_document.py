@@ -79,7 +79,7 @@ class Value:
             self.wrong("a list")
         return len(self.value or ())
 
-    def whole(self, least: int = 0, most: int = 2**53) -> int:
+    def integer(self, least: int = 0, most: int = 2**53) -> int:
         """Return a whole number."""
         value = self.value
         if isinstance(value, float) and value.is_integer():
@@ -93,7 +93,7 @@ class Value:
         count = things.count()
         if not count:
             self.wrong(f"a number of {things.where}, of which there are none")
-        return self.whole(0, count - 1)
+        return self.integer(0, count - 1)
 
     def numbers(self, count: int) -> list[float]:
         """Return as many finite numbers."""
@@ -146,8 +146,8 @@ class Document:
         views = self.root.get("bufferViews")
         view = views[number.one_of(views)]
         buffer = view.get("buffer").one_of(self.root.get("buffers"))
-        offset, length = view.get("byteOffset", 0).whole(), view.get("byteLength").whole(1)
-        stride = view.get("byteStride").whole(1, 252) if "byteStride" in view else None
+        offset, length = view.get("byteOffset", 0).integer(), view.get("byteLength").integer(1)
+        stride = view.get("byteStride").integer(1, 252) if "byteStride" in view else None
         _, first, stop = self._bytes(buffer)
         if offset + length > stop - first:
             self._short(f"{view.where} ends at byte {offset + length}", f"at most {stop - first}")
@@ -170,7 +170,7 @@ class Document:
         """Return where the bytes of a buffer are: the first, and the one behind the last."""
         if number not in self._buffers:
             buffer = self.root.get("buffers")[number]
-            length = buffer.get("byteLength").whole(1)
+            length = buffer.get("byteLength").integer(1)
             content, first, stop = self._source(number, buffer)
             if stop - first < length:
                 self._short(f"{buffer.where} has {stop - first} bytes", f"{length}, as it says")
@@ -308,27 +308,27 @@ def shape(document: Document, number: Value) -> tuple[int, int]:
     """Return how many elements an accessor has and of how many numbers, without reading them."""
     accessors = document.root.get("accessors")
     accessor = accessors[number.one_of(accessors)]
-    return accessor.get("count").whole(1), WIDTHS[accessor.get("type").word(WIDTHS)]
+    return accessor.get("count").integer(1), WIDTHS[accessor.get("type").word(WIDTHS)]
 
 
 def numbers(document: Document, number: Value) -> NDArray[Any]:
     """Return the elements of an accessor."""
     count, width = shape(document, number)
-    accessor = document.root.get("accessors")[number.whole()]
+    accessor = document.root.get("accessors")[number.integer()]
     code = accessor.get("componentType")
-    kind = np.dtype(TYPES.get(code.whole(), "V1"))
+    kind = np.dtype(TYPES.get(code.integer(), "V1"))
     if kind.kind == "V":
         code.wrong(" or ".join(map(str, TYPES)))
     sparse = accessor.get("sparse")
     if "bufferView" in accessor:
         found = _elements(document, accessor, kind, count, width, True)
     else:  # all are 0 but those that are named: no more than twice as many as that
-        named = sparse.get("count").whole(1) if sparse.value is not None else 1
+        named = sparse.get("count").integer(1) if sparse.value is not None else 1
         if count > 2 * named + 16:
             accessor.get("count").wrong("elements that are somewhere")
         found = np.zeros((count, width), kind)
     if sparse.value is not None:
-        found = _replaced(document, sparse, found)
+        found = _with_replacements(document, sparse, found)
     if accessor.get("normalized", False).value is True and kind.kind != "f":
         found = np.maximum(found / np.iinfo(kind).max, -1.0).astype(np.float32)
     if not -LARGEST < float(found.min()) <= float(found.max()) < LARGEST:
@@ -348,7 +348,7 @@ def _elements(
     buffer, first, length, stride = document.view(one.get("bufferView"))
     size = kind.itemsize * width
     step = stride if strided and stride is not None else size
-    offset = one.get("byteOffset", 0).whole()
+    offset = one.get("byteOffset", 0).integer()
     if step < size or offset + step * (count - 1) + size > length:
         raise CaptureError(
             f"{one.where} needs {count} elements of {size} bytes, {step} apart from {offset} on",
@@ -360,19 +360,19 @@ def _elements(
     return np.ndarray((count, width), kind, data, strides=(step, kind.itemsize))
 
 
-def _replaced(document: Document, sparse: Value, found: NDArray[Any]) -> NDArray[Any]:
+def _with_replacements(document: Document, sparse: Value, elements: NDArray[Any]) -> NDArray[Any]:
     """Return elements, some of which are replaced."""
-    count = sparse.get("count").whole(1, len(found))
+    count = sparse.get("count").integer(1, len(elements))
     where, what = sparse.get("indices"), sparse.get("values")
     code = where.get("componentType")
     if code.value not in (5121, 5123, 5125):
         code.wrong("5121 or 5123 or 5125")
-    index = np.dtype(TYPES[code.whole()])
+    index = np.dtype(TYPES[code.integer()])
     places = _elements(document, where, index, count, 1, False)[:, 0]
-    if int(places.max()) >= len(found):
-        where.wrong(f"indices below {len(found)}")
-    result = found.copy()
-    values = _elements(document, what, found.dtype, count, found.shape[1], False)
+    if int(places.max()) >= len(elements):
+        where.wrong(f"indices below {len(elements)}")
+    result = elements.copy()
+    values = _elements(document, what, elements.dtype, count, elements.shape[1], False)
     result[places.astype(np.int64)] = values
     return result
 
@@ -421,23 +421,23 @@ class Pack:
         rows = np.ascontiguousarray(values, kind).reshape(len(values), -1)
         view = self.lay(rows.tobytes()) | ({} if target is None else {"target": target})
         entry: dict[str, Any] = {
-            "bufferView": _put(self.views, view, self.free_views),
+            "bufferView": _place_item(self.views, view, self.free_views),
             "componentType": _CODES[kind],
             "count": len(rows),
             "type": _KINDS[rows.shape[1]],
         }
         if bounds:
             entry |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
-        return _put(self.accessors, entry, self.free_accessors)
+        return _place_item(self.accessors, entry, self.free_accessors)
 
 
-def _put(things: list[Any], thing: Any, free: list[int]) -> int:
-    """Put a thing where one is free, else behind the others; return its number."""
+def _place_item(items: list[Any], item: Any, free: list[int]) -> int:
+    """Put an item into a free place, else behind the others; return its number."""
     if free:
-        things[free[-1]] = thing
+        items[free[-1]] = item
         return free.pop()
-    things.append(thing)
-    return len(things) - 1
+    items.append(item)
+    return len(items) - 1
 
 
 def glb(root: dict[str, Any], pack: Pack) -> bytes:

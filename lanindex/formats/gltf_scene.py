@@ -300,7 +300,7 @@ def tracks(document: Document, take: Value, wanted: Iterable[int] | None = None)
 
 
 def _track(
-    document: Document, sampler: Value, node: int, path: str, known: dict[int, NDArray[Any]]
+    document: Document, sampler: Value, node: int, path: str, arrays: dict[int, NDArray[Any]]
 ) -> Track:
     kind = sampler.get("interpolation", "LINEAR").word(KINDS)
     spline = kind == "CUBICSPLINE"
@@ -318,7 +318,7 @@ def _track(
             place=document.file.name,
             wanted=f"times and as many values as a {kind} {path} has",
         )
-    if start.whole() not in known:
+    if start.integer() not in arrays:
         times = numbers(document, start)[:, 0].astype(np.float64)
         if (np.diff(times) < 0).any():
             raise CaptureError(
@@ -326,12 +326,12 @@ def _track(
                 place=document.file.name,
                 wanted="times that rise",
             )
-        known[start.whole()] = times
-    if stop.whole() not in known:
-        known[stop.whole()] = numbers(document, stop)
-    values = known[stop.whole()]
+        arrays[start.integer()] = times
+    if stop.integer() not in arrays:
+        arrays[stop.integer()] = numbers(document, stop)
+    values = arrays[stop.integer()]
     values = values.reshape(keys[0], 3, -1) if spline else values.reshape(keys[0], -1)
-    times = known[start.whole()]
+    times = arrays[start.integer()]
     return Track(node, path, kind, times, values, times)
 
 
@@ -381,7 +381,7 @@ def clock(times: Sequence[Floats], path: str) -> Clock:
     return Clock(rate, pace, start, frames, tied, doubts)
 
 
-def timed(found: Sequence[Track], clock: Clock) -> list[Track]:
+def timed(untimed: Sequence[Track], clock: Clock) -> list[Track]:
     """Return tracks that know their keys in frames."""
-    known = {id(track.times): clock.frames(track.times) for track in found}
-    return [replace(track, keys=known[id(track.times)]) for track in found]
+    known = {id(track.times): clock.frames(track.times) for track in untimed}
+    return [replace(track, keys=known[id(track.times)]) for track in untimed]

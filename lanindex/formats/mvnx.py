@@ -67,7 +67,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     rate_text = subject.attributes.get("frameRate", "").replace(",", ".")
     rate, _ = rate_by(options, f"{file.name}:{subject.line}", rate_text)
     joints, doubts = _joints(subject)
-    places, turns, offsets = _placed(subject, joints)
+    places, turns, offsets = _poses(subject, joints)
     others = ", ".join(quoted(one.name) for one in people[:20] if one is not subject)
     if others and not file.subject:
         doubts += (f"{quoted(subject.name)} is read; it holds also {others}",)
@@ -120,14 +120,14 @@ def _joints(subject: Subject) -> tuple[list[_Joint], tuple[str, ...]]:
     return joints, (doubt,) if left else ()
 
 
-def _placed(subject: Subject, joints: list[_Joint]) -> tuple[Rows, Rows | None, Floats | None]:
+def _poses(subject: Subject, joints: list[_Joint]) -> tuple[Rows, Rows | None, Floats | None]:
     """Return where joints are, how they are turned, and where they are at rest."""
     count = len(subject.frames)
     segments = [joint.segment for joint in joints]
-    places = _taken(subject.rows["position"]).reshape(count, -1, 3)[:, segments]
+    places = _stacked(subject.rows["position"]).reshape(count, -1, 3)[:, segments]
     if not subject.rows["orientation"]:
         return places, None, None
-    turns = _taken(subject.rows["orientation"]).reshape(count, -1, 4)[:, segments]
+    turns = _stacked(subject.rows["orientation"]).reshape(count, -1, 4)[:, segments]
     length = np.sqrt(np.einsum("tji,tji->tj", turns, turns))[..., None]
     unit = (length > _UNIT[0]) & (length < _UNIT[1])
     turns = np.divide(turns, length, out=np.full_like(turns, np.nan), where=unit)
@@ -146,7 +146,7 @@ def _placed(subject: Subject, joints: list[_Joint]) -> tuple[Rows, Rows | None, 
     return places, turns, offsets
 
 
-def _taken(rows: list[Row]) -> Rows:
+def _stacked(rows: list[Row]) -> Rows:
     """Return rows as one array, and leave none of them behind."""
     array = np.array(rows)
     rows.clear()

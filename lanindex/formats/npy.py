@@ -106,7 +106,7 @@ def header_of(head: bytes, there: int, place: str) -> Header:
     first = 8 + wide + int.from_bytes(head[8 : 8 + wide], "little")
     if first > min(len(head), _HEADER):
         raise CaptureError(f"a header of {first} bytes", place=place, wanted=wanted)
-    kind, shape, fortran = _said(head[8 + wide : first], place)
+    kind, shape, fortran = _parse_header(head[8 + wide : first], place)
     header = Header(kind, shape, fortran, first)
     if header.size > there - first:
         found_size = f"an array {shape} of {header.size} bytes, of which {there - first} are there"
@@ -116,7 +116,7 @@ def header_of(head: bytes, there: int, place: str) -> Header:
     return header
 
 
-def _said(text: bytes, place: str) -> tuple[np.dtype[Any], tuple[int, ...], bool]:
+def _parse_header(text: bytes, place: str) -> tuple[np.dtype[Any], tuple[int, ...], bool]:
     """Return kind, shape and order as a header says them."""
     try:
         said = ast.literal_eval(text.decode("latin-1").strip())
@@ -249,16 +249,16 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     return motion_of(points, file, form, options, wanted)
 
 
-def movement_of(found: Arrays) -> MovementArray:
+def movement_of(arrays: Arrays) -> MovementArray:
     """Return where the movement is."""
-    movement = _movement(found)
+    movement = _movement(arrays)
     if not movement.frames:
-        raise CaptureError("no frames", place=found.place, wanted=_WANTED)
+        raise CaptureError("no frames", place=arrays.place, wanted=_WANTED)
     return movement
 
 
-def _movement(found: Arrays) -> MovementArray:
-    shapes = {name: header.shape for name, header in found.headers.items() if _number(header)}
+def _movement(arrays: Arrays) -> MovementArray:
+    shapes = {name: header.shape for name, header in arrays.headers.items() if _number(header)}
     many = [name for name, shape in shapes.items() if _axis(shape) is not None]
     named = next((name for name in PLACES if name in many), None)
     doubts: tuple[str, ...] = ()
@@ -275,8 +275,8 @@ def _movement(found: Arrays) -> MovementArray:
         if not many and len(rows) == 1:
             return MovementArray(rows[0], 0, shapes[rows[0]][0], "features")
         if len(many) != 1:
-            there = _instead(found, shapes, many)
-            raise CaptureError(there, place=found.place, wanted=_WANTED, remedy=_REMEDY)
+            there = _listed_arrays(arrays, shapes, many)
+            raise CaptureError(there, place=arrays.place, wanted=_WANTED, remedy=_REMEDY)
         named = many[0]
         doubts = (f"its array {quoted(named)} is taken for places of joints",)
     axis = _axis(shapes[named]) or 0
@@ -294,7 +294,7 @@ def _axis(shape: tuple[int, ...]) -> int | None:
     return 1 if len(shape) == 4 and shape[0] == 1 and _axis(shape[1:]) == 0 else None
 
 
-def _instead(found: Arrays, shapes: dict[str, tuple[int, ...]], many: Iterable[str]) -> str:
+def _listed_arrays(arrays: Arrays, shapes: dict[str, tuple[int, ...]], many: Iterable[str]) -> str:
     """Say what a file holds that has no movement."""
     if many:
         return f"several arrays that may be places of joints: {', '.join(map(quoted, many))}"
@@ -303,67 +303,69 @@ def _instead(found: Arrays, shapes: dict[str, tuple[int, ...]], many: Iterable[s
             return f"places of {shape[0]} people {shape}"
         if len(shape) == 3 and shape[2] == 2:
             return f"points in a picture {shape}"
-    refused = [f"{quoted(name)} {why}" for name, why in found.refused.items()]
+    refused = [f"{quoted(name)} {why}" for name, why in arrays.refused.items()]
     there = [f"{quoted(name)} {shape}" if name else f"an array {shape}"
              for name, shape in shapes.items()]  # fmt: skip
     listed = [*refused, *there]
     return "; ".join(listed[:6]) if listed else "no array of numbers"
 
 
-def _text(found: Arrays, keys: Iterable[str], sizes: Iterable[int]) -> list[str] | None:
+def _text(arrays: Arrays, keys: Iterable[str], sizes: Iterable[int]) -> list[str] | None:
     """Return the texts of the first of some arrays that is there in one of these sizes."""
     for name in keys:
-        header = found.headers.get(name)
+        header = arrays.headers.get(name)
         if header and header.kind.kind in "US" and header.size // header.kind.itemsize in sizes:
-            words = found[name].ravel().tolist()
+            words = arrays[name].ravel().tolist()
             return [word.decode("utf-8", "replace") if isinstance(word, bytes) else word
                     for word in words]  # fmt: skip
     return None
 
 
-def _rate(found: Arrays) -> str:
+def _rate(arrays: Arrays) -> str:
     """Return what the file says of its rate; empty if nothing."""
     for name in RATES:
-        header = found.headers.get(name)
+        header = arrays.headers.get(name)
         if header and _number(header) and header.size == header.kind.itemsize:
-            return repr(float(found[name].ravel()[0]))
+            return repr(float(arrays[name].ravel()[0]))
     return ""
 
 
-def _declared(found: Arrays, unit: str | None = None, up: str | None = None) -> Declared:
-    words = {name: _text(found, (name, f"{name}s"), (1,)) for name in ("unit", "up")}
+def _declared(arrays: Arrays, unit: str | None = None, up: str | None = None) -> Declared:
+    words = {name: _text(arrays, (name, f"{name}s"), (1,)) for name in ("unit", "up")}
     said = {name: word[0] for name, word in words.items() if word}
     return Declared(said.get("unit", unit), said.get("up", up))
 
 
-def _from_places(found: Arrays, movement: MovementArray, options: Reading) -> Points:
+def _from_places(arrays: Arrays, movement: MovementArray, options: Reading) -> Points:
     """Return the points of an array of places."""
-    places = found[movement.key]
-    places = _sound(places[0] if movement.axis else places, movement.key, LARGEST, found.place)
+    places = arrays[movement.key]
+    places = _checked_numbers(
+        places[0] if movement.axis else places, movement.key, LARGEST, arrays.place
+    )
     places[np.isnan(places).any(axis=2)] = np.nan
-    doubts, rate = movement.doubts, _rate(found)
+    doubts, rate = movement.doubts, _rate(arrays)
     count = places.shape[1]
     if not np.isfinite(places).any():
-        raise CaptureError("no place is known in any frame", place=found.place, wanted=_WANTED)
-    names = _text(found, NAMES, (count,))
+        raise CaptureError("no place is known in any frame", place=arrays.place, wanted=_WANTED)
+    names = _text(arrays, NAMES, (count,))
     if names is None:
         order = smpl.order_of(places)
         if order is None:
             orders = " or ".join(f"{len(it.names)} ({it.title})" for it in smpl.ORDERS)
             raise CaptureError(
                 f"{count} joints without names, in no order that is known",
-                place=found.place,
+                place=arrays.place,
                 wanted=f"names of the joints, or {orders} whose bones keep their lengths",
                 remedy="Save their names with them: numpy.savez(path, joints=..., joint_names=...)",
             )
         names = list(order.names)
-        rate, assumed = _assumed(rate, order, options)
+        rate, assumed = _assumed_rate(rate, order, options)
         doubts += assumed
-    hertz, unsteady = rate_by(options, found.place, rate)
-    return Points(tuple(names), places, hertz, _declared(found), doubts=(*doubts, *unsteady))
+    hertz, unsteady = rate_by(options, arrays.place, rate)
+    return Points(tuple(names), places, hertz, _declared(arrays), doubts=(*doubts, *unsteady))
 
 
-def _assumed(rate: str, order: smpl.Order, options: Reading) -> tuple[str, tuple[str, ...]]:
+def _assumed_rate(rate: str, order: smpl.Order, options: Reading) -> tuple[str, tuple[str, ...]]:
     """Return the rate, where nobody tells it that of such files, and a doubt where it is."""
     if rate or not order.rate or options.rate is not None:
         return rate, ()
@@ -371,41 +373,42 @@ def _assumed(rate: str, order: smpl.Order, options: Reading) -> tuple[str, tuple
     return order.rate, (f"{assumed}. If that is wrong, give --fps",)
 
 
-def _from_features(found: Arrays, movement: MovementArray, options: Reading) -> Points:
+def _from_features(arrays: Arrays, movement: MovementArray, options: Reading) -> Points:
     """Return the points of features."""
-    values = found[movement.key]
+    values = arrays[movement.key]
     title, many = smpl.TITLES[values.shape[1]], smpl.used(values.shape[1])
-    values = _sound(values[:, :many], movement.key, LARGEST, found.place, known=True)
+    values = _checked_numbers(values[:, :many], movement.key, LARGEST, arrays.place, known=True)
     places = smpl.placed(values)
     order = smpl.order_of(places)
     if order is None:
         raise CaptureError(
             f"features of {title} in which bones keep no lengths",
-            place=found.place,
+            place=arrays.place,
             wanted="features as they were computed",
             remedy="If they are normalised, multiply them by Std.npy and add Mean.npy.",
         )
-    rate, doubts = _assumed(_rate(found), order, options)
-    hertz, unsteady = rate_by(options, found.place, rate)
+    rate, doubts = _assumed_rate(_rate(arrays), order, options)
+    hertz, unsteady = rate_by(options, arrays.place, rate)
     return Points(
-        order.names, places, hertz, _declared(found, None, "y"), doubts=(*doubts, *unsteady)
+        order.names, places, hertz, _declared(arrays, None, "y"), doubts=(*doubts, *unsteady)
     )
 
 
-def _from_turns(found: Arrays, movement: MovementArray, options: Reading) -> Points:
+def _from_turns(arrays: Arrays, movement: MovementArray, options: Reading) -> Points:
     """Return the points of poses of SMPL."""
-    hertz, doubts = rate_by(options, found.place, _rate(found))
+    place = arrays.place
+    hertz, doubts = rate_by(options, place, _rate(arrays))
     poses = np.concatenate(
-        [_sound(found[name][:, : 3 * smpl.TURNED], name, _TURNS, found.place, known=True)
+        [_checked_numbers(arrays[name][:, : 3 * smpl.TURNED], name, _TURNS, place, known=True)
          for name in _PARTS[movement.key]], axis=1
     )  # fmt: skip
-    shift = _sound(found["trans"], "trans", LARGEST, found.place, known=True)
+    shift = _checked_numbers(arrays["trans"], "trans", LARGEST, place, known=True)
     places, turns = smpl.posed(poses, shift)
-    declared = _declared(found, "m", "z")
+    declared = _declared(arrays, "m", "z")
     return Points(smpl.SMPL, places, hertz, declared, smpl.PARENTS, smpl.OFFSETS, turns, doubts)
 
 
-def _sound(
+def _checked_numbers(
     values: NDArray[Any], name: str, largest: float, place: str, known: bool = False
 ) -> NDArray[np.float32]:
     """Return numbers as float32; refuse absurd ones, and unknown ones where all must be known."""
@@ -430,7 +433,7 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
     found = arrays(file)
     movement = movement_of(found)
     if "" in found.headers:
-        return lambda span: _cut(found, "", movement.axis, span)
+        return lambda span: _cut_array(found, "", movement.axis, span)
 
     def cut(span: Span) -> bytes:
         clip, packed = io.BytesIO(), archive(file)
@@ -439,7 +442,9 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
                 name = info.filename.removesuffix(SUFFIX)
                 header = found.headers.get(name)
                 if header and name != info.filename and _follows(name, header, movement):
-                    data = _cut(found, name, movement.axis if name == movement.key else 0, span)
+                    data = _cut_array(
+                        found, name, movement.axis if name == movement.key else 0, span
+                    )
                 else:
                     data = unpacked(file.name, packed, info, 0, info.file_size)
                 copy = zipfile.ZipInfo(info.filename, info.date_time)
@@ -459,11 +464,11 @@ def _follows(name: str, header: Header, movement: MovementArray) -> bool:
     return numbers and bool(shape) and shape[0] == movement.frames
 
 
-def _cut(found: Arrays, name: str, axis: int, span: Span) -> bytes:
+def _cut_array(arrays: Arrays, name: str, axis: int, span: Span) -> bytes:
     """Return an array's file with some of its frames."""
-    array = found[name]
+    array = arrays[name]
     some = array[:, span.start : span.stop] if axis else array[span.start : span.stop]
-    if found.headers[name].fortran:
+    if arrays.headers[name].fortran:
         some = np.asfortranarray(some)
     clip = io.BytesIO()
     np.lib.format.write_array(clip, some, allow_pickle=False)

@@ -31,7 +31,9 @@ def person(file: File, names: Sequence[str]) -> tuple[str, tuple[str, ...]]:
     return name, (f"{name} is read; it holds also {others(names, name)}",)
 
 
-def subject_points(file: File, subjects: Mapping[str, T], whole: T) -> tuple[T, tuple[str, ...]]:
+def subject_points(
+    file: File, subjects: Mapping[str, T], all_points: T
+) -> tuple[T, tuple[str, ...]]:
     """Return the points of the subject that is meant, or of all, and a doubt about others."""
     if file.subject:
         if file.subject not in subjects:
@@ -42,7 +44,7 @@ def subject_points(file: File, subjects: Mapping[str, T], whole: T) -> tuple[T, 
             )
         return subjects[file.subject], ()
     if not subjects:
-        return whole, ()
+        return all_points, ()
     first, *rest = subjects
     doubt = f"{first or 'the first subject'} is read; it holds also {', '.join(rest)}"
     return subjects[first], (doubt,) if rest else ()
@@ -92,10 +94,10 @@ def plain(name: str) -> str:
     return "".join(kept)[:_LONGEST].strip()
 
 
-def named(found: Mapping[str, T]) -> dict[str, T]:
-    """Return who was found by names that are `plain`: one that is taken has its number."""
+def named(by_name: Mapping[str, T]) -> dict[str, T]:
+    """Return people by names that are `plain`: a name that another has gets a number."""
     people = dict[str, T]()
-    for number, (name, one) in enumerate(found.items(), 1):
+    for number, (name, one) in enumerate(by_name.items(), 1):
         called = plain(name)
         if called in people or bool(name) > bool(called):
             called = f"{called} {number}".strip()

@@ -73,7 +73,7 @@ def layout_of(file: File) -> Layout:
             return kind(file, head)
     if sniff.nexus(b"".join(line.text for line in head)):
         return _nexus(file, head)
-    return _kinect(file, first) or _named(file, head)
+    return _kinect(file, first) or _named_columns(file, head)
 
 
 def _kinect(file: File, first: Line) -> Layout | None:
@@ -97,7 +97,7 @@ def _is_number(cell: bytes) -> bool:
     return True
 
 
-def _named(file: File, head: list[Line]) -> Layout:
+def _named_columns(file: File, head: list[Line]) -> Layout:
     """Return a table whose header names the columns: ``time``, ``head_x``, ``head_y`` ..."""
     points, unit, cells = dict[str, tuple[int, int, int]](), None, list[str]()
     for line in head:

@@ -88,59 +88,67 @@ class Points:
 
 def motion_of(points: Points, file: File, form: str, options: Reading, wanted: Wanted) -> Motion:
     """Return a motion of points."""
-    made = _made(points.names, options) if points.parents is None else None
+    marker_set = _marker_set(points.names, options) if points.parents is None else None
     names = points.names
-    if made is not None:
-        names = made.joints
-        points = replace(points, declared=replace(points.declared, body=_numbered(names)))
-    places = _places(points, made, options)
-    found = _understood(names, places, points, options, file.name)
-    skeleton, order = _skeleton(names, places, points, found)
-    whole = skeleton
+    if marker_set is not None:
+        names = marker_set.joints
+        points = replace(points, declared=replace(points.declared, body=_body_by_name(names)))
+    places = _places(points, marker_set, options)
+    mapping = _mapping(names, places, points, options, file.name)
+    skeleton, order = _skeleton(names, places, points, mapping)
+    full_skeleton = skeleton
     if wanted.body_only:
         kept, skeleton = body_of(skeleton)
         order = order[kept]
-    gaps = _gaps(places.known[:, found.body[found.body >= 0]], points.rate)
-    positions, rotations = _oriented(found, places, order)
+    gaps = _gaps(places.known[:, mapping.body[mapping.body >= 0]], points.rate)
+    positions, rotations = _oriented(mapping, places, order)
     turns = None
     if rotations is not None:
-        turns = partial(_turns, order=order, rotations=rotations, places=places, found=found)
+        turns = partial(_turns, order=order, rotations=rotations, places=places, mapping=mapping)
     del places  # of a long capture of markers a part of the memory
-    own = _axes(points, made, turns, found, whole, skeleton.body, positions)
-    axes, made_up = measured_palms(axes_of(skeleton, rotations) | own, positions, skeleton.body)
-    markers = None
-    if made is not None and not wanted.body_only and isinstance(points.places, np.ndarray):
-        markers = Markers(points.names, _over(found, points.places))  # joints are made of them
-    source = Source(
-        *(file.name, form, found.unit, found.scale, found.up),
-        joints=points.names,
-        set=made.set if made else "",
-        made=made.sources(points.names) if made else {},
+    palm_axes = _axes(points, marker_set, turns, mapping, full_skeleton, skeleton.body, positions)
+    axes, made_up = measured_palms(
+        axes_of(skeleton, rotations) | palm_axes, positions, skeleton.body
     )
-    doubts = (*points.doubts, *(made.doubts if made else ()), *rate_doubt(points.rate), *made_up)
-    doubts = (*doubts, *found.doubts, *gaps)
-    about = (source, found.first, doubts, rotations, markers, axes)
+    markers = None
+    if marker_set is not None and not wanted.body_only and isinstance(points.places, np.ndarray):
+        # joints are made of them
+        markers = Markers(points.names, _overwrite_oriented(mapping, points.places))
+    source = Source(
+        *(file.name, form, mapping.unit, mapping.scale, mapping.up),
+        joints=points.names,
+        set=marker_set.set if marker_set else "",
+        made=marker_set.sources(points.names) if marker_set else {},
+    )
+    doubts = (
+        *points.doubts,
+        *(marker_set.doubts if marker_set else ()),
+        *rate_doubt(points.rate),
+        *made_up,
+    )
+    doubts = (*doubts, *mapping.doubts, *gaps)
+    about = (source, mapping.first, doubts, rotations, markers, axes)
     return Motion(skeleton, points.rate, positions, *about)
 
 
 def _axes(
     points: Points,
-    made: MarkerSet | Clusters | None,
+    marker_set: MarkerSet | Clusters | None,
     turns: Callable[[int], NDArray[np.float32]] | None,
-    found: BodyMapping,
-    whole: Skeleton,
+    mapping: BodyMapping,
+    full_skeleton: Skeleton,
     body: NDArray[np.int16],
     positions: NDArray[np.float32],
 ) -> dict[str, NDArray[np.float32]]:
     """Return where palms face: as hands are turned, else of markers or knuckles in each frame."""
     if turns is not None:
-        return turned(rest_of(whole, points.palms_down), turns)
+        return turned(rest_of(full_skeleton, points.palms_down), turns)
     if not isinstance(points.places, np.ndarray):
         return {}
-    those = made.palms if isinstance(made, MarkerSet) else planes(points.names)
+    those = marker_set.palms if isinstance(marker_set, MarkerSet) else planes(points.names)
     played = {hand: int(body[JOINT_CODES[TURNED_BY[hand]]]) for hand in those}
     wrists = {hand: positions[:, joint] for hand, joint in played.items() if joint >= 0}
-    return seen_palms(points.places, those, wrists, found.oriented)
+    return seen_palms(points.places, those, wrists, mapping.oriented)
 
 
 def _turns(
@@ -148,16 +156,16 @@ def _turns(
     order: NDArray[np.int64],
     rotations: NDArray[np.float32],
     places: Places,
-    found: BodyMapping,
+    mapping: BodyMapping,
 ) -> NDArray[np.float32]:
     """Return how one joint of a file is turned, (T, 4), whether it was kept or not."""
     if joint not in order:
-        _, alone = _oriented(found, places, np.array([joint]))
+        _, alone = _oriented(mapping, places, np.array([joint]))
         rotations, order = rotations if alone is None else alone, np.array([joint])
     return rotations[:, order.tolist().index(joint)]
 
 
-def _made(names: tuple[str, ...], options: Reading) -> MarkerSet | Clusters | None:
+def _marker_set(names: tuple[str, ...], options: Reading) -> MarkerSet | Clusters | None:
     """Return how joints are made of points, if they are markers."""
     if not options.body:
         return marker_set_of(names)
@@ -167,21 +175,21 @@ def _made(names: tuple[str, ...], options: Reading) -> MarkerSet | Clusters | No
         raise BodyError(error.found, place=options.body, wanted=error.wanted) from error
 
 
-def _places(points: Points, made: MarkerSet | Clusters | None, options: Reading) -> Places:
+def _places(points: Points, marker_set: MarkerSet | Clusters | None, options: Reading) -> Places:
     """Return what tells where the joints are: the points, or what is made of them."""
     if isinstance(points.places, Places):
         return points.places
-    if made is None:
-        return _held(points.places, points.rotations)
+    if marker_set is None:
+        return _stored_places(points.places, points.rotations)
     scale = _millimetres(points.places, points.declared, options)
     if len(points.places) <= BLOCK:
-        found = made.places(points.places, scale)
-        return _held(found[:, [JOINT_CODES[joint] for joint in made.joints]])
-    known, at = made.over(points.places, scale, BLOCK)
+        found = marker_set.places(points.places, scale)
+        return _stored_places(found[:, [JOINT_CODES[joint] for joint in marker_set.joints]])
+    known, at = marker_set.over(points.places, scale, BLOCK)
     return Places(known, lambda frames, joints: (at(frames)[:, joints], None))
 
 
-def _held(places: NDArray[Any], rotations: NDArray[Any] | None = None) -> Places:
+def _stored_places(places: NDArray[Any], rotations: NDArray[Any] | None = None) -> Places:
     def at(frames: Frames, joints: NDArray[np.int64]) -> tuple[NDArray[Any], NDArray[Any] | None]:
         turns = None if rotations is None else rotations[frames][:, joints]
         return places[frames][:, joints], turns
@@ -214,14 +222,14 @@ def _gaps(known: NDArray[np.bool_], rate: Fraction) -> tuple[str, ...]:
                  for count, what in counts if count)  # fmt: skip
 
 
-def _numbered(names: Sequence[str]) -> NDArray[np.int16]:
+def _body_by_name(names: Sequence[str]) -> NDArray[np.int16]:
     """Return which of some joints play the body, where they are called as its own are."""
     body = np.full(len(JOINTS), -1, np.int16)
     body[[JOINT_CODES[name] for name in names]] = np.arange(len(names))
     return body
 
 
-def _understood(
+def _mapping(
     names: Sequence[str], places: Places, points: Points, options: Reading, path: str
 ) -> BodyMapping:
     """Find the body among those points that are known somewhere."""
@@ -268,25 +276,25 @@ def _parents_among(
 
 
 def _skeleton(
-    names: Sequence[str], places: Places, points: Points, found: BodyMapping
+    names: Sequence[str], places: Places, points: Points, mapping: BodyMapping
 ) -> tuple[Skeleton, NDArray[np.int64]]:
     """Return a skeleton, and which of the points each of its joints is."""
     if points.parents is not None:
         order = np.arange(len(names))
-        parents, played = np.array(points.parents, np.int16), found.body
+        parents, played = np.array(points.parents, np.int16), mapping.body
     else:  # the joints of the body come first, and hang together as a body does
-        body = {joint: int(index) for joint, index in zip(JOINTS, found.body, strict=True)
+        body = {joint: int(index) for joint, index in zip(JOINTS, mapping.body, strict=True)
                 if index >= 0}  # fmt: skip
         rest = [index for index in range(len(names)) if index not in body.values()]
         order = np.array([*body.values(), *rest], np.int64)
         parents = np.array([*parents_of(list(body)), *[-1] * len(rest)], np.int16)
-        played = _numbered(list(body))
+        played = _body_by_name(list(body))
     if points.offsets is not None:
-        offsets = found.oriented(np.asarray(points.offsets, np.float64))
+        offsets = mapping.oriented(np.asarray(points.offsets, np.float64))
     else:
         some = np.unique(np.linspace(0, len(places) - 1, min(len(places), SAMPLED)).astype(int))
         there, _ = places.at(some, np.arange(len(names)))
-        seen = found.oriented(there.astype(np.float64)).astype(np.float64)
+        seen = mapping.oriented(there.astype(np.float64)).astype(np.float64)
         offsets = np.zeros((len(order), 3), np.float32)
         if points.parents is None:
             offsets[: len(body)] = rest_offsets({it: seen[:, index] for it, index in body.items()})
@@ -305,7 +313,7 @@ def usual(vectors: NDArray[Any]) -> Floats:
 
 
 def _oriented(
-    found: BodyMapping, places: Places, order: NDArray[np.int64]
+    mapping: BodyMapping, places: Places, order: NDArray[np.int64]
 ) -> tuple[NDArray[np.float32], NDArray[np.float32] | None]:
     """Return places in mm, y up, and how they are turned."""
     result = np.empty((len(places), len(order), 3), np.float32)
@@ -313,19 +321,19 @@ def _oriented(
     for start in range(0, len(places), BLOCK):
         part = slice(start, start + BLOCK)
         block, turns = places.at(part, order)
-        found.oriented(block.astype(np.float64), result[part])
+        mapping.oriented(block.astype(np.float64), result[part])
         if turns is not None:
             turned = np.empty((*result.shape[:2], 4), np.float32) if turned is None else turned
             turned[part, :, 0] = turns[..., 0]
-            turned[part, :, 1:] = found.turned(turns[..., 1:])
+            turned[part, :, 1:] = mapping.turned(turns[..., 1:])
     return result, turned
 
 
-def _over(found: BodyMapping, places: NDArray[Any]) -> NDArray[np.float32]:
+def _overwrite_oriented(mapping: BodyMapping, places: NDArray[Any]) -> NDArray[np.float32]:
     """Return places in mm, y up; written over what they were, where they fit."""
     fits = places.dtype == np.float32 and places.flags.writeable
     result = places if fits else np.empty(places.shape, np.float32)
     for start in range(0, len(places), BLOCK):
         part = slice(start, start + BLOCK)
-        found.oriented(places[part].astype(np.float64), result[part])
+        mapping.oriented(places[part].astype(np.float64), result[part])
     return result

@@ -210,7 +210,7 @@ def features(places: NDArray[Any]) -> NDArray[np.float32]:
         root[:, [0, 2]],
         own[:, 0, 1:2],
         own[:, 1:].reshape(len(own), -1),
-        _turned(places[:-1], heading[:-1]),
+        _bone_rotations(places[:-1], heading[:-1]),
         moved.reshape(len(moved), -1),
         steps < _STILL,
     )
@@ -243,7 +243,7 @@ def _facing(places: Floats, heading: Floats) -> Floats:
     return np.stack((x * cos - z * sin, y, x * sin + z * cos), axis=-1)
 
 
-def _turned(places: Floats, heading: Floats) -> Floats:
+def _bone_rotations(places: Floats, heading: Floats) -> Floats:
     """Return how bones are turned, (T, 126): the first two columns of each one's matrix."""
     cos, sin, none = np.cos(heading), np.sin(heading), np.zeros(len(heading))
     facing = np.stack((cos, none, -sin, none, none + 1, none, sin, none, cos), -1)

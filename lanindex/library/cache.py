@@ -276,12 +276,12 @@ def join(connection: Link) -> bool:
     pieces = [segments.read_texts(connection, one) for one in old]
     texts = columns.joined_texts(pieces, segments.TEXTS, order)
     roster = roster if order is None else roster.at(order)
-    segments.put(connection, roster, texts, _moved(connection, old, order))
+    segments.put(connection, roster, texts, _take_columns(connection, old, order))
     segments.drop(connection, old)
     return True
 
 
-def _moved(
+def _take_columns(
     connection: Link, old: list[Segment], order: NDArray[np.int64] | None
 ) -> Iterator[Columns]:
     """Yield the columns of segments part by part, and delete each: its room is used again."""

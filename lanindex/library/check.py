@@ -59,10 +59,10 @@ def check_connection(connection: Link) -> list[str]:
         [] if has_view(connection, VIEW, view_sql()) else [view],
         findings.unlike,
     ]
-    return [line for some in lines for line in _cut(some)]
+    return [line for some in lines for line in _shorten(some)]
 
 
-def _cut(lines: list[str]) -> list[str]:
+def _shorten(lines: list[str]) -> list[str]:
     return lines[:_MOST] + ([f"… and {len(lines) - _MOST} more like it"] if lines[_MOST:] else [])
 
 
@@ -145,7 +145,7 @@ class _Findings:
             fields = read.read_fields(connection, wanted, every=True)
             for _ in read.read_contents(connection, chosen):
                 pass
-            self.damaged += _nonsense(connection, wanted, fields)
+            self.damaged += _senseless_symbols(connection, wanted, fields)
             derived = columns.of_rows(wanted, fields)
         except LibraryError as error:
             if len(numbers) == 1:
@@ -168,18 +168,18 @@ class _Findings:
             )
 
 
-def _nonsense(
-    connection: Link, wanted: read.Tracks, fields: NDArray[np.int64]
+def _senseless_symbols(
+    connection: Link, tracks: read.Tracks, fields: NDArray[np.int64]
 ) -> Iterator[tuple[int, str]]:
     """Yield symbols that were stored with a right checksum but make no sense, by capture."""
     start, length = (fields[:, rows.COLUMNS.index(name)] for name in ("start", "length"))
-    frames = np.array([one.capture.frames for one in wanted.chosen], np.int64)[wanted.place]
-    if {*wanted.kind} <= {*range(len(rows.KIND_NAMES))} and not (
-        (start + length > frames.repeat(wanted.symbols)) | rows.nameless(fields)
+    frames = np.array([one.capture.frames for one in tracks.chosen], np.int64)[tracks.place]
+    if {*tracks.kind} <= {*range(len(rows.KIND_NAMES))} and not (
+        (start + length > frames.repeat(tracks.symbols)) | rows.nameless(fields)
     ).any():
         return
-    every = read.read_tracks(connection, wanted.chosen)
-    for capture in (one.capture for one in wanted.chosen):
+    every = read.read_tracks(connection, tracks.chosen)
+    for capture in (one.capture for one in tracks.chosen):
         for part, track in every[capture.id].items():
             for row in np.flatnonzero(rows.wrong(track.symbols, capture.frames)):
                 yield capture.id, f"{capture.path}: {part}, symbol {row} is {track.symbols[row]}"

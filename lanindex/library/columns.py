@@ -150,7 +150,7 @@ def read_all_columns(
 
 def stored_columns(
     connection: Link,
-    held: Sequence[Segment],
+    stored_segments: Sequence[Segment],
     part: str,
     order: NDArray[np.int64] | None,
     more: Collection[str] = EXTRA,
@@ -160,8 +160,8 @@ def stored_columns(
 
     `order` selects and sorts the captures; None: all, dead ones too, as they come.
     """
-    pieces, sizes = list[Columns | None](), [one.captures for one in held]
-    for one in held:
+    pieces, sizes = list[Columns | None](), [one.captures for one in stored_segments]
+    for one in stored_segments:
         there = (part, "counts") in one.entries
         pieces.append(segments.read_columns(connection, one, part, more) if there else None)
     if added is not None:

@@ -224,62 +224,64 @@ def target(named: str | os.PathLike[str]) -> Target:
     return Target(url.render_as_string(), text, None)
 
 
-def connected(where: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
+def connected(database: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
     """Return a connection to a database of any content; a `Reader` for a file that is only read."""
-    _check_path(where, create=create)
-    with translated(where.place):
-        if where.sqlite and readonly and not create:
-            reader = _opener(where.path, False, timeout, Reader)()
+    _check_path(database, create=create)
+    with translated(database.place):
+        if database.sqlite and readonly and not create:
+            reader = _opener(database.path, False, timeout, Reader)()
             reader.execute("PRAGMA query_only = ON")
             return reader
-        return _engine(where, create=create, timeout=timeout).connect()
+        return _engine(database, create=create, timeout=timeout).connect()
 
 
-def _check_path(where: Target, *, create: bool) -> None:
+def _check_path(database: Target, *, create: bool) -> None:
     """Refuse a file that cannot be a library before anything touches it."""
-    path = where.path
+    path = database.path
     if path is None:
         return
     try:
         path.stat()
     except PermissionError as error:
         raise LibraryError(
-            "may not be looked at", place=where.place, wanted="a file that can be read"
+            "may not be looked at", place=database.place, wanted="a file that can be read"
         ) from error
     except OSError:
         pass  # It is not there: refused below where it must be
     if path.is_dir():
         raise LibraryError(
-            "this is a folder", place=where.place, wanted="a file", remedy="Name one with --db."
+            "this is a folder", place=database.place, wanted="a file", remedy="Name one with --db."
         )
     if not create and not path.is_file():
         raise AbsentError(
             "there is no library here",
-            place=where.place,
-            remedy=f"Make one: lanindex ingest FOLDER --db {where.place}",
+            place=database.place,
+            remedy=f"Make one: lanindex ingest FOLDER --db {database.place}",
         )
     if not path.parent.is_dir():
         raise LibraryError(
-            f"there is no folder {path.parent}", place=where.place, remedy="Make it first."
+            f"there is no folder {path.parent}", place=database.place, remedy="Make it first."
         )
 
 
-def _engine(where: Target, *, create: bool, timeout: float) -> Engine:
+def _engine(database: Target, *, create: bool, timeout: float) -> Engine:
     """Return an engine whose transactions begin and wait as described above."""
     import sqlalchemy
     from sqlalchemy.pool import NullPool
 
-    if not where.sqlite:
+    if not database.sqlite:
         try:
-            return sqlalchemy.create_engine(where.url, poolclass=NullPool)
+            return sqlalchemy.create_engine(database.url, poolclass=NullPool)
         except (sqlalchemy.exc.SQLAlchemyError, ImportError) as error:
-            raise LibraryError(f"no driver for this database: {error}", place=where.place) from None
+            raise LibraryError(
+                f"no driver for this database: {error}", place=database.place
+            ) from None
 
     def begin(connection: Connection) -> None:
         writes = connection.get_execution_options().get("writes", False)
         connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
 
-    opener = _opener(where.path, create, timeout)
+    opener = _opener(database.path, create, timeout)
     engine = sqlalchemy.create_engine("sqlite://", creator=opener, poolclass=NullPool)
     sqlalchemy.event.listen(engine, "begin", begin)
     return engine
@@ -307,17 +309,17 @@ def _opener(
     return connect
 
 
-def opened(where: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
+def opened(database: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
     """Return a connection to a library at the newest revision."""
-    connection = connected(where, create=create, readonly=readonly, timeout=timeout)
+    connection = connected(database, create=create, readonly=readonly, timeout=timeout)
     try:
-        with translated(where.place):
+        with translated(database.place):
             with reading(connection):
-                held = revision(connection, where.place)
-            if held is None and create:
-                make_tables(connection, where.place)
-                held = REVISION
-        refuse_revision(held, where.place)
+                stored_revision = revision(connection, database.place)
+            if stored_revision is None and create:
+                make_tables(connection, database.place)
+                stored_revision = REVISION
+        refuse_revision(stored_revision, database.place)
     except BaseException:
         connection.close()
         raise
@@ -350,25 +352,25 @@ def revision(connection: Link, place: str) -> str | None:
     return printable(str(stamps[0]))
 
 
-def refuse_revision(held: str | None, place: str) -> None:
+def refuse_revision(stored_revision: str | None, place: str) -> None:
     """Refuse a library that is empty, older or newer, with what to do about it."""
-    if held is None:
+    if stored_revision is None:
         raise LibraryError(
             "this file is empty",
             place=place,
             wanted="a library",
             remedy=f"Fill it: lanindex ingest FOLDER --db {place}",
         )
-    if held < REVISION:
+    if stored_revision < REVISION:
         raise LibraryVersionError(
-            f"this library has revision {held}",
+            f"this library has revision {stored_revision}",
             place=place,
             wanted=REVISION,
             remedy=f"Bring it up to date: lanindex db upgrade --db {place}",
         )
-    if held > REVISION:
+    if stored_revision > REVISION:
         raise LibraryVersionError(
-            f"this library was made by a newer LanIndex (revision {held})",
+            f"this library was made by a newer LanIndex (revision {stored_revision})",
             place=place,
             wanted=REVISION,
             remedy="Install that LanIndex, or name another library with --db.",

@@ -47,7 +47,7 @@ class Status:
     """How new a library is."""
 
     place: str
-    found: str
+    revision: str
     newest: str
     segments: int = 0
     symbols: int = 0
@@ -57,9 +57,9 @@ class Status:
     @property
     def state(self) -> str:
         """``current``, ``older`` (upgrade it) or ``newer`` (than this program)."""
-        if self.found == self.newest:
+        if self.revision == self.newest:
             return "current"
-        return "older" if self.found < self.newest else "newer"
+        return "older" if self.revision < self.newest else "newer"
 
 
 def scripts() -> Path:
@@ -100,7 +100,7 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
     where = target(named)
     before = status(named)
     if before.state == "newer":
-        refuse_revision(before.found, where.place)
+        refuse_revision(before.revision, where.place)
     if before.state == "older":
         with _connected(where, readonly=False) as connection:
             # SQLite rebuilds a table to change it, and dropping the old one would take along
@@ -165,9 +165,9 @@ def check(named: str | os.PathLike[str] = DEFAULT) -> list[str]:
 
 
 @contextmanager
-def _connected(where: Target, *, readonly: bool) -> Iterator[Any]:
-    connection = connected(where, create=False, readonly=readonly, timeout=_TIMEOUT)
-    with closing(connection), translated(where.place):
+def _connected(database: Target, *, readonly: bool) -> Iterator[Any]:
+    connection = connected(database, create=False, readonly=readonly, timeout=_TIMEOUT)
+    with closing(connection), translated(database.place):
         yield connection
 
 

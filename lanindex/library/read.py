@@ -54,19 +54,19 @@ class State(NamedTuple):
 
 def read_state(connection: Link) -> State:
     """Return the one row of ``state``."""
-    held = ask(connection, f"SELECT {', '.join(State._fields)} FROM state").fetchall()
-    if len(held) != 1 or not all(isinstance(value, int) for value in held[0]):
+    state_rows = ask(connection, f"SELECT {', '.join(State._fields)} FROM state").fetchall()
+    if len(state_rows) != 1 or not all(isinstance(value, int) for value in state_rows[0]):
         raise LibraryError(
-            f"the library's state is {held}",
+            f"the library's state is {state_rows}",
             wanted="one row of whole numbers",
             remedy="Ingest the captures into a new library: all in it comes from them.",
         )
-    return State(*held[0])
+    return State(*state_rows[0])
 
 
-def check_numbers(connection: Link, numbers: Sequence[int]) -> None:
+def check_numbers(connection: Link, capture_ids: Sequence[int]) -> None:
     """Refuse a library that has other captures than were stored."""
-    stored, count, total = read_state(connection), len(numbers), sum(numbers)
+    stored, count, total = read_state(connection), len(capture_ids), sum(capture_ids)
     if (count, total) != (stored.captures, stored.numbers):
         raise LibraryError(
             f"the library holds {count} captures whose numbers add up to {total}",
@@ -79,18 +79,18 @@ def check_numbers(connection: Link, numbers: Sequence[int]) -> None:
 
 def capture_numbers(connection: Link) -> list[int]:
     """Return the numbers of all captures, in order."""
-    numbers: list[int] = first_values(ask(connection, "SELECT id FROM capture ORDER BY id"))
-    check_numbers(connection, numbers)
-    return numbers
+    capture_ids: list[int] = first_values(ask(connection, "SELECT id FROM capture ORDER BY id"))
+    check_numbers(connection, capture_ids)
+    return capture_ids
 
 
-def read_numbers(connection: Link, numbers: Sequence[int]) -> list[int]:
-    """Return those of some numbers that captures have, in the same order."""
-    held = set[int]()
-    for first in range(0, len(numbers), MOST):
-        chosen = among(numbers[first : first + MOST])
-        held.update(first_values(ask(connection, f"SELECT id FROM capture WHERE id IN {chosen}")))
-    return [number for number in numbers if number in held]
+def read_numbers(connection: Link, capture_ids: Sequence[int]) -> list[int]:
+    """Return the given ids that exist, in the given order."""
+    stored = set[int]()
+    for first in range(0, len(capture_ids), MOST):
+        chosen = among(capture_ids[first : first + MOST])
+        stored.update(first_values(ask(connection, f"SELECT id FROM capture WHERE id IN {chosen}")))
+    return [number for number in capture_ids if number in stored]
 
 
 class Stored(NamedTuple):
@@ -103,13 +103,13 @@ class Stored(NamedTuple):
 
 
 def read_stored(
-    connection: Link, numbers: Sequence[int] | None = None
+    connection: Link, capture_ids: Sequence[int] | None = None
 ) -> Iterator[Stored | LibraryError]:
-    """Yield captures in the order of their numbers: all, or those that exist of some."""
+    """Yield captures in the order of their ids: all, or those that exist of some."""
     captures, described = _CAPTURES, "SELECT capture_id, key, value FROM metadata"
-    if numbers is not None:
-        captures += f" WHERE capture.id IN {among(numbers)}"
-        described += f" WHERE capture_id IN {among(numbers)}"
+    if capture_ids is not None:
+        captures += f" WHERE capture.id IN {among(capture_ids)}"
+        described += f" WHERE capture_id IN {among(capture_ids)}"
     metadata: dict[int, dict[str, str]] = {}
     for number, key, value in ask(connection, described):
         metadata.setdefault(number, {})[key] = value
@@ -135,7 +135,7 @@ def _stored(row: _Raw, metadata: Mapping[str, str]) -> Stored:
             *(number, path, form, sha256, label, _fraction(rate), frames, _meter(*meter)),
             metadata=metadata,
             location=location,
-            warnings=_listed(warnings),
+            warnings=_warnings_of(warnings),
             options=encoding.options,
         )
     except _NONSENSE as error:
@@ -159,7 +159,7 @@ def _encoding(profile: str, digest: str, options: str) -> Encoding:
 
 
 @lru_cache(maxsize=64)
-def _listed(warnings: str) -> tuple[str, ...]:
+def _warnings_of(warnings: str) -> tuple[str, ...]:
     return tuple(json.loads(warnings))
 
 
@@ -174,14 +174,14 @@ def encoded_of(connection: Link, number: int) -> tuple[dict[str, Any], tuple[Any
     return dict(zip(ENCODED, row, strict=False)), row[len(ENCODED) : _FACTS]
 
 
-def read_captures(connection: Link, numbers: Sequence[int] | None = None) -> list[Stored]:
-    """Return captures in the order of their numbers: all, or those that exist of some."""
+def read_captures(connection: Link, capture_ids: Sequence[int] | None = None) -> list[Stored]:
+    """Return captures in the order of their ids: all, or those that exist of some."""
     captures: list[Stored] = []
-    for one in read_stored(connection, numbers):
+    for one in read_stored(connection, capture_ids):
         if isinstance(one, LibraryError):
             raise one
         captures.append(one)
-    if numbers is None:
+    if capture_ids is None:
         check_numbers(connection, [one.capture.id for one in captures])
     return captures
 
@@ -248,8 +248,8 @@ def read_wanted(
     If not `listed`, a track of these parts that is missing or called otherwise is not noticed.
     """
     wanted = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
-    numbers = first_values(wanted)
-    where = f"WHERE capture_id IN {among(numbers)}"
+    capture_ids = first_values(wanted)
+    where = f"WHERE capture_id IN {among(capture_ids)}"
     if listed or parts is None:
         lists = _lists(connection, wanted, where)
         if parts is not None:
@@ -260,7 +260,7 @@ def read_wanted(
         values = {f"part{at}": part for at, part in enumerate(parts)}
         where += f" AND part IN ({', '.join(f':{name}' for name in values) or 'NULL'})"
         held = [row for row in _track_rows(connection, where, values) if _countable(row)]
-        place = np.searchsorted(numbers, [row[-1] for row in held])
+        place = np.searchsorted(capture_ids, [row[-1] for row in held])
     columns = list(zip(*held, strict=True)) or [()] * len(rows.TRACK)
     return Tracks(chosen, place, *columns[: len(rows.TRACK)])
 
@@ -277,7 +277,7 @@ def read_tracks(
     *,
     listed: bool = True,
 ) -> dict[int, dict[str, Track]]:
-    """Return the tracks of captures, by the captures' numbers: all, or those of some parts.
+    """Return the tracks of captures, by the captures' ids: all, or those of some parts.
 
     `listed` as in `read_wanted`.
     """
@@ -306,21 +306,23 @@ def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]
         raise damaged(capture.id, capture.location, f"its track {part} ({error})") from error
 
 
-def read_fields(connection: Link, wanted: Tracks, *, every: bool = False) -> NDArray[np.int64]:
+def read_fields(connection: Link, tracks: Tracks, *, every: bool = False) -> NDArray[np.int64]:
     """Return the fields of the rows of tracks: (S, C) int64, in the order of `rows.COLUMNS`.
 
     With `every` the tracks are all that their captures have.
     """
-    numbers = [wanted.chosen[place].capture.id for place in dict.fromkeys(wanted.place.tolist())]
-    if not numbers:
+    capture_ids = [
+        tracks.chosen[place].capture.id for place in dict.fromkeys(tracks.place.tolist())
+    ]
+    if not capture_ids:
         return np.empty((0, len(COLUMNS)), np.int64)
-    chosen = f"capture_id IN {among(numbers)}"
-    some = f"{chosen} AND track IN {among({*wanted.ordinal})}"
+    chosen = f"capture_id IN {among(capture_ids)}"
+    of_tracks = f"{chosen} AND track IN {among({*tracks.ordinal})}"
     if is_sqlite(connection):
-        fields = _spelled_fields(connection, wanted, chosen if every else some)
+        fields = _spelled_fields(connection, tracks, chosen if every else of_tracks)
         if fields is not None:
             return fields
-    return _fields_by_row(connection, wanted, some)
+    return _fields_by_row(connection, tracks, of_tracks)
 
 
 # Handing numbers over one by one costs more than reading them. So SQLite spells the numbers of all
@@ -350,37 +352,40 @@ _SPELLED = (
 """What is no number is left out, and so it is missed. The plus signs keep SQLite from trying to
 make a number of the text, row by row."""
 
-_NONE = 0xFFFD
+_REPLACEMENT_CHARACTER = 0xFFFD
 """What SQLite takes for a character that there is not; or a number, which is rare."""
 
 
-def _spelled_fields(connection: Link, wanted: Tracks, chosen: str) -> NDArray[np.int64] | None:
+def _spelled_fields(connection: Link, tracks: Tracks, chosen: str) -> NDArray[np.int64] | None:
     """Return the fields of the rows of tracks; None where they may not be what was stored."""
     ((text,),) = ask(connection, f"{_SPELLED} {chosen}")
     spelled = (text or b"").decode("utf-8", "surrogatepass").encode("utf-32-le", "surrogatepass")
     characters = np.frombuffer(spelled, "<u4").reshape(-1, len(_CHARACTERS))
-    if len(characters) != sum(wanted.symbols) or (characters[:, 2 * len(_LONG) :] == _NONE).any():
+    if (
+        len(characters) != sum(tracks.symbols)
+        or (characters[:, 2 * len(_LONG) :] == _REPLACEMENT_CHARACTER).any()
+    ):
         return None
     wide = characters.astype(np.int64)
     long = wide[:, :2] | wide[:, 2:4] << _BITS | wide[:, 4:6] << 2 * _BITS
     fields = np.concatenate((long[:, :1], wide[:, 6:], long[:, 1:]), axis=1)
-    numbers = rows.numbered(fields, wanted.symbols, wanted.ordinal)
-    same = rows.track_checksums(numbers, wanted.symbols) == [*wanted.checksum]
+    numbers = rows.numbered(fields, tracks.symbols, tracks.ordinal)
+    same = rows.track_checksums(numbers, tracks.symbols) == [*tracks.checksum]
     return numbers[:, 2:] if same else None
 
 
-def _fields_by_row(connection: Link, wanted: Tracks, chosen: str) -> NDArray[np.int64]:
+def _fields_by_row(connection: Link, tracks: Tracks, chosen: str) -> NDArray[np.int64]:
     """Return the fields of the rows of tracks; an error names the track that is damaged."""
     asked = f"SELECT capture_id, track, ordinal, {', '.join(COLUMNS)} FROM symbol_code"
     by_track: dict[tuple[int, int], list[_Raw]] = {}
-    locations = {one.id: one.location for one in wanted.owners}
+    locations = {one.id: one.location for one in tracks.owners}
     for row in ask(connection, f"{asked} WHERE {chosen} ORDER BY capture_id, track, ordinal"):
         if not all(isinstance(value, int) for value in row):
             what = f"its track number {row[1]} holds what is no number"
             raise damaged(row[0], locations[row[0]], what)
         by_track.setdefault(row[:2], []).append(row[1:])
     tables = [np.empty((0, len(COLUMNS) + 2), np.int64)]
-    columns = (wanted.owners, wanted.ordinal, wanted.part, wanted.symbols, wanted.checksum)
+    columns = (tracks.owners, tracks.ordinal, tracks.part, tracks.symbols, tracks.checksum)
     for capture, ordinal, part, count, content in zip(*columns, strict=True):
         held = by_track.pop((capture.id, ordinal), [])
         table = np.array(held, np.int64).reshape(len(held), len(COLUMNS) + 2)
@@ -394,8 +399,8 @@ def read_contents(
     connection: Link, chosen: Sequence[Stored]
 ) -> Iterator[tuple[NDArray[np.float32], tuple[str, ...]]]:
     """Yield of captures the heading and the lines that were not understood."""
-    numbers = among(one.capture.id for one in chosen)
-    asked = f"SELECT id, other, heading FROM capture WHERE id IN {numbers}"
+    capture_ids = among(one.capture.id for one in chosen)
+    asked = f"SELECT id, other, heading FROM capture WHERE id IN {capture_ids}"
     held = {number: (lines, blob) for number, lines, blob in ask(connection, asked)}
     what = "its heading or the lines that were not understood"
     for capture, *_, content in chosen:

@@ -110,7 +110,7 @@ def encoded_checksum(values: Mapping[str, Any], profile: str | None, digest: str
     return checksum(*(values[name] for name in ENCODED), profile, digest)
 
 
-def _whole(name: str, symbols: NDArray[Any]) -> NDArray[Any]:
+def _whole_numbers(name: str, symbols: NDArray[Any]) -> NDArray[Any]:
     """Return a field as whole numbers, (S,), before its bits are placed; NaN stays NaN."""
     how = FIELDS[name]
     if how.scale != 1:
@@ -123,7 +123,7 @@ def wrong(symbols: NDArray[Any], frames: int) -> NDArray[np.bool_]:
     """Return which of (S,) symbols cannot be stored, or end behind a capture's frames: (S,)."""
     bad: NDArray[np.bool_] = symbols["stop"] > frames
     for name, how in FIELDS.items():
-        values = _whole(name, symbols)
+        values = _whole_numbers(name, symbols)
         bad |= ~((values >= how.least) & (values <= how.most))
     return bad
 
@@ -132,14 +132,16 @@ def pack(symbols: NDArray[Any]) -> Integers:
     """Return (S,) symbols as a library stores them: (S, C) int64, in the order of `COLUMNS`."""
     packed = np.zeros((len(symbols), len(COLUMNS)), np.int64)
     for name, how in FIELDS.items():
-        values = _whole(name, symbols).astype(np.int64, copy=False)
+        values = _whole_numbers(name, symbols).astype(np.int64, copy=False)
         packed[:, COLUMNS.index(how.column)] |= (values - how.least) << how.shift
     return packed
 
 
-def _codes(packed: Integers, how: Field) -> Integers:
+def _codes(packed: Integers, field: Field) -> Integers:
     """Return (S,) the bits of one field of (S, C) packed symbols."""
-    codes: Integers = (packed[:, COLUMNS.index(how.column)] >> how.shift) & ((1 << how.bits) - 1)
+    codes: Integers = (packed[:, COLUMNS.index(field.column)] >> field.shift) & (
+        (1 << field.bits) - 1
+    )
     return codes
 
 
@@ -179,21 +181,21 @@ def view_sql() -> str:
     )
 
 
-def _expression(name: str, how: Field) -> str:
-    text, shown = f"c.{how.column}", how.shown or name
-    if shown == how.column:
+def _expression(name: str, field: Field) -> str:
+    text, shown = f"c.{field.column}", field.shown or name
+    if shown == field.column:
         return text
-    if sum(how.column == other.column for other in FIELDS.values()) > 1:
-        text = f"({text} >> {how.shift})" if how.shift else text
-        text = f"({text} & {(1 << how.bits) - 1})"
-    if how.words:
-        text = _words(text, how.words, -how.least)
-    elif how.least:  # the code 0 stands for nothing
-        text = f"(NULLIF({text}, 0) - {-how.least})"
-    if how.scale != 1:
-        text = f"{text} / {how.scale}.0"
-    if how.since:
-        text = f"c.{FIELDS[how.since].column} + {text}"
+    if sum(field.column == other.column for other in FIELDS.values()) > 1:
+        text = f"({text} >> {field.shift})" if field.shift else text
+        text = f"({text} & {(1 << field.bits) - 1})"
+    if field.words:
+        text = _words(text, field.words, -field.least)
+    elif field.least:  # the code 0 stands for nothing
+        text = f"(NULLIF({text}, 0) - {-field.least})"
+    if field.scale != 1:
+        text = f"{text} / {field.scale}.0"
+    if field.since:
+        text = f"c.{FIELDS[field.since].column} + {text}"
     return f"{text} AS {shown}"
 
 
@@ -289,7 +291,7 @@ def pack_heading(heading: NDArray[np.float32]) -> bytes:
         changes = np.diff(tenths, n=2, prepend=[0, 0])
         folded = ((changes << 1) ^ (changes >> 63)).astype("<u2")
     packed = zlib.compress(folded.view(np.uint8).reshape(-1, 2).T.tobytes())
-    return _TENTHS + packed if _unfolded(folded).tobytes() == raw else _RAW + raw
+    return _TENTHS + packed if _unfold(folded).tobytes() == raw else _RAW + raw
 
 
 def unpack_heading(blob: bytes) -> NDArray[np.float32]:
@@ -300,10 +302,10 @@ def unpack_heading(blob: bytes) -> NDArray[np.float32]:
         planes = np.frombuffer(zlib.decompress(blob[1:]), np.uint8).reshape(2, -1)
     except zlib.error as error:
         raise ValueError(str(error)) from error
-    return _unfolded(np.ascontiguousarray(planes.T).view("<u2").ravel())
+    return _unfold(np.ascontiguousarray(planes.T).view("<u2").ravel())
 
 
-def _unfolded(folded: NDArray[np.uint16]) -> NDArray[np.float32]:
+def _unfold(folded: NDArray[np.uint16]) -> NDArray[np.float32]:
     changes = folded.astype(np.int64)
     changes = (changes >> 1) ^ -(changes & 1)
     return (np.cumsum(np.cumsum(changes)) / 10).astype("<f4").astype(np.float32)

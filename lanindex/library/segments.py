@@ -262,10 +262,10 @@ def put(connection: Link, roster: Roster, texts: Texts, columns: Iterable[Column
     for name in TEXTS:
         text = json.dumps(list(texts[name]), ensure_ascii=False)
         named[name] = np.frombuffer(text.encode("utf-8", "surrogatepass"), np.uint8)
-    entries, symbols = _put(connection, number, "", named), 0
+    entries, symbols = _write_columns(connection, number, "", named), 0
     for one in columns:
         if not one.blank:
-            entries += _put(connection, number, one.part, _arrays(one))
+            entries += _write_columns(connection, number, one.part, _arrays(one))
             symbols += len(one)
     listing = json.dumps(entries)
     values = {"captures": len(roster), "symbols": symbols, "listing": listing}
@@ -283,7 +283,7 @@ def _arrays(columns: Columns) -> dict[str, NDArray[Any]]:
     return {name: array for name, array in arrays.items() if array is not None and array.size}
 
 
-def _put(
+def _write_columns(
     connection: Link, segment: int, part: str, arrays: Mapping[str, NDArray[Any]]
 ) -> list[Entry]:
     entries, rows = [], []

@@ -178,25 +178,27 @@ def ambiguous_error(named: str, locations: Sequence[str], place: str) -> Library
     return LibraryError(
         f"{len(locations)} captures are called {named}",
         place=place,
-        remedy=f"Name one: {_listed(locations)}",
+        remedy=f"Name one: {_joined_names(locations)}",
     )
 
 
 def absent_error(named: str, texts: Texts, place: str) -> AbsentError:
     """Return the error that a name means no capture, with those that have one like it."""
-    return AbsentError(f"there is no capture {named}", place=place, remedy=_guess(texts, named))
+    return AbsentError(
+        f"there is no capture {named}", place=place, remedy=_suggestion(texts, named)
+    )
 
 
-def _listed(names: Sequence[str], most: int = 3) -> str:
+def _joined_names(names: Sequence[str], most: int = 3) -> str:
     return ", ".join(names[:most]) + (" …" if len(names) > most else "")
 
 
-def _guess(texts: Texts, named: str) -> str:
+def _suggestion(texts: Texts, named: str) -> str:
     from rapidfuzz import process
 
     pairs = zip(texts["location"], texts["path"], strict=True)
     names = {os.path.basename(location): path for location, path in pairs}
     near = process.extract(os.path.basename(named), list(names), limit=3, score_cutoff=60)
     if near:
-        return f"Did you mean {_listed([names[name] for name, _, _ in near])}?"
+        return f"Did you mean {_joined_names([names[name] for name, _, _ in near])}?"
     return "All are shown by: lanindex list"

@@ -351,7 +351,7 @@ class Store:
         """Return the number of a capture that is there, damaged or not."""
         if isinstance(which, str):
             named = printable(which)
-            for fitting in _named(connection, named):
+            for fitting in _matches_of_name(connection, named):
                 if len(fitting) == 1:
                     return fitting[0][0]
                 if fitting:
@@ -363,7 +363,7 @@ class Store:
         raise absent_error(str(which), {"path": [], "location": []}, self.place)
 
 
-def _named(connection: Link, named: str) -> Iterator[list[tuple[int, str]]]:
+def _matches_of_name(connection: Link, named: str) -> Iterator[list[tuple[int, str]]]:
     """Yield the captures that a name fits, one way after the other: number and location of each.
 
     Their path is this name, their absolute path is, it ends with this name, their number is this.

@@ -46,12 +46,12 @@ def put_capture(
     asked = "SELECT id FROM capture WHERE location = :location"
     held = ask(connection, asked, {"location": values["location"]}).fetchone()
     if held is None:
-        number = _inserted(connection, "capture", {"label": "", "said": -1, **values})
+        number = _insert(connection, "capture", {"label": "", "said": -1, **values})
         ask(connection, _COUNT, {"more": 1, "one": number})
     else:
         number = int(held[0])
-        _delete(connection, number, "symbol_code", "track")
-        _change(connection, number, values)
+        _delete_rows(connection, number, "symbol_code", "track")
+        _update_capture(connection, number, values)
         ask(connection, _FORGET_PROFILES)
     segments.mark_changed(connection, number, dead=held is not None)
     tracks = [(number, *row) for row in made.tracks]
@@ -82,14 +82,14 @@ def describe(
             return
         label = before if label is None else label
         if metadata is not None:
-            _delete(connection, number, "metadata")
+            _delete_rows(connection, number, "metadata")
     if metadata is not None:
         held = {str(key): str(value) for key, value in metadata.items()}
         described = [(number, *pair) for pair in held.items()]
         insert(connection, "metadata", ("capture_id", "key", "value"), described)
     label = str(label or "")
     checksum = description_checksum(number, label, held)
-    _change(connection, number, {"label": label, "said": checksum})
+    _update_capture(connection, number, {"label": label, "said": checksum})
     if not new:
         segments.mark_changed(connection, number)
 
@@ -98,13 +98,13 @@ def move_capture(connection: Link, number: int, path: str, location: str) -> Non
     """Write where a capture's file is now."""
     facts, profile = encoded_of(connection, number)
     checksum = encoded_checksum({**facts, "path": path, "location": location}, *profile)
-    _change(connection, number, {"path": path, "location": location, "checksum": checksum})
+    _update_capture(connection, number, {"path": path, "location": location, "checksum": checksum})
     segments.mark_changed(connection, number)
 
 
 def remove_capture(connection: Link, number: int) -> None:
     """Delete a capture, all its rows, and its profile if no other capture has it."""
-    _delete(connection, number, "symbol_code", "track", "metadata")
+    _delete_rows(connection, number, "symbol_code", "track", "metadata")
     ask(connection, "DELETE FROM capture WHERE id = :number", {"number": number})
     ask(connection, _COUNT, {"more": -1, "one": number})
     segments.mark_changed(connection, number, pending=False)
@@ -122,21 +122,21 @@ def _profile(connection: Link, values: Mapping[str, str]) -> int:
     """Return the number of a profile, written if it is new."""
     asked = "SELECT id FROM profile WHERE name = :name AND digest = :digest"
     held = ask(connection, asked, values).fetchone()
-    return int(held[0]) if held else _inserted(connection, "profile", values)
+    return int(held[0]) if held else _insert(connection, "profile", values)
 
 
-def _delete(connection: Link, number: int, *tables: str) -> None:
+def _delete_rows(connection: Link, number: int, *tables: str) -> None:
     for table in tables:
         ask(connection, f"DELETE FROM {table} WHERE capture_id = :number", {"number": number})
 
 
-def _change(connection: Link, number: int, values: Mapping[str, Any]) -> None:
+def _update_capture(connection: Link, number: int, values: Mapping[str, Any]) -> None:
     changes = ", ".join([f"{name} = :{name}" for name in values])
     change = f"UPDATE capture SET {changes} WHERE id = :number"
     ask(connection, change, {"number": number, **values})
 
 
-def _inserted(connection: Link, table: str, values: Mapping[str, Any]) -> int:
+def _insert(connection: Link, table: str, values: Mapping[str, Any]) -> int:
     columns = f"({', '.join(values)}) VALUES ({', '.join([f':{name}' for name in values])})"
     ((number,),) = ask(connection, f"INSERT INTO {table} {columns} RETURNING id", values).fetchall()
     return int(number)

@@ -84,10 +84,10 @@ def test_a_file_without_enough_memory_fails_alone(
 ) -> None:
     for name in ("a.bvh", "large.bvh", "z.bvh"):
         (tmp_path / name).write_bytes(person())
-    read = prepare._written_down
+    read = prepare._encode_capture
     monkeypatch.setattr(
         prepare,
-        "_written_down",
+        "_encode_capture",
         lambda task, file: (out_of_memory if "large" in task.path else read)(task, file),
     )
     with open_library(tmp_path / "l.db", create=True) as library:

@@ -48,7 +48,7 @@ def test_the_newest_revision_is_the_schemas():
 def test_every_revision_leads_to_the_schema(tmp_path, revision):
     path = tmp_path / "old.db"
     made_at(path, revision).close()
-    assert migrate.status(path).found == revision
+    assert migrate.status(path).revision == revision
     assert migrate.upgrade(path).state == "current"
     connection = connected(target(path), create=False, readonly=False, timeout=1)
     with connection.begin():
@@ -140,7 +140,7 @@ def test_rebuilding_a_table_keeps_what_hangs_on_it(tmp_path, request):
     with pytest.raises(LibraryVersionError, match=r"revision 0004, wanted 0005.*db upgrade"):
         Store.open(path)
     assert migrate.status(path).state == "older"
-    assert migrate.upgrade(path).found == "0005"
+    assert migrate.upgrade(path).revision == "0005"
     with Store.open(path) as library:
         for number in (1, 2, 3):
             assert_same_score(library.score(number), sample_score(number - 1))
@@ -157,7 +157,7 @@ def test_an_upgrade_that_fails_changes_nothing(tmp_path, request):
     with pytest.raises(LibraryError, match="rows would hang on nothing"):
         migrate.upgrade(path)
     assert tables(path) == before
-    assert migrate.status(path).found == "0004"
+    assert migrate.status(path).revision == "0004"
 
 
 def test_an_upgrade_says_nothing_by_itself(tmp_path, request, capfd, caplog):

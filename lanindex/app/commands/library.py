@@ -250,8 +250,8 @@ def _print_status(out: Output, status: Status) -> None:
     if out.json:
         keys = ("newest", "state", "segments", "symbols", "pending", "fault")
         values = {key: getattr(status, key) for key in keys}
-        return out.record({"library": status.place, "revision": status.found, **values})
-    out.line(f"{status.place}: revision {status.found}, {status.state}")
+        return out.record({"library": status.place, "revision": status.revision, **values})
+    out.line(f"{status.place}: revision {status.revision}, {status.state}")
     if status.state != "current":
         return
     columns = f"{status.fault}; the next search or ingest makes them anew"

@@ -184,7 +184,7 @@ def test_however_it_is_written(folder: Path, written, monkeypatch: pytest.Monkey
         assert np.array_equal(plain.positions, read(folder, GOOD).positions)
     else:
         assert plain.warnings[0] == "frame 5 follows frame 3: taken for the next"
-    monkeypatch.setattr(Numbers, "_alike", lambda *_: None)
+    monkeypatch.setattr(Numbers, "_read_alike", lambda *_: None)
     assert np.array_equal(plain.positions, read(folder, data).positions)
 
 

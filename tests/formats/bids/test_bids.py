@@ -201,7 +201,7 @@ def test_other_names_are_refused(tmp_path: Path) -> None:
 
 
 def test_points_of_one_name_are_told_apart() -> None:
-    assert bids._apart(("a", "a", "a 2", "b\tc", "", "a")) == [
+    assert bids._distinct_names(("a", "a", "a 2", "b\tc", "", "a")) == [
         "a",
         "a 2",
         "a 2 2",
