@@ -62,7 +62,7 @@ def of_symbol(symbol: Symbol) -> dict[str, Any]:
     }
 
 
-def _beside(symbol: Symbol) -> str | None:
+def _border_words(symbol: Symbol) -> str | None:
     """Return the words across the nearest border; of travel, which has no level, the direction."""
     words = (symbol.runner_direction, symbol.runner_level)
     return " ".join(word for word in words if word) or None
@@ -82,7 +82,7 @@ def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
         "end": seconds(capture, symbol.stop),
         **more,
         "margin": round(symbol.margin, 3),
-        "runner_up": _beside(symbol),
+        "runner_up": _border_words(symbol),
     }
 
 
@@ -105,7 +105,7 @@ def of_label(capture: Capture, symbols: Sequence[Symbol]) -> dict[str, Any]:
 def of_matched(symbol: Symbol) -> dict[str, Any]:
     """Return a symbol with its margin, as a line of ``search --why`` has it."""
     margin = round(symbol.margin, 3)
-    return {**of_symbol(symbol), "margin": margin, "runner_up": _beside(symbol)}
+    return {**of_symbol(symbol), "margin": margin, "runner_up": _border_words(symbol)}
 
 
 def of_difference(difference: Difference) -> dict[str, Any]:

@@ -161,7 +161,7 @@ class Output:
             return
         if _job.bar is None or is_new:
             if _job.bar is not None:
-                _remove(_job.bar)
+                _remove_bar(_job.bar)
             _job.bar = self._bar(total, noun)
         # the end of a job is drawn at once
         _job.bar.update(_job.bar.task_ids[0], completed=done, refresh=done >= total)
@@ -171,18 +171,18 @@ class Output:
         """Whether progress can be shown: on a terminal, unless --quiet."""
         return not self.quiet and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
-    def progress(self, things: Iterator[Any], total: int, noun: str) -> Iterator[Any]:
-        """Yield things, with a progress bar on standard error if that is a terminal."""
+    def progress(self, items: Iterator[Any], total: int, noun: str) -> Iterator[Any]:
+        """Yield items, with a progress bar on standard error if that is a terminal."""
         if total < 2 or not self.watched:
-            yield from things
+            yield from items
             return
         bar = self._bar(total, noun)
         try:
-            for thing in things:
+            for item in items:
                 bar.advance(bar.task_ids[0])
-                yield thing
+                yield item
         finally:
-            _remove(bar)
+            _remove_bar(bar)
 
     def _bar(self, total: int, noun: str) -> Progress:
         """Draw a bar: things done of a number, their rate and the time that is left."""
@@ -283,11 +283,11 @@ def end_progress() -> None:
     """Remove all progress from the terminal and forget the job."""
     global _job
     for bar in list(_bars):
-        _remove(bar)
+        _remove_bar(bar)
     _job = _Job()
 
 
-def _remove(bar: Progress) -> None:
+def _remove_bar(bar: Progress) -> None:
     """Remove a progress bar from the terminal."""
     bar.stop()
     if bar in _bars:
@@ -346,13 +346,13 @@ def cut(text: str, most: int) -> str:
     if width(text) <= most:
         return text
     room = most - 1
-    tail = _first(text[::-1], room // 2)[::-1]
+    tail = _prefix(text[::-1], room // 2)[::-1]
     while tail and not _cells(tail[0]):  # a mark on a character that is cut
         tail = tail[1:]
-    return f"{_first(text, room - room // 2)}…{tail}"
+    return f"{_prefix(text, room - room // 2)}…{tail}"
 
 
-def _first(text: str, most: int) -> str:
+def _prefix(text: str, most: int) -> str:
     taken = 0
     for index, character in enumerate(text):
         taken += _cells(character)

@@ -39,7 +39,7 @@ _WANTED = "a name like sub-01_task-walk_tracksys-body_motion.tsv"
 _OTHERS = ("ACCEL", "ANGACCEL", "GYRO", "JNTANG", "LATENCY", "MAGN", "MISC", "ORNT", "VEL")
 _AXES = ("x", "y", "z")
 _COLUMNS = ("name", "component", "type", "tracked_point", "units")
-_WAYS = {
+_DIRECTIONS = {
     **{"L": (1, 0, 0), "R": (-1, 0, 0), "S": (0, 1, 0), "I": (0, -1, 0)},
     **{"A": (0, 0, 1), "P": (0, 0, -1)},
     **{"F": (0, 0, 1), "B": (0, 0, -1), "U": (0, 1, 0), "D": (0, -1, 0)},
@@ -182,7 +182,7 @@ def _axis_directions(
     levels = described.get("Levels") if isinstance(described, dict) else None
     level = levels.get(channels.frame) if isinstance(levels, dict) else None
     axes = level.get("SpatialAxes") if isinstance(level, dict) else sidecar.get("SpatialAxes")
-    ways = [_WAYS[it] for it in axes if it in _WAYS] if isinstance(axes, str) else []
+    ways = [_DIRECTIONS[it] for it in axes if it in _DIRECTIONS] if isinstance(axes, str) else []
     if len(ways) != len(_AXES) or abs(np.linalg.det(np.array(ways))) < 0.5:
         return None
     return np.array(ways, np.float32)

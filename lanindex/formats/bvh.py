@@ -124,7 +124,7 @@ class _Parser:
         word, (start, stop) = found[1], found.span(1)
         if not word or (_BLANK.match(self.data, stop) and self.names):
             return self.error("the file ends inside the hierarchy", wanted)
-        about = f" in {self.called(self.stack[-1])}" if self.stack else ""
+        about = f" in {self.title(self.stack[-1])}" if self.stack else ""
         line = self.data[start : start + 200].splitlines()[0]
         shown = text_of(line.strip())[:60]
         return self.error(f"{shown!r}{about}", _WANTED.get(word.upper(), wanted))
@@ -135,7 +135,7 @@ class _Parser:
             raise self.error(f"{statement} outside any joint", "ROOT")
         return self.stack[-1]
 
-    def called(self, joint: int) -> str:
+    def title(self, joint: int) -> str:
         """Return what to call a joint in an error."""
         return self.names[joint] or f"the End Site of {self.names[self.parents[joint]]}"
 
@@ -163,14 +163,14 @@ class _Parser:
                 if len(codes) != int(statement["count"]):
                     said = f"says {int(statement['count'])} and names {len(codes)}"
                     raise self.error(
-                        f"CHANNELS of {self.called(joint)} {said}",
+                        f"CHANNELS of {self.title(joint)} {said}",
                         "as many of Xposition ... Zrotation as the number says",
                     )
                 self.channels[joint] = codes
             case "close":
                 joint = self.owner("}")
                 if joint not in self.offsets:
-                    raise self.error(f"{self.called(joint)} has no OFFSET", "one a joint")
+                    raise self.error(f"{self.title(joint)} has no OFFSET", "one a joint")
                 self.stack.pop()
             case "joint":
                 self._joint(statement["kind"].upper().decode(), text_of(statement["joint"]))
@@ -188,7 +188,7 @@ class _Parser:
             values = (math.nan,)
         if not math.hypot(*values) <= LARGEST or b"_" in statement[0]:
             numbers = text_of(b" ".join(words))[:60]
-            said = f"OFFSET of {self.called(joint)} is {numbers!r}"
+            said = f"OFFSET of {self.title(joint)} is {numbers!r}"
             raise self.error(said, "three finite numbers")
         return values
 
@@ -242,7 +242,7 @@ def parse(data: bytes, path: str = "") -> tuple[Hierarchy, int]:
             break
         parser.read(found)
     if parser.stack:
-        raise parser.error(f"MOTION before the }} of {parser.called(parser.stack[-1])}", "a }")
+        raise parser.error(f"MOTION before the }} of {parser.title(parser.stack[-1])}", "a }")
     if not parser.names:
         raise parser.error("a hierarchy without joints", "ROOT")
     return parser.finished(), found.end()
@@ -389,7 +389,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     if wanted.body_only:
         kept, skeleton = body_of(skeleton)
     positions = np.empty((len(layout.frames), len(skeleton.names), 3), np.float32)
-    turning = _turning(frames, values, poses, found.body)
+    turning = _axis_plans(frames, values, poses, found.body)
     axes = {name: np.empty((len(positions), 2, 3), np.float32) for name in turning}
     for start, values, places in frames.blocks():
         part = slice(start, start + len(places))
@@ -406,7 +406,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     return Motion(skeleton, rate, positions, source, found.first, doubts, axes=axes)
 
 
-def _turning(
+def _axis_plans(
     frames: _Frames, values: Floats, poses: Floats, body: NDArray[np.int16]
 ) -> dict[str, Plan]:
     """Return what tells the axes of joints, if at rest or as seen in some poses they are known."""
@@ -440,15 +440,15 @@ class _Frames:
     layout: BvhLayout  # where its frames lie
     work: Plan  # what leads from channels to places
     # (T, C) and (T, J, 3) float64: of a short file everything, read once
-    kept: tuple[Floats, Floats] | None = None
+    all_numbers: tuple[Floats, Floats] | None = None
 
     def looked_at(self) -> tuple[Floats, Floats, Floats]:
         """Return numbers and poses that tell the body, (S, C), (S, J, 3), and the first frames."""
         count = len(self.layout.frames)
         if count <= BLOCK:
-            self.kept = self._places(0, count)
-            values, places = (some[sampled(count)] for some in self.kept)
-            return values, places, self.kept[1][:BEGINNING]
+            self.all_numbers = self._places(0, count)
+            values, places = (some[sampled(count)] for some in self.all_numbers)
+            return values, places, self.all_numbers[1][:BEGINNING]
         chosen = np.unique(np.append(sampled(count), np.arange(BEGINNING)))
         pieces = [self.file.content[a:b] for a, b in self.layout.frames[chosen].tolist()]
         stops = np.cumsum([len(piece) for piece in pieces])
@@ -462,8 +462,8 @@ class _Frames:
 
     def blocks(self) -> Iterator[tuple[int, Floats, Floats]]:
         """Yield blocks: the first frame, the numbers (T, C), and the places (T, J, 3) they tell."""
-        if self.kept is not None:
-            yield 0, *self.kept
+        if self.all_numbers is not None:
+            yield 0, *self.all_numbers
             return
         for start in range(0, len(self.layout.frames), BLOCK):
             yield start, *self._places(start, start + BLOCK)

@@ -441,7 +441,7 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
             for info in packed.infolist():
                 name = info.filename.removesuffix(SUFFIX)
                 header = found.headers.get(name)
-                if header and name != info.filename and _follows(name, header, movement):
+                if header and name != info.filename and _has_frames_of(name, header, movement):
                     data = _cut_array(
                         found, name, movement.axis if name == movement.key else 0, span
                     )
@@ -455,7 +455,7 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
     return cut
 
 
-def _follows(name: str, header: Header, movement: MovementArray) -> bool:
+def _has_frames_of(name: str, header: Header, movement: MovementArray) -> bool:
     """Tell whether an array has a frame for each of the movement's."""
     if name == movement.key:
         return True

@@ -88,12 +88,12 @@ def _fits(order: Order, poses: NDArray[np.float64]) -> bool:
     steady = (high - low <= _STEADY * usual).all() and (usual > 0).all()
     return bool(
         steady
-        and _alike(usual[0::2], usual[1::2], _EVEN)
-        and _alike(usual[0::4], usual[2::4], _NEXT)
+        and _similar_lengths(usual[0::2], usual[1::2], _EVEN)
+        and _similar_lengths(usual[0::4], usual[2::4], _NEXT)
     )
 
 
-def _alike(one: NDArray[np.float64], other: NDArray[np.float64], most: float) -> bool:
+def _similar_lengths(one: NDArray[np.float64], other: NDArray[np.float64], most: float) -> bool:
     return bool((np.maximum(one, other) <= most * np.minimum(one, other)).all())
 
 
@@ -191,19 +191,19 @@ _SMOOTH = 20  # frames: the deviation by which the heading is smoothed
 def grounded(places: NDArray[Any]) -> Floats:
     """Return places (T, 22, 3) on the floor, the first root above the origin and facing z."""
     places = places - [places[0, 0, 0], places[..., 1].min(), places[0, 0, 2]]
-    ahead = _ahead(places[:1])
-    return _facing(places, np.arctan2(ahead[:, 0], ahead[:, 1]))
+    ahead = _facing_directions(places[:1])
+    return _in_facing_frame(places, np.arctan2(ahead[:, 0], ahead[:, 1]))
 
 
 def features(places: NDArray[Any]) -> NDArray[np.float32]:
     """Return HumanML3D's features (T - 1, 263) of places (T, 22, 3)."""
     heading = _heading(places)
     turns = np.angle(np.exp(1j * np.diff(heading))) / -2
-    moved = _facing(np.diff(places, axis=0), heading[:-1])
-    root = _facing(np.diff(places[:, :1], axis=0), heading[1:])[:, 0]
+    moved = _in_facing_frame(np.diff(places, axis=0), heading[:-1])
+    root = _in_facing_frame(np.diff(places[:, :1], axis=0), heading[1:])[:, 0]
     own = places.copy()
     own[..., [0, 2]] -= places[:, :1, [0, 2]]
-    own = _facing(own, heading)[:-1]
+    own = _in_facing_frame(own, heading)[:-1]
     steps = (np.diff(places[:, list(_FEET)], axis=0) ** 2).sum(axis=2)
     columns = (
         turns[:, None],
@@ -217,7 +217,7 @@ def features(places: NDArray[Any]) -> NDArray[np.float32]:
     return np.concatenate(columns, axis=1).astype(np.float32)
 
 
-def _ahead(places: Floats) -> Floats:
+def _facing_directions(places: Floats) -> Floats:
     """Return where bodies face, (T, 2): x and z, of length 1; z where nothing tells."""
     across = sum(places[:, right] - places[:, left] for right, left in _ACROSS)
     ahead = np.stack((np.asarray(across)[:, 2], -np.asarray(across)[:, 0]), axis=1)
@@ -229,15 +229,15 @@ def _heading(places: Floats) -> Floats:
     """Return where a body faces, smoothed, (T,) radians from z to x; 0 in the first frame."""
     far = 4 * _SMOOTH
     weights = np.exp(-0.5 * (np.arange(-far, far + 1) / _SMOOTH) ** 2)
-    ahead = np.pad(_ahead(places), ((far, far), (0, 0)), mode="edge")
+    ahead = np.pad(_facing_directions(places), ((far, far), (0, 0)), mode="edge")
     x, z = (np.convolve(one, weights / weights.sum(), mode="valid") for one in ahead.T)
     heading = np.arctan2(x, z)
     heading[0] = 0
     return heading
 
 
-def _facing(places: Floats, heading: Floats) -> Floats:
-    """Return places (T, J, 3) as those see them who face somewhere, (T,) or (1,)."""
+def _in_facing_frame(places: Floats, heading: Floats) -> Floats:
+    """Return places (T, J, 3) turned into the frame of a body with a heading, (T,) or (1,)."""
     cos, sin = np.cos(heading)[:, None], np.sin(heading)[:, None]
     x, y, z = np.moveaxis(places, -1, 0)
     return np.stack((x * cos - z * sin, y, x * sin + z * cos), axis=-1)
@@ -251,14 +251,14 @@ def _bone_rotations(places: Floats, heading: Floats) -> Floats:
     for chain in CHAINS:
         before = facing.reshape(-1, 3, 3)
         for parent, child in pairwise(chain):
-            turn = _smallest(_rest(child), places[:, child] - places[:, parent])
+            turn = _smallest_turns(_rest_direction(child), places[:, child] - places[:, parent])
             local = before.swapaxes(1, 2) @ turn
             found[:, child - 1] = np.concatenate((local[..., 0], local[..., 1]), axis=1)
             before = turn
     return found.reshape(len(places), -1)
 
 
-def _rest(joint: int) -> Floats:
+def _rest_direction(joint: int) -> Floats:
     """Return where the bone to a joint points in a body at rest."""
     if joint in _SIDES:
         return np.array((_SIDES[joint], 0.0, 0.0))
@@ -266,7 +266,7 @@ def _rest(joint: int) -> Floats:
     return np.array((0.0, 0.0, 1.0) if joint in _AHEAD else (0.0, up, 0.0))
 
 
-def _smallest(rest: Floats, bones: Floats) -> Floats:
+def _smallest_turns(rest: Floats, bones: Floats) -> Floats:
     """Return the smallest turns (T, 3, 3) from one direction to others; half turns about any."""
     ways = bones / np.maximum(np.sqrt((bones * bones).sum(axis=1)), 1e-12)[:, None]
     middle = rest + ways

@@ -117,7 +117,7 @@ def read(file: File, table: Table) -> tuple[Floats, NDArray[np.float32]]:
     needed = max(table.columns)  # as many separators stand in a row at least
     short = np.flatnonzero(lines[:, 1] - lines[:, 0] < needed)
     if len(short):  # before anything is allocated for them
-        raise _damaged(file, table, int(short[0]))
+        raise _damage(file, table, int(short[0]))
     heads = np.empty((len(lines), len(table.heads)))
     points = np.empty((len(lines), len(table.points)), np.float32)
     for start in range(0, len(lines), BLOCK):
@@ -128,7 +128,7 @@ def read(file: File, table: Table) -> tuple[Floats, NDArray[np.float32]]:
             data = data.translate(_COMMA)
         values, bad = parse(data, block - begin, table)
         if bad is not None:
-            raise _damaged(file, table, start + bad)
+            raise _damage(file, table, start + bad)
         heads[start : start + BLOCK] = values[:, : len(table.heads)]
         points[start : start + BLOCK] = values[:, len(table.heads) :]
     places = points.reshape(len(lines), -1, 3)
@@ -259,7 +259,7 @@ def cells_of(line: bytes, separator: bytes) -> list[bytes]:
     return line.split(None if separator == BLANKS else separator)
 
 
-def _damaged(file: File, table: Table, row: int) -> CaptureError:
+def _damage(file: File, table: Table, row: int) -> CaptureError:
     """Say what is wrong with a row."""
     first, stop = table.lines[row].tolist()
     line = file.content[first:stop]
@@ -375,11 +375,11 @@ def triples(cells: Sequence[str]) -> tuple[dict[str, tuple[int, int, int]], str 
     return whole, named.pop() if len(named) == 1 else None
 
 
-def twice(names: Sequence[str], what: str) -> tuple[str, ...]:
+def twice(names: Sequence[str], noun: str) -> tuple[str, ...]:
     """Return a warning where several points or columns have one name."""
     again = [quoted(name) for name, many in Counter(names).items() if many > 1]
     more = f" and {len(again) - 3} others" if len(again) > 3 else ""
-    doubt = f"several {what} are called {', '.join(again[:3])}{more}: the first is read"
+    doubt = f"several {noun} are called {', '.join(again[:3])}{more}: the first is read"
     return (doubt,) if again else ()
 
 
@@ -415,11 +415,11 @@ def table_of(
     return Table(lines, separator, width, tuple(heads), columns, comma)
 
 
-def count_doubt(text: str, count: int, what: str = "frames") -> tuple[str, ...]:
+def count_doubt(text: str, count: int, noun: str = "frames") -> tuple[str, ...]:
     """Return a warning where a header gives another number of frames than there are."""
     if not text or text == str(count):
         return ()
-    return (f"its header says {quoted(text)} {what}, the file has {count}",)
+    return (f"its header says {quoted(text)} {noun}, the file has {count}",)
 
 
 def written(

@@ -67,7 +67,7 @@ class ColumnCache:
         try:
             with self._session.reading() as connection:
                 self._drop_old(connection)
-                if self._roster is None or self._missing(parts, extra):
+                if self._roster is None or self._missing_parts(parts, extra):
                     pending = segments.count_pending(connection)
                 if pending <= MOST_PENDING:
                     result = self._load(connection, parts, extra)
@@ -92,7 +92,7 @@ class ColumnCache:
         if stamp != self._stamp:
             self._stamp, self._roster, self._columns, self._texts = stamp, None, {}, {}
 
-    def _missing(self, parts: Sequence[str], extra: Collection[str]) -> list[str]:
+    def _missing_parts(self, parts: Sequence[str], extra: Collection[str]) -> list[str]:
         return [
             part
             for part in parts
@@ -108,7 +108,7 @@ class ColumnCache:
         *,
         trusted: bool = True,
     ) -> tuple[Roster, dict[str, Columns]]:
-        missing = self._missing(parts, extra)
+        missing = self._missing_parts(parts, extra)
         if missing or self._roster is None:
             wanted = {
                 part: {*extra, *(self._columns[part].rows if part in self._columns else ())}

@@ -122,7 +122,7 @@ class _Findings:
                 texts = segments.read_texts(connection, segment)
                 for first in range(0, len(order), _BATCH):
                     some = order[first : first + _BATCH]
-                    self._look(connection, roster.number[some].tolist(),
+                    self._check_captures(connection, roster.number[some].tolist(),
                                _Piece(segment.id, some, roster, texts, held))  # fmt: skip
                     for number in roster.number[some].tolist():
                         left.pop(number, None)
@@ -133,9 +133,9 @@ class _Findings:
             pass
         numbers = list(left)
         for first in range(0, len(numbers), _BATCH):
-            self._look(connection, numbers[first : first + _BATCH], None)
+            self._check_captures(connection, numbers[first : first + _BATCH], None)
 
-    def _look(self, connection: Link, numbers: list[int], piece: _Piece | None) -> None:
+    def _check_captures(self, connection: Link, numbers: list[int], piece: _Piece | None) -> None:
         """Check some captures; if one is damaged, check each half."""
         try:
             chosen = read.read_captures(connection, numbers)
@@ -154,7 +154,7 @@ class _Findings:
             half = len(numbers) // 2
             for some in (slice(half), slice(half, None)):
                 own = piece and piece._replace(places=piece.places[some])
-                self._look(connection, numbers[some], own)
+                self._check_captures(connection, numbers[some], own)
             return
         self.symbols += len(fields)
         if piece is None:

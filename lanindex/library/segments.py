@@ -130,7 +130,7 @@ def read_spine(connection: Link, *, trusted: bool = True) -> Spine:
     now = read_state(connection)
     if now.columns != now.stamp:
         raise Distrust("out of date, for another program has changed the library")
-    with _readable("the list of the segments"):
+    with _distrusting_damage("the list of the segments"):
         asked = "SELECT id, captures, symbols, listing, checksum FROM segment ORDER BY id"
         segments = [_segment(row) for row in ask(connection, asked)]
         asked = "SELECT capture_id, segment_id FROM segment_dead"
@@ -153,7 +153,7 @@ def _segment(row: Any) -> Segment:
 
 
 @contextmanager
-def _readable(what: str) -> Iterator[None]:
+def _distrusting_damage(what: str) -> Iterator[None]:
     """Turn an error of a damaged page into `Distrust`: the rows may lie on other pages."""
     try:
         yield
@@ -191,7 +191,7 @@ def read_column(connection: Link, segment: Segment, part: str, name: str) -> NDA
             "WHERE segment_id = :segment AND part = :part AND name = :name"
         )
         values = {"segment": segment.id, "part": part, "name": name}
-        with _readable(what):
+        with _distrusting_damage(what):
             (content,) = ask(connection, asked, values).fetchone() or (None,)
         type = np.dtype(entry.type)
         if (
@@ -288,7 +288,7 @@ def _write_columns(
 ) -> list[Entry]:
     entries, rows = [], []
     for name, array in arrays.items():
-        stored = array.astype(_smallest(array), order="C", copy=False)
+        stored = array.astype(_smallest_type(array), order="C", copy=False)
         content = stored.reshape(-1).view(np.uint8).data
         rows.append((segment, part, name, content))
         entries.append(Entry(part, name, stored.dtype.str, array.size, bytes_checksum(content)))
@@ -296,7 +296,7 @@ def _write_columns(
     return entries
 
 
-def _smallest(array: NDArray[Any]) -> np.dtype[Any]:
+def _smallest_type(array: NDArray[Any]) -> np.dtype[Any]:
     """Return the smallest type that has room for all numbers of an array."""
     least, most = (int(array.min()), int(array.max())) if array.size else (0, 0)
     return next(one for one, room in _STORED if room.min <= least and most <= room.max)

@@ -173,20 +173,18 @@ def is_gone(path: str) -> bool:
     return False
 
 
-def ambiguous_error(named: str, locations: Sequence[str], place: str) -> LibraryError:
+def ambiguous_error(name: str, locations: Sequence[str], place: str) -> LibraryError:
     """Return the error that a name means several captures."""
     return LibraryError(
-        f"{len(locations)} captures are called {named}",
+        f"{len(locations)} captures are called {name}",
         place=place,
         remedy=f"Name one: {_joined_names(locations)}",
     )
 
 
-def absent_error(named: str, texts: Texts, place: str) -> AbsentError:
+def absent_error(name: str, texts: Texts, place: str) -> AbsentError:
     """Return the error that a name means no capture, with those that have one like it."""
-    return AbsentError(
-        f"there is no capture {named}", place=place, remedy=_suggestion(texts, named)
-    )
+    return AbsentError(f"there is no capture {name}", place=place, remedy=_suggestion(texts, name))
 
 
 def _joined_names(names: Sequence[str], most: int = 3) -> str:

@@ -128,11 +128,11 @@ class _Tally:
             symbols=self.parts.total(),
             seconds=float(seconds),
             size=size,
-            parts=_sorted(self.parts),
+            parts=_sorted_counts(self.parts),
             coverage={it: round(float(_seconds(own) / seconds), 4) for it, own in known if seconds},
-            labels=_sorted(self.labels),
-            profiles=_sorted(self.profiles),
-            formats=_sorted(self.formats),
+            labels=_sorted_counts(self.labels),
+            profiles=_sorted_counts(self.profiles),
+            formats=_sorted_counts(self.formats),
         )
 
 
@@ -140,5 +140,5 @@ def _seconds(frames: Mapping[_Rate, int]) -> Fraction:
     return sum((many / Fraction(*rate) for rate, many in frames.items()), Fraction())
 
 
-def _sorted(counts: Counter[str]) -> dict[str, int]:
+def _sorted_counts(counts: Counter[str]) -> dict[str, int]:
     return dict(sorted(counts.items()))

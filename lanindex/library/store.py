@@ -363,18 +363,18 @@ class Store:
         raise absent_error(str(which), {"path": [], "location": []}, self.place)
 
 
-def _matches_of_name(connection: Link, named: str) -> Iterator[list[tuple[int, str]]]:
+def _matches_of_name(connection: Link, name: str) -> Iterator[list[tuple[int, str]]]:
     """Yield the captures that a name fits, one way after the other: number and location of each.
 
     Their path is this name, their absolute path is, it ends with this name, their number is this.
     The first two are looked up in an index; the third goes through the index of locations.
     """
-    tail, number = os.sep + named, int(named) if named.isascii() and named.isdigit() else 0
+    tail, number = os.sep + name, int(name) if name.isascii() and name.isdigit() else 0
     ways: tuple[tuple[str, str | int], ...] = (
-        ("path = :one", named),
-        ("location = :one", absolute(named)),
+        ("path = :one", name),
+        ("location = :one", absolute(name)),
         (f"substr(location, -{len(tail)}) = :one", tail),
-        ("id = :one", number if str(number) == named and is_number(number) else -1),
+        ("id = :one", number if str(number) == name and is_number(number) else -1),
     )
     for way, one in ways:
         asked = f"SELECT id, location FROM capture WHERE {way}"

@@ -232,11 +232,11 @@ def warped(one: Floats, two: Floats) -> float:
     known = np.isfinite(one).all(axis=(0, 2)) & np.isfinite(two).all(axis=(0, 2))
     if not known.any() or not len(one) or not len(two):
         return float("inf")
-    apart = _apart(one[:, known], two[:, known])
-    return _cheapest(apart) / (len(one) + len(two))
+    apart = _mean_distances(one[:, known], two[:, known])
+    return _cheapest_cost(apart) / (len(one) + len(two))
 
 
-def _apart(one: Floats, two: Floats) -> NDArray[np.float64]:
+def _mean_distances(one: Floats, two: Floats) -> NDArray[np.float64]:
     """Return the mean distance of joints for each pair of frames: (T, U)."""
     total: NDArray[np.float64] = np.zeros((len(one), len(two)))
     for joint in range(one.shape[1]):
@@ -248,9 +248,9 @@ def _apart(one: Floats, two: Floats) -> NDArray[np.float64]:
     return total
 
 
-def _cheapest(apart: NDArray[np.float64]) -> float:
+def _cheapest_cost(distances: NDArray[np.float64]) -> float:
     """Return the cost of the cheapest way, in which a step forward in both counts twice."""
-    first, *rows = apart
+    first, *rows = distances
     cost = np.cumsum(first)
     cost += first[0]
     for row in rows:

@@ -48,7 +48,7 @@ def write_all(
     try:
         for path, content in files:
             refuse(path, force=force, sources=read_files)
-            drafts.append((_draft(path, content), path))
+            drafts.append((_write_draft(path, content), path))
         if replaced := [path for _, path in drafts if path.exists()]:
             identities = {_identity(source) for source in suspects(replaced)}
             for path in replaced:
@@ -100,7 +100,7 @@ def _refuse_source(path: Path, sources: Container[tuple[int, int] | None]) -> No
         raise ExportError("is the file that is read", place=str(path), wanted="another file")
 
 
-def _draft(path: Path, content: bytes | Callable[[IO[bytes]], object]) -> str:
+def _write_draft(path: Path, content: bytes | Callable[[IO[bytes]], object]) -> str:
     """Write the content beside its place, under a name of no importance."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, draft = tempfile.mkstemp(dir=path.parent, prefix=".lanindex-")

@@ -293,8 +293,8 @@ def _seconds(roster: Roster, there: Any, gaps: NDArray[np.int32]) -> tuple[Float
 
 
 PERMUTATIONS, CONFIDENCE, GATHERED = 999, 0.95, 400
-"""How often captures change groups by chance, how sure an interval is, and how many observations
-a group has at most: more captures are gathered by chance into so many."""
+"""Permutations of a test, the confidence of an interval, and how many observations a group has at
+most: more captures are gathered by chance into so many."""
 
 
 def gathered(group: IntArray) -> tuple[IntArray, IntArray]:

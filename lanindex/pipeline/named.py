@@ -116,14 +116,14 @@ def ranged(text: str) -> tuple[str, Span | None]:
     return (match[1], Span(int(match[2]), int(match[3]))) if match else (text, None)
 
 
-def within(span: Span | None, score: Score, named: str) -> Span:
+def within(span: Span | None, score: Score, name: str) -> Span:
     """Return a span that lies in a score: all of it, if none is asked for."""
     if span is None:
         return Span(0, score.frames)
     if not span.start < span.stop <= score.frames:
         found = f"frames {span.start} to {span.stop}"
         wanted = f"from less than to, and no more than its {score.frames} frames"
-        raise UsageError(found, place=shown(named), wanted=wanted)
+        raise UsageError(found, place=shown(name), wanted=wanted)
     return span
 
 
@@ -161,10 +161,10 @@ def from_lines(store: Store, lines: Iterable[str | bytes]) -> list[Request]:
         place = f"standard input:{number}"
         record = _record(line, place)
         if "capture" not in record and isinstance(record.get("summary"), dict):
-            pattern = _checked(record["summary"], _SUMMARY, place).get("pattern", "")
+            pattern = _checked_keys(record["summary"], _SUMMARY, place).get("pattern", "")
         else:
-            hit = _checked(record, _HIT, place)
-            hit["symbols"] = [_checked(one, _SYMBOL, place) for one in hit.get("symbols", ())]
+            hit = _checked_keys(record, _HIT, place)
+            hit["symbols"] = [_checked_keys(one, _SYMBOL, place) for one in hit.get("symbols", ())]
             hits.append((_capture(store, hit, place), hit))
     return [
         Request(
@@ -253,7 +253,7 @@ def _record(line: str | bytes, place: str) -> dict[str, Any]:
     return record
 
 
-def _checked(record: Any, keys: dict[str, str], place: str) -> dict[str, Any]:
+def _checked_keys(record: Any, keys: dict[str, str], place: str) -> dict[str, Any]:
     """Return the keys that are understood, each found to be what it should be."""
     if not isinstance(record, dict):
         raise UsageError(quoted(record), place=place, wanted=_LINE)

@@ -115,7 +115,7 @@ def search(
         store.session.note(
             f"no capture that was searched has symbols of {', '.join(absent)}{_palms_hint(absent)}"
         )
-    if count := _unmeasured(columns, measures) if measures else 0:
+    if count := _count_unmeasured(columns, measures) if measures else 0:
         store.session.note(
             f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "
             "as scores, or from an earlier version, and want to be ingested anew"
@@ -162,7 +162,7 @@ def _palms_hint(absent: Sequence[str]) -> str:
     return ": few captures tell where palms face (lanindex inspect FILE)" if palms else ""
 
 
-def _unmeasured(columns: Mapping[str, Columns], measures: Collection[str]) -> int:
+def _count_unmeasured(columns: Mapping[str, Columns], measures: Collection[str]) -> int:
     """Return of how many captures no movement of some parts was measured, though there are some."""
     moving: NDArray[np.int64] = np.zeros(1, np.int64)
     known = moving
