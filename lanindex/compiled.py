@@ -44,7 +44,7 @@ LOOPS = {
     "numbers": Loops((_NUMBERS, _PLACES), (_PLACES, "_positions"), 100_000_000),
     "encode": Loops(
         (_CURVES, *(f"lanindex.encoding.{name}_fast" for name in _ENCODE)),
-        (_CURVES, "moves"),
+        ("lanindex.encoding.written_fast", "looked"),
         500_000_000,
     ),
 }

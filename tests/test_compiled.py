@@ -72,9 +72,10 @@ def test_one_process_of_several_compiles_and_the_others_find_it(tmp_path, monkey
 def test_what_numba_keeps_is_found_where_numba_puts_it(tmp_path):
     code = (
         "import numpy as np; from lanindex import compiled\n"
-        "from lanindex.encoding.curves_fast import moves\n"
+        "from lanindex.encoding.written_fast import looked\n"
         "print(compiled.cached('encode'))\n"
-        "moves(np.ones(9, complex), 5, 30.0, 3)\n"
+        "row = np.zeros(1, np.int64)\n"
+        "looked(np.ones((3, 1, 9)), row, row, row + 8, np.ones(1), 2)\n"
         "print(compiled.cached('encode'))\n"
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -113,10 +113,10 @@ def test_what_is_left_out_joins_those_around_it():
 MEASURE = """
 import resource, sys
 from lanindex import encode, formats
-from lanindex.encoding import joints, limbs
+from lanindex.encoding import joints
 from lanindex.formats import file
 from lanindex.model import Reading
-file.WHOLE, limbs.TOGETHER, joints.KEPT = 1 << 20, 1 << 16, 1 << 16
+file.WHOLE, joints.TOGETHER, joints.KEPT = 1 << 20, 1 << 16, 1 << 16
 for path in sys.argv[1:]:
     opened = formats.opened(path)
     opened.sha256()
