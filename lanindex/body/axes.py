@@ -249,7 +249,7 @@ def rest_palms(
                 thumb = list(parents).index(thumb)
             base = parents[far]  # some skeletons have two joints in the wrist's place
             with_it = base if base >= 0 and not np.any(from_wrist(base)) else wrist
-            found[hand] = with_it, _drawn(facing(hand, from_wrist(thumb), from_wrist(far)))
+            found[hand] = with_it, _as_drawn(facing(hand, from_wrist(thumb), from_wrist(far)))
         elif stands is not None:
             along = from_wrist(tip) if tip >= 0 else -from_wrist(elbow)
             along = along - (along @ stands[1]) * stands[1]
@@ -266,7 +266,7 @@ def _place(joint: int, parents: Sequence[int], offsets: Any) -> Floats:
     return place
 
 
-def _drawn(palm: Floats) -> Floats:
+def _as_drawn(palm: Floats) -> Floats:
     """Return a palm that a thumb tells, as who drew the skeleton will have meant it.
 
     A thumb leads from the palm's plane; a hand that is drawn along an axis is drawn flat.

@@ -112,9 +112,9 @@ class MarkerSet:
         """
         found = self._joint_places(markers, scale, None)
         for joint in _BELOW if self.caps == _CAPPED else ():
-            down = _down(found, joint)
+            down = _trunk_direction(found, joint)
             if _known(down).any():
-                found[:, _SHOULDERS] += _drop(_wide(found)) * _filled_in(down)[:, None]
+                found[:, _SHOULDERS] += _drop(_shoulder_width(found)) * _filled_in(down)[:, None]
                 break
         return found
 
@@ -137,7 +137,7 @@ class MarkerSet:
             for part in parts:
                 found = self._joint_places(markers[part], scale, sizes)
                 known[part] = np.isfinite(found[:, columns]).all(axis=2)
-                wide[part], down[part] = _wide(found), _down(found, joint)
+                wide[part], down[part] = _shoulder_width(found), _trunk_direction(found, joint)
             lower = self.caps == _CAPPED and bool(_known(down).any())
             if lower or self.caps != _CAPPED:
                 break
@@ -159,7 +159,7 @@ class MarkerSet:
         for joint, indices in self.joint_markers.items():
             found[:, JOINT_CODES[joint]] = _middle(markers, indices)
         if self.pelvis:
-            self._hips(markers, scale, found, sizes)
+            self._place_hips(markers, scale, found, sizes)
         if "Pelvis" not in self.joint_markers:
             found[:, JOINT_CODES["Pelvis"]] = found[:, _HIP_CODES].mean(axis=1)
         return found
@@ -167,14 +167,18 @@ class MarkerSet:
     def _sizes(self, markers: NDArray[Any]) -> tuple[float, ...]:
         """Return how wide and deep the pelvis is, which all frames tell."""
         right, left, *back = (_middle(markers, indices) for indices in self.pelvis)
-        return _usual(right - left), *(_usual((right + left) / 2 - it) for it in back)
+        return _median_length(right - left), *(
+            _median_length((right + left) / 2 - it) for it in back
+        )
 
-    def _hips(self, markers: NDArray[Any], scale: float, places: Floats, sizes: Sizes) -> None:
+    def _place_hips(
+        self, markers: NDArray[Any], scale: float, places: Floats, sizes: Sizes
+    ) -> None:
         """Find the hip centres in the frame of the pelvis: forward, up and to the right."""
         right, left, *back = (_middle(markers, indices) for indices in self.pelvis)
         front, across = (right + left) / 2, right - left
         sides = (across, *(front - it for it in back))
-        width, *depth = sizes or map(_usual, sides)
+        width, *depth = sizes or map(_median_length, sides)
         if back:
             up = _unit(np.cross(across, sides[1]))
             wide = (*depth, width, width)
@@ -317,13 +321,13 @@ def _middle(markers: NDArray[Any], indices: Indices) -> Floats:
     return place
 
 
-def _wide(places: Floats) -> Floats:
+def _shoulder_width(places: Floats) -> Floats:
     """Return how far the shoulders are from each other, (T,)."""
     right, left = _SHOULDERS
     return _length(places[:, right] - places[:, left])
 
 
-def _down(places: Floats, joint: str) -> Floats:
+def _trunk_direction(places: Floats, joint: str) -> Floats:
     """Return the way from between the shoulders to a joint of the trunk, (T, 3), of length 1."""
     return _unit(places[:, JOINT_CODES[joint]] - places[:, _SHOULDERS].mean(axis=1))
 
@@ -333,7 +337,7 @@ def _drop(wide: Floats) -> float:
     return SHOULDER_BELOW * float(np.nanmedian(wide)) if np.isfinite(wide).any() else 0.0
 
 
-def _usual(vectors: Floats) -> float:
+def _median_length(vectors: Floats) -> float:
     """Return how long vectors (T, 3) are, the median; NaN where none is known."""
     lengths = _length(vectors)
     return float(np.nanmedian(lengths)) if np.isfinite(lengths).any() else np.nan
@@ -445,7 +449,7 @@ class Clusters:
             for joint, pair in self.between.items():
                 out = found[start : start + BLOCK, JOINT_CODES[joint]]
                 sides = zip(pair, np.split(held[joint], 2), strict=True)
-                out[:] = _between(*(_moved(*turns[name], point) for name, point in sides))
+                out[:] = _midpoint(*(_transformed(*turns[name], point) for name, point in sides))
         hips = found[:, [JOINT_CODES["RHip"], JOINT_CODES["LHip"]]]
         found[:, JOINT_CODES["Pelvis"]] = hips.mean(axis=1)
         return found
@@ -567,12 +571,12 @@ def turns_of(places: Floats, shape: Floats) -> tuple[Floats, Floats]:
     return turn, middle - np.einsum("tij,tj->ti", turn, centre)
 
 
-def _moved(turn: Floats, middle: Floats, point: Floats) -> Floats:
+def _transformed(turn: Floats, middle: Floats, point: Floats) -> Floats:
     moved: Floats = turn @ point + middle
     return moved
 
 
-def _between(one: Floats, other: Floats) -> Floats:
+def _midpoint(one: Floats, other: Floats) -> Floats:
     """Return the middle of two points; where one is unknown, the other."""
     known, also = np.isfinite(one), np.isfinite(other)
     middle: Floats = (np.where(known, one, other) + np.where(also, other, one)) / 2

@@ -100,9 +100,11 @@ class Rig:
         """Return the joint that tells where a hand, a foot or a head points, if there is one."""
         apart = (index for index in named if self.beyond(index, outer) > self.nothing)
         found = (*apart, *self.branch(outer))
-        return next((one for one in found if inner is None or self._aside(one, outer, inner)), None)
+        return next(
+            (one for one in found if inner is None or self._leaves_line(one, outer, inner)), None
+        )
 
-    def _aside(self, joint: int, outer: int, inner: int) -> bool:
+    def _leaves_line(self, joint: int, outer: int, inner: int) -> bool:
         """Return whether a joint leaves the line from `inner` through `outer`."""
         bone, before = (
             self.poses[:, b] - self.poses[:, a] for a, b in ((outer, joint), (inner, outer))
@@ -155,7 +157,7 @@ def _sides() -> Mapping[str, str]:
 
 
 @lru_cache(maxsize=1)
-def _known() -> frozenset[str]:
+def _known_words() -> frozenset[str]:
     groups = (tables()[group] for group in _GROUPS)
     return frozenset(word for group in groups for words in group.values() for word in words)
 
@@ -172,7 +174,7 @@ def _without_shared(names: list[list[str]]) -> list[list[str]]:
         while True:
             counts = Counter(words[end] for words in names if len(words) > 1)
             word, count = counts.most_common(1)[0] if counts else ("", 0)
-            if count < max(4, _SHARED * len(names)) or word in _sides() or word in _known():
+            if count < max(4, _SHARED * len(names)) or word in _sides() or word in _known_words():
                 break
             names = [
                 (words[1:] if end == 0 else words[:-1])
@@ -189,13 +191,13 @@ def _key(words: Sequence[str]) -> Key:
         if word in _sides() and len(words) > 1:
             return _sides()[word], "".join((*words[:place], *words[place + 1 :]))
     name = "".join(words)
-    if name in _known():
+    if name in _known_words():
         return "", name
     for mark, side in _sides().items():
         if not side:
             continue
         for rest in (name.removeprefix(mark), name.removesuffix(mark)):
-            if rest != name and rest in _known():
+            if rest != name and rest in _known_words():
                 return side, rest
     return "", name
 
@@ -348,7 +350,7 @@ def by_shape(rig: Rig) -> tuple[dict[str, int], tuple[str, ...]]:
     if arms is not None:
         _limbs(rig, arms, ("Shoulder", "Elbow", "Wrist", "Hand"), body)
     _trunk(rig, legs, arms, body)
-    return _sided(rig, body)
+    return _with_sides(rig, body)
 
 
 def _pairs(rig: Rig) -> list[_Pair]:
@@ -442,7 +444,7 @@ def _trunk(rig: Rig, legs: _Pair, arms: _Pair | None, body: dict[str, int]) -> N
         del body["Neck"]
 
 
-def _sided(rig: Rig, body: dict[str, int]) -> tuple[dict[str, int], tuple[str, ...]]:
+def _with_sides(rig: Rig, body: dict[str, int]) -> tuple[dict[str, int], tuple[str, ...]]:
     """Exchange right and left where the body faces the other way."""
     poses = rig.poses
     ankles = (poses[:, body["RAnkle"]] + poses[:, body["LAnkle"]]) / 2
@@ -452,14 +454,14 @@ def _sided(rig: Rig, body: dict[str, int]) -> tuple[dict[str, int], tuple[str, .
         hips, arms = _across(poses, body, "Hip"), _across(poses, body, "Shoulder")
         if (hips * arms).sum() < 0:
             body = {_other(j) if j[1:] in _ARM else j: index for j, index in body.items()}
-    forward = _named(rig, body) or _forward(poses, body, up)
+    forward = _side_by_name(rig, body) or _forward(poses, body, up)
     if forward < 0:
         body = {_other(joint): index for joint, index in body.items()}
     doubt = "which side is left could not be told for certain"
     return body, () if abs(forward) > _CLEAR else (doubt,)
 
 
-def _named(rig: Rig, body: dict[str, int]) -> int:
+def _side_by_name(rig: Rig, body: dict[str, int]) -> int:
     """Return 1 where names tell the same sides, -1: the other ones, 0: they do not tell them."""
     sides = [side for side, _ in keys(rig.names)]
     told = [sides[index] == joint[0] for joint, index in body.items()

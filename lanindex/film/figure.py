@@ -203,7 +203,7 @@ def view(
     xx, xz, zz = spread[0, 0], spread[0, 2], spread[2, 2]
     if math.hypot(xx - zz, 2 * xz) > 1e-9 * (xx + zz):  # else all turns are equal
         best = -0.5 * math.atan2(2 * xz, xx - zz)
-        if _seen(spread, best) > (1 + WORTH) * _seen(spread, ahead):
+        if _spread_seen(spread, best) > (1 + WORTH) * _spread_seen(spread, ahead):
             side = 1.0 if {track[:2] for track in tracks or ()} == {"l_"} else -1.0
             off = (best - ahead + math.pi) % (2 * math.pi) - math.pi
             ways = (off, off - math.copysign(math.pi, off))  # from this side of it or the other
@@ -254,7 +254,7 @@ def _spread(moves: NDArray[np.float64]) -> NDArray[np.float64]:
     return spread
 
 
-def _seen(spread: NDArray[np.float64], turn: float) -> float:
+def _spread_seen(spread: NDArray[np.float64], turn: float) -> float:
     """Return how far a movement spreads on the picture, squared."""
     right = np.array([math.cos(turn), 0.0, -math.sin(turn)])
     return float(right @ spread @ right + spread[1, 1])
@@ -306,20 +306,20 @@ class FigureScene:
             return []
         right, up, near = self.eye[frame].tolist()
         rows = _marks(near - DEEPEST / 2, near + DEEPEST / 2)
-        ys = [height / 2 + (up - _laid(it, self.floor, self.view)) * scale for it in rows]
+        ys = [height / 2 + (up - _floor_height(it, self.floor, self.view)) * scale for it in rows]
         xs = [width / 2 + (it - right) * scale for it in _marks(right - wide, right + wide)]
         top, bottom = max(min(ys), 0), min(max(ys), height - 1)
         level = [(0, y, width - 1, y) for y in ys if top <= y <= bottom]
         return [*level, *((x, top, x, bottom) for x in xs if x < width and top < bottom)]
 
 
-def _laid(near: Any, floor: float, view: View) -> Any:
+def _floor_height(near: Any, floor: float, view: View) -> Any:
     """Return the height on the picture of places on the floor, by their nearness, mm."""
     tilt = math.radians(view.tilt)
     return math.cos(tilt) * floor - math.sin(tilt) * near
 
 
-def _placed(
+def _pixels(
     right: NDArray[np.floating], up: NDArray[np.floating], size: tuple[int, int], scale: float
 ) -> Floats:
     """Return pixels on the picture of millimetres from its middle."""
@@ -365,11 +365,11 @@ def scene(
     lowest = np.nanmin(np.where(np.isnan(heights), np.inf, heights), axis=1)
     lowest = np.sort(lowest[np.isfinite(lowest)])
     floor = float(lowest[int(_LOWEST * len(lowest))]) if len(lowest) else None
-    points = _placed(seen[..., 0] - eye[:, :1], seen[..., 1] - eye[:, 1:2], size, scale)
+    points = _pixels(seen[..., 0] - eye[:, :1], seen[..., 1] - eye[:, 1:2], size, scale)
     path = np.full((len(frames), 2), np.nan, np.float32)
     if floor is not None:
         right, _, near = level[:, JOINT_CODES["Pelvis"]].T
-        path = _placed(right - eye[0, 0], _laid(near, floor, view) - eye[0, 1], size, scale)
+        path = _pixels(right - eye[0, 0], _floor_height(near, floor, view) - eye[0, 1], size, scale)
     return FigureScene(size, scale, points, level[..., 2], eye, view, floor, path)
 
 

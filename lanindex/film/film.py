@@ -120,7 +120,7 @@ def _gif(frames: Iterable[Image], size: tuple[int, int], rate: Fraction) -> Iter
     before, over = None, 0
     for number, frame in enumerate(frames, 1):
         now = np.asarray(frame.quantize(palette=table, dither=Image.Dither.NONE))
-        piece, corner = _changed(now, before)
+        piece, corner = _changed_rectangle(now, before)
         until = round(number * 100 / rate)
         how = {"duration": (until - over) * 10, "transparency": _CLEAR, "disposal": 1}
         yield from getdata(Image.fromarray(piece), corner, **how)
@@ -128,7 +128,7 @@ def _gif(frames: Iterable[Image], size: tuple[int, int], rate: Fraction) -> Iter
     yield b";"
 
 
-def _changed(
+def _changed_rectangle(
     now: NDArray[np.uint8], before: NDArray[np.uint8] | None
 ) -> tuple[NDArray[np.uint8], tuple[int, int]]:
     """Return the rectangle that has changed, clear where it has not, and its corner."""
@@ -320,14 +320,14 @@ class FilmStaff:
         """Return the page that shows a moment, and how far down on it the moment lies, pixels."""
         number = self._page(seconds)
         if number != self._number:
-            self._shown, self._number = self._drawn(number), number
+            self._shown, self._number = self._page_image(number), number
         picture, times, downs = self._shown
         return picture, float(np.interp(seconds, times, downs))
 
     def _page(self, seconds: float) -> int:
         return floor((seconds - self.start) / self.lasts + 1e-9)
 
-    def _drawn(self, number: int) -> tuple[Image, list[float], list[float]]:
+    def _page_image(self, number: int) -> tuple[Image, list[float], list[float]]:
         """Return a page, some of its moments, and their places from the top."""
         from PIL import Image
 

@@ -96,14 +96,14 @@ def carry_out(score: Score, rate: Fraction, noise: float, seed: int) -> Motion:
     for part in (part for part in FACING if part in bones):
         ends = shown(score, part)["stop"] / float(score.rate)
         arrived = np.minimum(np.searchsorted(times, ends), frames - 1)
-        palms[part] = _fronted(_seen(bones[part])[:, None], travel)[:, 0], arrived
+        palms[part] = _fronted(_on_stage(bones[part])[:, None], travel)[:, 0], arrived
     warnings += face_palms(joints, palms, body)
     axes = dict[str, NDArray[np.float32]]()
     if {"head_turn", "head_incline"} & score.tracks.keys():
         turn = np.zeros(frames) + twist + angles(score, "head_turn", times).real
         _, across = chest_axes(bones["torso"], turn)
         right = head_right(bones["head"], bones["torso"], across)
-        head = np.stack((_seen(right), _seen(bones["head"])), axis=1)
+        head = np.stack((_on_stage(right), _on_stage(bones["head"])), axis=1)
         axes["Head"] = _fronted(head, travel).astype(np.float32)
     if noise:
         skeleton = body.skeleton
@@ -137,7 +137,7 @@ def _left_out(score: Score, body: Body) -> list[str]:
 def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
     """Return each bone's direction, (T, 3): by its own track, its limb's, or the upper bone's."""
     own = {
-        part: _pointed(score, part, times)
+        part: _bone_directions(score, part, times)
         for part in score.tracks
         if part in PARTS and PARTS[part].group not in body.limbs
     }
@@ -152,7 +152,7 @@ def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
         for group, limb in body.limbs.items():
             part = f"{side}_{group}"
             upper, lower = (f"{side}_{bone}" for bone in limb.bones)
-            bones[upper], bones[lower] = _bent(score, part, limb, times)
+            bones[upper], bones[lower] = _bent_limb_directions(score, part, limb, times)
             if upper in own:
                 bones[upper] = own[upper]
                 bones[lower] = bones[lower] if part in score.tracks else own[upper]
@@ -175,7 +175,7 @@ def _side(part: str) -> float:
     return -1.0 if part.startswith("l_") else 1.0
 
 
-def _pointed(score: Score, part: str, times: Floats) -> Floats:
+def _bone_directions(score: Score, part: str, times: Floats) -> Floats:
     """Return where a single bone points, (T, 3)."""
     rows = shown(score, part)
     points = np.empty((len(times), 3))
@@ -186,7 +186,9 @@ def _pointed(score: Score, part: str, times: Floats) -> Floats:
     return points
 
 
-def _bent(score: Score, part: str, limb: Limb, times: Floats) -> tuple[Floats, Floats]:
+def _bent_limb_directions(
+    score: Score, part: str, limb: Limb, times: Floats
+) -> tuple[Floats, Floats]:
     """Return where the upper and the lower bone of a limb point, (T, 3) each."""
     directions, aside = np.empty((2, len(times), 3))
     reach_of = np.empty(len(times))
@@ -219,7 +221,7 @@ def _limb_directions(reach: Reach, limb: Limb, mirror: Floats) -> tuple[Floats, 
     if lengths[0] != lengths[1]:
         return directions, _across(bend, directions), length
     ends = np.stack((start, great_circle(start, stop, np.array([0.5]), side)[0], stop))
-    return directions, _carried(_across(bend, ends), ends, directions, share), length
+    return directions, _transported(_across(bend, ends), ends, directions, share), length
 
 
 def _across(vector: Floats, directions: Floats) -> Floats:
@@ -227,7 +229,7 @@ def _across(vector: Floats, directions: Floats) -> Floats:
     return unit(vector - (directions @ vector)[:, None] * directions)
 
 
-def _carried(across: Floats, ends: Floats, directions: Floats, share: Floats) -> Floats:
+def _transported(across: Floats, ends: Floats, directions: Floats, share: Floats) -> Floats:
     """Return directions at right angles to a great circle, (T, 3), from the first to the last.
 
     They go along with `directions`, and turn about them by as much as is missing at the end: none
@@ -239,14 +241,14 @@ def _carried(across: Floats, ends: Floats, directions: Floats, share: Floats) ->
     axis = np.cross(ends[0], ends[1])
     sine = float(np.linalg.norm(axis))
     axis, whole = axis / max(sine, _SLIGHT), 2 * np.arctan2(sine, ends[0] @ ends[1])
-    there = _spun(across[0], axis, whole)
+    there = _rotated(across[0], axis, whole)
     missing = np.arctan2(np.cross(there, across[2]) @ ends[2], there @ across[2])
-    return _spun(
-        _spun(across[0], axis, whole * share[:, None]), directions, missing * share[:, None]
+    return _rotated(
+        _rotated(across[0], axis, whole * share[:, None]), directions, missing * share[:, None]
     )
 
 
-def _spun(vectors: Floats, axis: Floats, angle: Any) -> Floats:
+def _rotated(vectors: Floats, axis: Floats, angle: Any) -> Floats:
     """Turn vectors about an axis by angles, radians."""
     along = dot(axis, vectors) * axis
     spun: Floats = (
@@ -282,12 +284,12 @@ def _joints(
         if bone == "torso":
             axes = np.stack((chest[0], bones[bone], chest[1]), axis=1)
             own = offset[:, ::-1] * [1, 1, -1]  # in the body frame
-            offset = _seen(np.einsum("ti,tij->tj", own, axes))
+            offset = _on_stage(np.einsum("ti,tij->tj", own, axes))
         elif bone and bone not in FACING:
-            offset = np.linalg.norm(offsets[joint]) * _seen(bones[bone])
+            offset = np.linalg.norm(offsets[joint]) * _on_stage(bones[bone])
         joints[:, joint] = offset + (joints[:, parent] if parent >= 0 else 0)
     if travel is not None:
-        moved: Floats = _fronted(joints - joints[:, :1], travel) + _seen(travel.hips)[:, None]
+        moved: Floats = _fronted(joints - joints[:, :1], travel) + _on_stage(travel.hips)[:, None]
         return moved
     # a body that goes nowhere has the lower foot on the floor
     feet = [index for index, bone in enumerate(body.bones) if bone.endswith(("_foot", "_toes"))]
@@ -304,6 +306,6 @@ def _fronted(vectors: Floats, travel: Travel | None) -> Floats:
     return np.stack((x * cosine + z * sine, y, z * cosine - x * sine), axis=-1)
 
 
-def _seen(vectors: Floats) -> Floats:
+def _on_stage(vectors: Floats) -> Floats:
     """Turn vectors from the body frame to the stage: right is -x, forward +z."""
     return np.stack([-vectors[..., 2], vectors[..., 1], vectors[..., 0]], axis=-1)

@@ -321,7 +321,7 @@ def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats])
         return None
     rate = float(score.rate)
     front = _front(moving["body_turn"], times, rate)
-    moves, left_out = _on_feet(_moves(moving, rate), carried)
+    moves, left_out = _free_moves(_moves(moving, rate), carried)
     for number, (start, stop, what) in enumerate(carried):
         lean = bones["torso"][min(int(np.searchsorted(times, (start + stop) / 2)), len(times) - 1)]
         if what == "trunk" and lean[0] > PRONE:
@@ -329,7 +329,7 @@ def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats])
     busy = [(it.start, it.stop, HEIGHT.get(it.level, 0.0)) for it in moves]
     rests, doubts = plan_rests(carried, busy, score.frames / rate)
     moved, path = MovedParts(score), FeetPath(body, times, front)
-    placed = _placed(moved, rests, times, bones)
+    placed = _placed_feet(moved, rests, times, bones)
     path.follow(moves, rests, placed)
     feet_at, high = path.steps.cumsum(axis=0), path.high
     body_at = feet_at + path.shift.cumsum(axis=0)
@@ -343,10 +343,10 @@ def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats])
     heels = np.maximum(levels, 0)
     stands = np.minimum(REACHES + levels, heels + np.maximum(*legs_reach.values()))
     resting = RestBlend(rests, times)
-    heel, knees = _drawn_up(resting, placed, times, heels)
+    heel, knees = _heels_and_knees(resting, placed, times, heels)
     stand = FootPlacement(over, raised, heel, knees, high)
     up = body.ankle + body.leg * (stands + high)
-    up = _sunk(up, body_at, front, stand, body)
+    up = _hip_heights(up, body_at, front, stand, body)
     hips = np.stack((body_at[:, 0], up, body_at[:, 1]), axis=1)
     lies = [resting_height(it, times, hips, front, stand, body) for it in rests]
     hips[:, 1] = resting.blended(up, lies, straight)
@@ -361,7 +361,7 @@ def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats])
         if not sinks.any():
             break
         hips[:, 1] += sinks
-    unlike = tuple(_unlike(moved, rests, times, bones, legs, legs_reach))
+    unlike = tuple(_leg_doubts(moved, rests, times, bones, legs, legs_reach))
     if not any(map(len, moving.values())):  # it stands, and does nothing but rest
         limbs = [f"{side}_{it}" for side in SIDES for it in ("leg", "thigh", "shank", "foot")]
         only = "goes as told only while something else than feet carries"
@@ -369,7 +369,7 @@ def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats])
     return Travel(front, hips, legs, resting, (*left_out, *doubts, *unlike))
 
 
-def _drawn_up(
+def _heels_and_knees(
     resting: RestBlend, placed: Sequence[dict[str, Floats]], times: Floats, heels: Floats
 ) -> tuple[Bones, Bones]:
     """Return how high heels are raised, (T,), and where knees go, (T, 3), by side."""
@@ -388,7 +388,7 @@ def _drawn_up(
     return heel, knees
 
 
-def _placed(
+def _placed_feet(
     moved: MovedParts, rests: Sequence[Rest], times: Floats, bones: dict[str, Floats]
 ) -> list[dict[str, Floats]]:
     """Return where legs have their feet that are told to go elsewhere: see `FeetPath.follow`."""
@@ -405,7 +405,7 @@ def _placed(
     return found
 
 
-def _unlike(
+def _leg_doubts(
     moved: MovedParts,
     rests: Sequence[Rest],
     times: Floats,
@@ -428,7 +428,7 @@ def _unlike(
                 yield f"{limb} bends as {rest.what} needs it at {rest.start:g} s, not as told"
 
 
-def _on_feet(
+def _free_moves(
     moves: list[Move], carriers: Sequence[CarrierSpan]
 ) -> tuple[list[Move], tuple[str, ...]]:
     """Return the steps and flights that do not end while something else carries; and the others."""
@@ -444,7 +444,9 @@ def _on_feet(
     return free, tuple(left_out)
 
 
-def _sunk(up: Floats, place: Floats, front: Floats, stand: FootPlacement, body: Body) -> Floats:
+def _hip_heights(
+    up: Floats, place: Floats, front: Floats, stand: FootPlacement, body: Body
+) -> Floats:
     """Return how high hips are, mm, that sink a little where toes would leave the floor."""
     least = up.copy()
     longest = body.leg + float(np.linalg.norm(body.toe))

@@ -125,19 +125,19 @@ class Hits(Sequence[Hit]):
     @property
     def captures(self) -> int:
         """How many captures have hits."""
-        return len(self._counted()[0])
+        return len(self._per_capture()[0])
 
     def tally(self) -> list[tuple[int, int]]:
         """Return the numbers of the captures, each with how many hits it has."""
-        places, counts = self._counted()
+        places, counts = self._per_capture()
         return list(zip(self._store.numbers(places).tolist(), counts.tolist(), strict=True))
 
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
-        places, counts = self._counted()
+        places, counts = self._per_capture()
         return list(zip(self._store.captures(places.tolist()), counts.tolist(), strict=True))
 
-    def _counted(self) -> tuple[IntArray, IntArray]:
+    def _per_capture(self) -> tuple[IntArray, IntArray]:
         """Return the captures of hits, in order, and how many each has."""
         ordered = np.sort(self.place)  # np.unique imports as much as all of a small search takes
         firsts = np.flatnonzero(np.diff(ordered, prepend=-1))
@@ -145,7 +145,7 @@ class Hits(Sequence[Hit]):
 
     def spans(self) -> Iterator[tuple[Capture, Span]]:
         """Yield capture and frames of each hit, in order."""
-        places = self._counted()[0].tolist()
+        places = self._per_capture()[0].tolist()
         captures = dict(zip(places, self._store.captures(places), strict=True))
         columns = (self.place.tolist(), self.low.tolist(), self.high.tolist())
         for place, low, high in zip(*columns, strict=True):
@@ -169,7 +169,9 @@ class Hits(Sequence[Hit]):
     def __repr__(self) -> str:
         """Return the first hits, a line each."""
         lines = [f"  {readable(hit.path)}  {hit.when}, fit {hit.fit:.2f}" for hit in self[:FEW]]
-        return "\n".join([f"<{self._counts()}: {readable(self.pattern)}>", *lines, *self._more()])
+        return "\n".join(
+            [f"<{self._counts()}: {readable(self.pattern)}>", *lines, *self._more_line()]
+        )
 
     def _repr_html_(self) -> str:
         """Return the first hits with pictures, which a notebook shows."""
@@ -199,14 +201,14 @@ class Hits(Sequence[Hit]):
         ]
         head = cells("th", "capture", "label", "frames and seconds", "fit", "symbols")
         caption = escape(f"{self._counts()}: {readable(self.pattern)}")
-        more = "".join(f"<p>{line.strip()}</p>" for line in self._more())
+        more = "".join(f"<p>{line.strip()}</p>" for line in self._more_line())
         return f"<table><caption>{caption}</caption>{head}{''.join(rows)}</table>{more}"
 
     def _counts(self) -> str:
         captures = self.captures
         return f"{len(self)} hit{'s'[: len(self) != 1]} in {captures} capture{'s'[: captures != 1]}"
 
-    def _more(self) -> list[str]:
+    def _more_line(self) -> list[str]:
         if not len(self):
             return ["  library.suggest(pattern) tells what is near"]
         return [f"  ... {len(self) - FEW} more"] if len(self) > FEW else []
@@ -388,11 +390,11 @@ def _counts(hits: Hits, by: Reference | None) -> Counts:
         return Counts([Counted(None, len(hits))], hits.pattern, None)
     numbers = Counter(_values(hits, by))
     ordered = sorted(numbers, key=lambda value: (-numbers[value], order(by, value)))
-    counted = [Counted(_shown(value), numbers[value]) for value in ordered]
+    counted = [Counted(_json_value(value), numbers[value]) for value in ordered]
     return Counts(counted, hits.pattern, by)
 
 
-def _shown(value: Value) -> str | float | None:
+def _json_value(value: Value) -> str | float | None:
     if value is None or isinstance(value, str):
         return value
     return int(value) if value.denominator == 1 else round(float(value), 6)

@@ -67,7 +67,7 @@ def unwatched(noun: str, done: int, total: int) -> None:
     """Ignore progress."""
 
 
-class Moves(NamedTuple):
+class MoveTable(NamedTuple):
     """N movements that a score shows, in columns."""
 
     points: Floats  # (N, 3) where each leads to
@@ -78,9 +78,9 @@ class Moves(NamedTuple):
     stops: Numbers
     rows: Numbers  # (N,) where it stands in its track
 
-    def at(self, rows: slice | Numbers) -> Moves:
+    def at(self, rows: slice | Numbers) -> MoveTable:
         """Return some of them."""
-        return Moves._make(column[rows] for column in self)
+        return MoveTable._make(column[rows] for column in self)
 
 
 class Windows(NamedTuple):
@@ -99,7 +99,7 @@ class Clips:
     """Clips laid out: the movements of a part in all of them, then those of the next part."""
 
     parts: tuple[str, ...]
-    moves: Moves
+    moves: MoveTable
     # (P, C + 1) the row with which each clip's part begins, where it is before it first moves; two
     # equal ones in a row where a clip lacks the part
     first: Numbers
@@ -150,7 +150,7 @@ class ClipSource:
 
     def clips(self, places: Numbers, watch: Watch = unwatched) -> Clips:
         """Return some of the clips, laid out: (D,) which."""
-        found: list[Moves] = []
+        found: list[MoveTable] = []
         counts = np.zeros((len(self.columns), len(places)), np.int64)
         for part, columns in enumerate(self.columns.values()):
             watch("parts", part, len(self.columns))
@@ -158,11 +158,11 @@ class ClipSource:
             found.append(moves)
         ends = np.append(0, np.cumsum(counts))
         first = np.arange(len(found))[:, None] * len(places) + np.arange(len(places) + 1)
-        moves = Moves(*map(np.concatenate, zip(*found, strict=True)))
+        moves = MoveTable(*map(np.concatenate, zip(*found, strict=True)))
         return Clips(tuple(self.columns), moves, ends[first])
 
 
-def _moves(columns: Columns, rates: Doubles) -> tuple[Moves, Numbers]:
+def _moves(columns: Columns, rates: Doubles) -> tuple[MoveTable, Numbers]:
     """Return the movements of one part in several clips, and how many each has."""
     rows = np.flatnonzero(columns.cell & PASSING == 0)  # a score does not show what is passed
     edges = np.searchsorted(rows, columns.bounds)
@@ -181,7 +181,7 @@ def _moves(columns: Columns, rates: Doubles) -> tuple[Moves, Numbers]:
     moving[edges[:-1][counts > 0]] = False
     sizes = swings + np.where(moving, np.float32(STEP) + lengths, np.float32(0))
     places = rows - np.repeat(columns.bounds[:-1], counts)
-    return Moves(points, sizes, paces, swings, starts, stops, places), counts
+    return MoveTable(points, sizes, paces, swings, starts, stops, places), counts
 
 
 def distances(one: Floats, two: Floats) -> Floats:
@@ -228,7 +228,7 @@ def paired(one: Clips, one_windows: Windows, two: Clips, two_windows: Windows) -
     return likeness((size - saved).sum(axis=0), size.sum(axis=0))
 
 
-def sizes(moves: Moves, windows: Windows) -> Floats:
+def sizes(moves: MoveTable, windows: Windows) -> Floats:
     """Return what it costs to delete each part of each stretch: (P, B) float32."""
     inside = np.minimum(windows.low + 1, windows.high)
     bounds, rows = ranges(inside.ravel(), windows.high.ravel())
@@ -239,7 +239,7 @@ def sizes(moves: Moves, windows: Windows) -> Floats:
 
 
 def savings(
-    one: Moves, one_windows: Windows, two: Moves, two_windows: Windows, size: Floats
+    one: MoveTable, one_windows: Windows, two: MoveTable, two_windows: Windows, size: Floats
 ) -> Floats:
     """Return the most that substitutions save of each part, pair by pair: (P, B), as `size`."""
     one_counts, two_counts = one_windows.high - one_windows.low, two_windows.high - two_windows.low
@@ -268,7 +268,7 @@ def savings(
     return found
 
 
-def _by_pieces(one: Moves, one_windows: Windows, two: Moves, two_windows: Windows) -> float:
+def _by_pieces(one: MoveTable, one_windows: Windows, two: MoveTable, two_windows: Windows) -> float:
     """Return the difference of two long parts if each piece is compared with the one opposite.
 
     So the work grows with their length, not with its square.
@@ -286,7 +286,7 @@ def _by_pieces(one: Moves, one_windows: Windows, two: Moves, two_windows: Window
     return float((size_by_piece - savings(one, one_pieces, two, two_pieces, size_by_piece)).sum())
 
 
-def beginning_savings(one: Moves, two: Moves) -> Floats:
+def beginning_savings(one: MoveTable, two: MoveTable) -> Floats:
     """Return what substituting beginnings saves, (N,); less than 0 where they are far apart."""
     away = one.points - two.points
     saved: Floats = 2 * np.minimum(one.swings, two.swings)
@@ -294,7 +294,7 @@ def beginning_savings(one: Moves, two: Moves) -> Floats:
     return saved
 
 
-def savings_of(query: Moves, others: Moves) -> Iterator[Floats]:
+def savings_of(query: MoveTable, others: MoveTable) -> Iterator[Floats]:
     """Yield what each movement of one part but its beginning saves by substituting others: (N,)."""
     query_columns, other_columns = _columns(query, slice(None)), _columns(others, slice(None))
     before = distances(query_columns[:3, :1], other_columns)
@@ -303,7 +303,7 @@ def savings_of(query: Moves, others: Moves) -> Iterator[Floats]:
         yield saved
 
 
-def _columns(moves: Moves, rows: slice | Numbers) -> Floats:
+def _columns(moves: MoveTable, rows: slice | Numbers) -> Floats:
     """Return what `_saving` needs of some movements, (6, N).
 
     The coordinates where each leads to, times `SUBSTITUTED`; its size, less what its pace and its
@@ -320,7 +320,7 @@ def _columns(moves: Moves, rows: slice | Numbers) -> Floats:
 
 
 def _lane_savings(
-    one: Moves, two: Moves, low: Numbers, rows: Numbers, begin: Numbers, counts: Numbers
+    one: MoveTable, two: MoveTable, low: Numbers, rows: Numbers, begin: Numbers, counts: Numbers
 ) -> Iterator[Floats]:
     """Yield, row by row of the one side, what it saves in the places of the other: (N,).
 
@@ -537,7 +537,7 @@ def bounds_of(query: Clips, clips: Clips) -> Bounds:
     return Bounds(likeness(total - saved, total), stretch, sizes, shares, float(size), begun_most)
 
 
-def _savings(query: Moves, rows: Moves, first: Numbers) -> tuple[Floats, Floats]:
+def _savings(query: MoveTable, rows: MoveTable, first: Numbers) -> tuple[Floats, Floats]:
     """Return what the query's movements save at most by clip, and each row: (C,) and (N,).
 
     `first` is (C,) where each clip begins among the rows.
@@ -557,7 +557,7 @@ def _savings(query: Moves, rows: Moves, first: Numbers) -> tuple[Floats, Floats]
     return most, best
 
 
-def _most(moves: Moves) -> Floats:
+def _most(moves: MoveTable) -> Floats:
     """Return what each movement saves at most, whatever it may substitute: (N,).
 
     That is what it and its like cost, and what a substitution does not charge for how much farther

@@ -96,7 +96,7 @@ class LeftOut:
         near = f", {self.nearest}" if self.nearest else ""
         of = f' of "{self.step}"' if self.step else ""
         where = f'without "{self.condition}"{of}' if self.condition else "in all captures"
-        return f"{where}: {_counted(self.hits, 'hit')}{near}"
+        return f"{where}: {_with_noun(self.hits, 'hit')}{near}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +110,7 @@ class Suggestion:
     @property
     def counts(self) -> str:
         """How much it finds, in words."""
-        return f"{_counted(self.hits, 'hit')} in {_counted(self.captures, 'capture')}"
+        return f"{_with_noun(self.hits, 'hit')} in {_with_noun(self.captures, 'capture')}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +163,7 @@ class Advice:
             tried = " that could be tried" if self.untried else ""
             lines.append(f"Nor does anything near it{tried} find something.")
         if self.untried:
-            lines.append(f"{_counted(self.untried, 'change')} could not be tried in time.")
+            lines.append(f"{_with_noun(self.untried, 'change')} could not be tried in time.")
         return "\n".join(lines)
 
     @property
@@ -175,7 +175,7 @@ class Advice:
         return [*remark, *map(str, self.left_out), "nothing near it finds something"][0]
 
 
-def _counted(number: int, noun: str) -> str:
+def _with_noun(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 

@@ -120,7 +120,7 @@ def trace(
     alternatives = [it for pattern in plain.patterns for it in pattern.alternatives]
     try:
         found = find_in([(capture, tracks)], labelled, tolerance=tolerance, overlaps=overlaps)
-        hits = tuple((hit, _matched(hit, steps)) for hit in found)
+        hits = tuple((hit, _matched_steps(hit, steps)) for hit in found)
         stops = _StopFinder(plain, capture, tracks, tolerance)
         return Trace(query, capture, hits, () if hits else tuple(map(stops.of, alternatives)))
     except LanindexError as error:
@@ -181,7 +181,7 @@ def _step_texts(pattern: Choice, before: str) -> Iterator[str]:
                     yield f"{arrow} {item}".strip()
 
 
-def _matched(hit: Hit, steps: Mapping[str, str]) -> tuple[Matched, ...]:
+def _matched_steps(hit: Hit, steps: Mapping[str, str]) -> tuple[Matched, ...]:
     labels = hit.labels
     return tuple(Matched(step, labels[it]) for it, step in steps.items() if it in labels)
 
@@ -269,7 +269,7 @@ class _StopFinder:
             tries.append(worst(nears, key=lambda it: away(it[-1], step)))
         symbols, part, near = min(tries, key=lambda it: away(it[-1], step))
         reason = self.why_not(arrow, item, symbols, part, near)
-        return symbols, near, f"after {_ended(symbols)} {reason}"
+        return symbols, near, f"after {_ends_text(symbols)} {reason}"
 
     def why_not(
         self, arrow: Arrow, item: Item, symbols: Symbols, part: str, near: Symbol | None
@@ -282,10 +282,10 @@ class _StopFinder:
             return f'{part} {rests if until > last.stop else "goes on at once"}, wanted "{item}"'
         if near is None:
             return f"{part} does not move again"
-        subject = _moved(near) if part == last.part else str(near)
+        subject = _movement_text(near) if part == last.part else str(near)
         if away(near, step):
             which = "the nearest movement" if arrow.later else "the next movement"
-            return f"{which} is {subject}, {_not(step)} ({doubts(near)})"
+            return f"{which} is {subject}, {_unwanted_text(step)} ({doubts(near)})"
         gap = near.start - max(symbol.stop for symbol in symbols)
         if self.frames_off(gap, arrow.length):
             return f"{subject} comes after {self.seconds(gap)}, wanted [{arrow.length}]"
@@ -325,7 +325,7 @@ class _StopFinder:
             reason = f"no movement of {step.mover} is {_words(step)}; "
             reason += f"the nearest is {near} ({doubts(near)})"
         elif line.start and moving[0] is not near:
-            reason = f"the first movement is {moving[0]}, {_not(step)}"
+            reason = f"the first movement is {moving[0]}, {_unwanted_text(step)}"
         else:
             fitting = [it for it in moving if not away(it, step)]
             near = min(fitting, key=lambda it: self.frames_off(it.stop - it.start, item.length))
@@ -342,11 +342,11 @@ class _StopFinder:
 
     def not_the_end(self, symbols: Symbols) -> _Near:
         """Return what comes before the end of the clip."""
-        reason = f"after {_ended(symbols)} the clip does not end"
+        reason = f"after {_ends_text(symbols)} the clip does not end"
         later = self.after(symbols[-1].part, symbols)
         if not later:
             return symbols, None, reason
-        return symbols, later[0], f"{reason}: the next movement is {_moved(later[0])}"
+        return symbols, later[0], f"{reason}: the next movement is {_movement_text(later[0])}"
 
     def not_beside(self, beside: Beside, hits: list[Hit]) -> _Near:
         """Return what came nearest to a line that should lie beside the others."""
@@ -367,7 +367,7 @@ class _StopFinder:
             near = nearest(meanwhile or moving, step)
             when = "meanwhile" if meanwhile else "at another time"
             if near and away(near, step):
-                there = f"{when} {near}, {_not(step)} ({doubts(near)})"
+                there = f"{when} {near}, {_unwanted_text(step)} ({doubts(near)})"
             elif near:  # the first step of the line is there
                 there = self.of(Lines(beside.line)).reason
         return hit.symbols, near, f"{_listed(hit.lines[0])}, but {there}"
@@ -440,12 +440,12 @@ def _listed(symbols: Symbols) -> str:
     return ", ".join(map(str, symbols))
 
 
-def _ended(symbols: Symbols) -> str:
+def _ends_text(symbols: Symbols) -> str:
     """Return where each part came to, in words."""
     return _listed(tuple({it.part: it for it in symbols}.values()))
 
 
-def _moved(symbol: Symbol) -> str:
+def _movement_text(symbol: Symbol) -> str:
     return f"{symbol.words} [{symbol.start}, {symbol.stop})"
 
 
@@ -453,7 +453,7 @@ def _words(step: Step) -> str:
     return " ".join(map(str, step.words)) or "anywhere"
 
 
-def _not(step: Step) -> str:
+def _unwanted_text(step: Step) -> str:
     denies = any(word.negated for word in step.words)
     return f'wanted "{_words(step)}"' if denies else f"not {_words(step)}"
 
@@ -506,7 +506,7 @@ def _apart(cell: tuple[str | None, str | None], wanted: Mapping[str, frozenset[i
     return total
 
 
-def _turned(one: int, other: int) -> int:
+def _directions_apart(one: int, other: int) -> int:
     """Return how many directions lie between two; upright is next to all of them."""
     if one != other and PLACE in (one, other):
         return 1
@@ -514,7 +514,7 @@ def _turned(one: int, other: int) -> int:
 
 
 _BETWEEN: dict[str, Callable[[int, int], int]]
-_BETWEEN = {"direction": _turned, "level": lambda one, other: abs(one - other)}
+_BETWEEN = {"direction": _directions_apart, "level": lambda one, other: abs(one - other)}
 
 
 def _code(symbol: Symbol, kind: str) -> int:

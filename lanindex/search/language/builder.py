@@ -56,13 +56,13 @@ class Pattern:
         self, *words: str | Pattern, direction: str = "", level: str = "", within: str = ""
     ) -> Pattern:
         """Go on with the next movement, or with a pattern; `within` a time: ``"<1s"``."""
-        return self._on("->", within, *words, direction, level)
+        return self._followed_by("->", within, *words, direction, level)
 
     def later(
         self, *words: str | Pattern, direction: str = "", level: str = "", within: str = ""
     ) -> Pattern:
         """Go on with a later movement; `within` may also count those skipped: ``"<=2"``."""
-        return self._on("...", within, *words, direction, level)
+        return self._followed_by("...", within, *words, direction, level)
 
     def lasting(self, length: str) -> Pattern:
         """Limit the length of the last step: ``"<0.3s"``, ``"1s..2s"``, ``"2s+"``."""
@@ -199,7 +199,7 @@ class Pattern:
         arrow = "" if bare and not line.end else "-> "
         return self._read(f"{line} {arrow}{' '.join(filter(None, words))}")
 
-    def _on(self, arrow: str, within: str, *words: str | Pattern) -> Pattern:
+    def _followed_by(self, arrow: str, within: str, *words: str | Pattern) -> Pattern:
         texts = [str(it._unit()) if isinstance(it, Pattern) else it for it in words]
         return self._read(f"{self._line()} {arrow}{_limit(within)} {' '.join(filter(None, texts))}")
 

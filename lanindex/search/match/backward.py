@@ -84,7 +84,7 @@ class Backwards:
         self.beyond: list[IntArray] = list(self.values)
         for states in reversed(components(program)):
             if any(edge.entry.state in states for it in states for edge in program.edges[it]):
-                self._again(states)
+                self._solve_together(states)
             else:
                 (state,) = states
                 self.beyond[state], self.values[state] = self._combined(
@@ -129,7 +129,7 @@ class Backwards:
             return beyond, np.where(beyond < NONE, beyond, end_values)
         return beyond, np.minimum(beyond, end_values)
 
-    def _again(self, states: list[int]) -> None:
+    def _solve_together(self, states: list[int]) -> None:
         """Work out the values of states that lead to each other.
 
         Their events are nodes of a graph without circles, for every arrow leads on in time.

@@ -89,12 +89,12 @@ class Rows:
             begins |= parted(places[self.capture], self.start, columns.gaps)
         self.stretch = np.cumsum(begins, dtype=np.int32) - 1  # (S,) counted over all captures
         self.stretch_rows = np.append(np.flatnonzero(begins), len(self.cell))  # (stretches + 1,)
-        self.stretch_begin, self.stretch_end = self._known(columns.gaps, places)
+        self.stretch_begin, self.stretch_end = self._stretch_bounds(columns.gaps, places)
 
     def __len__(self) -> int:
         return len(self.cell)
 
-    def _known(self, gaps: AnyArray, places: IntArray) -> tuple[IntArray, IntArray]:
+    def _stretch_bounds(self, gaps: AnyArray, places: IntArray) -> tuple[IntArray, IntArray]:
         """Return the first frame of each stretch and the one behind its last, (stretches,)."""
         rows = self.stretch_rows[:-1]
         capture, start = self.capture[rows], self.start[rows].astype(np.int64)

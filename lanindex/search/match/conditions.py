@@ -241,10 +241,10 @@ class Evaluator:
         for number, capture in zip(numbers, captures, strict=True):
             here = np.flatnonzero(groups == number)
             clock = clocks[own[number] if of_clip else number]
-            found[here] = self._compared(condition, facts.at(here), clock, capture)
+            found[here] = self._compare(condition, facts.at(here), clock, capture)
         return found
 
-    def _compared(
+    def _compare(
         self, condition: Comparison, facts: Facts, clock: Clock, capture: Capture | None
     ) -> BoolArray:
         """Compare the two sides of a condition in captures that have one clock."""

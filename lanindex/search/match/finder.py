@@ -112,7 +112,7 @@ class Finder:
             if (hits.capture[1:] < hits.capture[:-1]).any():
                 hits = hits.at(np.argsort(hits.capture, kind="stable"))
             hits = self._in_matching_captures(hits)
-            found = ExactHits(self, hits, self._kept(hits, overlaps))
+            found = ExactHits(self, hits, self._staying(hits, overlaps))
             return found if best is None else found.by_fit(best)[:best]
         finally:
             self._watch = None  # hits that are looked at later on are not watched
@@ -274,7 +274,7 @@ class Finder:
         ]
         return hits.at(np.array(meet)[np.searchsorted(places, hits.capture)])
 
-    def _kept(self, hits: HitTable, overlaps: str) -> IntArray:
+    def _staying(self, hits: HitTable, overlaps: str) -> IntArray:
         """Return the places of the hits that stay, as `find` says of `overlaps`."""
         kept, where = np.arange(len(hits)), (hits.capture, hits.low, hits.high)
         if overlaps == "all":

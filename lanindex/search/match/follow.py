@@ -218,7 +218,7 @@ def begins(batch: Batch, state: State, events: Events, arrow: Arrow) -> BoolArra
         if state.manner in ("at", "hold") and not arrow.later:
             fits &= events.start <= 0
         fits &= (rows.stretch[first] == stretch) & (rows.stretch_begin[stretch] <= 0)
-        fits &= _counted(count, arrow)
+        fits &= _allows_count(count, arrow)
     if arrow.length:
         fits &= batch.meets(events.capture, events.start, arrow.length)
     return fits
@@ -233,13 +233,13 @@ def ends(batch: Batch, state: State, events: Events, arrow: Arrow) -> BoolArray:
             break
         count = rows.rank[rows.bounds[events.capture + 1]] - rows.rank[last + 1]
         fits &= rows.stretch_end[rows.stretch[last]] >= frames
-        fits &= _counted(count, arrow)
+        fits &= _allows_count(count, arrow)
     if arrow.length:
         fits &= batch.meets(events.capture, frames - events.end, arrow.length)
     return fits
 
 
-def _counted(count: IntArray, arrow: Arrow) -> BoolArray:
+def _allows_count(count: IntArray, arrow: Arrow) -> BoolArray:
     """Tell which numbers of symbols in between an arrow allows."""
     least, most = arrow.bounds
     return (count >= least) & (count <= (FAR if most is None else most))

@@ -330,8 +330,8 @@ class Walk:
                 self._leave(state, rows, at, ending)
                 for it in self._program.exits[state]:
                     if sum(map(len, ending[it])) > TOGETHER:
-                        ends.append((state, self._ended(it, ending.pop(it))))
-            ends += [(it.state, self._ended(it, tables)) for it, tables in ending.items()]
+                        ends.append((state, self._ending_matches(it, ending.pop(it))))
+            ends += [(it.state, self._ending_matches(it, tables)) for it, tables in ending.items()]
         if self._looked_up:
             ends.append((-1, self._with_best_ends()))
         none = beginning(np.empty((self._notes + self._context.clauses.width, 0), np.int64))
@@ -535,7 +535,7 @@ class Walk:
         settled = self._best_ends and self._best_ends.free[leave.state]
         return not settled and any(it.exit == leave for it in self._program.edges[leave.state])
 
-    def _ended(self, leave: Exit, tables: list[Matches]) -> Matches:
+    def _ending_matches(self, leave: Exit, tables: list[Matches]) -> Matches:
         """Return the matches that end by an exit, closed already if they also go on over it."""
         state, rows = leave.state, together(tables)
         ended = rows if self._goes_on_over(leave) else self._closed(rows, leave)
