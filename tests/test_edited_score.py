@@ -8,7 +8,7 @@ import lanindex
 from lanindex.alphabet import BENDS, kind_of
 from lanindex.compare import compare
 from lanindex.notation import read, write
-from lanindex.pipeline.convert import written
+from lanindex.pipeline.convert import file_content
 from tests import (
     choreography,
     random_bends,
@@ -38,7 +38,7 @@ SCORES = {
 def test_a_score_comes_back(name: str, notation: str, form: str, tmp_path: Path) -> None:
     score = SCORES[name]()
     edited = read(f"score.{notation}", write(score, notation))
-    content, _ = written(lanindex.animate(edited, rate=RATE), form)
+    content, _ = file_content(lanindex.animate(edited, rate=RATE), form)
     (tmp_path / f"moved.{form}").write_bytes(content)
     again = lanindex.encode(lanindex.read(tmp_path / f"moved.{form}"))
     parts = [part for part in edited.tracks if part in BENDS.values()] if name == "bends" else None

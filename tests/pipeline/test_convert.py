@@ -13,7 +13,7 @@ from lanindex.errors import ExportError, UsageError
 from lanindex.formats.animation import complete
 from lanindex.model import Skeleton, Span
 from lanindex.pipeline import open_library
-from lanindex.pipeline.convert import TARGETS, from_origin, stretch, target_of, written
+from lanindex.pipeline.convert import TARGETS, file_content, from_origin, stretch, target_of
 
 NEAR = 0.01  # mm
 
@@ -55,7 +55,7 @@ def loose(motion, gap: slice = slice(0, 0)):
 @pytest.mark.parametrize("form", TARGETS)
 def test_every_format_holds_every_motion(compass, form: str) -> None:
     for motion in (compass, loose(compass), stretch(compass, Span(100, 131))):
-        content, said = written(motion, form)
+        content, said = file_content(motion, form)
         assert said == ()
         assert_same(motion, read(content, form))
 
@@ -63,7 +63,7 @@ def test_every_format_holds_every_motion(compass, form: str) -> None:
 @pytest.mark.parametrize("form", TARGETS)
 def test_gaps_are_kept_or_said(compass, form: str) -> None:
     motion = loose(compass, slice(50, 90))
-    content, said = written(motion, form)
+    content, said = file_content(motion, form)
     found = read(content, form)
     assert_same(motion, found)
     wrist = found.positions[:, found.skeleton.body[JOINT_CODES["RWrist"]]]
