@@ -1,7 +1,8 @@
-"""Stages 2 to 6 of all parts of a stretch: from curves to rows, with all that a researcher may ask.
+"""Turn the curves of the parts of one stretch into rows of symbols: stages 2 to 6 of the method.
 
-Where a part holds still, the moves between the holds, the runs of cells that a move passes (the
-cells are those of `direction`), what becomes symbols, and the rows of a table.
+This module finds the holds of each part, the moves between the holds, the runs of cells that each
+move passes (`direction` computes the cells) and the runs that become symbols. `Trace` keeps all
+of these for a researcher who asks why a symbol was written.
 
 Source: ``encoding/METHOD.md``, stages 2, 2b, 4, 5 and 6; Matsumoto and Hachimura (2001), 4.3, 4.4,
 4.5.3 and 4.6.
@@ -30,14 +31,14 @@ from lanindex.model.symbol import blank, joined
 
 Floats = NDArray[np.float64]
 
-_SURELY = 1 - 1e-9  # so that what is rounded decides nothing
+_SURELY = 1 - 1e-9  # Below this part of a limit, rounding cannot change the comparison
 
 LONG_HOLD = 6
-"""Frames: the noise of a hold at least this long says when a move leaves it."""
+"""Frames: only in a hold of at least this length is the noise measured, to find where moves begin."""
 
 
 class Hold(NamedTuple):
-    """Where a part stays near one point, from one candidate to another."""
+    """A stretch of frames in which a part stays near one point, from one candidate to another."""
 
     first: int  # Resampled frames, both included
     last: int
@@ -49,7 +50,7 @@ class Segment(NamedTuple):
     # Resampled frames, both included: the last of the hold before, the first of the one after
     first: int
     last: int
-    begin: int  # When the move is seen to begin and to end (stage 2b), both included
+    begin: int  # The frames at which the move visibly begins and ends (stage 2b), both included
     end: int
 
 
@@ -68,15 +69,16 @@ def speeds(curve: Floats, rate: float) -> Floats:
 
 
 def candidates(speed: Floats, slow: float, prominence: float, still: float) -> NDArray[np.int64]:
-    """Return the frames at which the limb may have stopped.
+    """Return the frames at which the limb may stop.
 
-    `speed` (N,) float64, mm/s; returned (C,) int64, rising; always the first frame and the last.
+    `speed` (N,) float64, mm/s; returned (C,) int64, rising; the first and the last frame are always
+    among them.
     """
     level = np.maximum(speed, still)
     borders = np.ones(len(level) + 1, bool)
     borders[1:-1] = level[1:] != level[:-1]
     heights = level[borders[:-1]]
-    del level  # what a long capture is done with would be half as much again
+    del level  # in a long capture it would take half as much memory again
     rises = np.ones(len(heights) + 1, bool)
     rises[0] = False
     rises[1:-1] = heights[1:] > heights[:-1]
@@ -90,7 +92,7 @@ def candidates(speed: Floats, slow: float, prominence: float, still: float) -> N
 
 
 def _deep(heights: Floats, lowest: NDArray[np.int64], prominence: float) -> NDArray[np.int64]:
-    """Leave out minima, until between each and a lower neighbour there is a rim high enough."""
+    """Remove minima until a rim of at least `prominence` separates each from its lower neighbours."""
     while True:
         depths = heights[lowest]
         rims = np.maximum.reduceat(heights, lowest)[:-1]
@@ -106,7 +108,7 @@ def _deep(heights: Floats, lowest: NDArray[np.int64], prominence: float) -> NDAr
 def holds(
     curve: Floats, stops: NDArray[np.int64], distance: float, path_check: float
 ) -> list[Hold]:
-    """Group candidates that stay together.
+    """Return the holds: groups of successive candidates between which the limb stays near the first.
 
     `curve` (N, 3) float64, mm; `stops` (C,) int64, rising.
     """
@@ -131,9 +133,10 @@ def holds(
 def _marks(
     curve: Floats, stops: NDArray[np.int64], path_check: float
 ) -> Iterator[tuple[int, tuple[float, ...], float]]:
-    """Yield frame and place of each candidate, and how far the limb strays until the next.
+    """Yield the frame and position of each candidate, and how far the limb strays before the next.
 
-    As numbers of Python they take ten times the memory, so they are made a few at a time.
+    Python numbers take ten times the memory of an array, so each block of candidates is converted
+    separately.
     """
     strayed = np.zeros(len(stops))
     if path_check:
@@ -145,7 +148,7 @@ def _marks(
 
 
 def _strayed(curve: Floats, stops: NDArray[np.int64]) -> Floats:
-    """Return how far the limb strays from each candidate until the next."""
+    """Return the largest distance of the limb from each candidate before the next, (C - 1,)."""
     away = np.empty(max(len(curve) - 1, 0))
     origins = stops[:-1].repeat(stops[1:] - stops[:-1])
     for part in blocks(len(away)):
@@ -154,7 +157,7 @@ def _strayed(curve: Floats, stops: NDArray[np.int64]) -> Floats:
 
 
 def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -> list[Segment]:
-    """Return the moves between the holds, with the times at which they begin and end.
+    """Return the moves between the holds, with the frames at which they visibly begin and end.
 
     `speed` (N,) float64, mm/s.
     """
@@ -164,7 +167,7 @@ def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -
         max(still, median(speed[first : last + 1])) if last - first + 1 >= LONG_HOLD else still
         for first, last in stops
     ]
-    values = speed.data  # a list of Python's own numbers would take four times the memory
+    values = speed.data  # a list of Python numbers would take four times the memory
     found = []
     for (before, after), (quiet, calm) in zip(pairwise(stops), pairwise(noise), strict=True):
         first, last = before.last, after.first
@@ -176,7 +179,7 @@ def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -
 
 
 def _begin(speed: memoryview, hold: int, move: range, fast: float, slow: float) -> int:
-    """Return where the move begins: back from its first fast frame, but not beyond the hold."""
+    """Return the last slow frame before the first fast frame of the move, or the hold's far end."""
     for start in move:
         if speed[start] >= fast:
             break
@@ -187,7 +190,7 @@ def _begin(speed: memoryview, hold: int, move: range, fast: float, slow: float) 
 
 
 class Run(NamedTuple):
-    """Frames in a row that lie in one cell."""
+    """Consecutive frames that lie in one cell."""
 
     cell: int  # direction · 3 + level
     start: int  # Resampled frames, half-open
@@ -195,9 +198,9 @@ class Run(NamedTuple):
     achieved: int  # The frame at which the cell's direction is achieved
     angle: float  # Degrees from the reference direction there
     apart: float  # Distance from the middle of the cell there, as in `direction.Course`
-    # ``symbol``, or why it is none: ``not achieved``, ``in force``, ``joined`` with an equal
-    # neighbour, ``passing`` (deleted by a rule), ``rejoined`` with an equal neighbour that a
-    # deletion left
+    # ``symbol``, or the reason why the run makes no symbol: ``not achieved``; ``in force``; ``joined``
+    # with an equal neighbour; ``passing``, deleted by a rule; ``rejoined`` with an equal run that
+    # became its neighbour through a deletion
     outcome: str = "symbol"
     rule: int = 0  # Line of the rule that deleted it, else 0
 
@@ -211,7 +214,7 @@ def runs(course: Course, moves: Sequence[Segment]) -> Iterator[list[Run]]:
     starts = np.flatnonzero(changed)
     stops = np.append(starts[1:], len(cells))
     nearest = _nearest(apart, starts, stops)
-    # as views: Python's own numbers take four times the memory, and each is wanted once
+    # views, because a list of Python numbers takes four times the memory
     fields = [
         np.ascontiguousarray(field).data
         for field in (cells[starts], starts, stops, nearest, angle[nearest], apart[nearest])
@@ -233,7 +236,7 @@ def runs(course: Course, moves: Sequence[Segment]) -> Iterator[list[Run]]:
 def _nearest(
     apart: NDArray[np.float64], starts: NDArray[np.int64], stops: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Return the frame of each run that is least apart, the first of equals; (R,), by blocks."""
+    """Return the frame of each run with the smallest `apart`, the first of equal ones, (R,)."""
     nearest = np.empty_like(starts)
     for runs, *_ in blocks(len(starts)):
         begin, some = starts[runs][0], starts[runs] - starts[runs][0]
@@ -245,7 +248,7 @@ def _nearest(
 
 
 def achieve(found: Sequence[Run], in_force: int, within: float) -> list[Run]:
-    """Decide which runs of a move become symbols."""
+    """Return the runs of a move, each with its outcome before the rules are applied."""
     result, last = list(found), len(found) - 1
     kept: list[int] = []
     for index, run in enumerate(found):
@@ -267,7 +270,7 @@ def achieve(found: Sequence[Run], in_force: int, within: float) -> list[Run]:
 
 
 def apply(runs: Sequence[Run], in_force: int, rules: Rules) -> list[Run]:
-    """Mark the symbols that the rules delete as passing, and join equal neighbours."""
+    """Return the runs with the symbols that a rule deletes marked as passing, and equals joined."""
     result = list(runs)
     alive = [index for index, run in enumerate(runs) if run.outcome == "symbol"]
     while match := rules.first_match([in_force, *[runs[index].cell for index in alive]]):
@@ -287,7 +290,7 @@ _SHOWN = ("symbol", "passing", "rejoined")
 
 @dataclass(slots=True)
 class Row:
-    """A symbol in the making; frames from the stretch's first, half-open."""
+    """A symbol that a later move may still lengthen; frames are half-open, from the stretch's first."""
 
     cell: int
     start: int
@@ -319,7 +322,7 @@ class Writer:
         self.idle: list[Segment] = []
 
     def add(self, move: Segment, runs: list[Run]) -> None:
-        """Add a move."""
+        """Add the symbols of a move, or keep a move that has none."""
         shown = [run for run in runs if run.outcome in _SHOWN]
         if not shown:
             self._stay(move)
@@ -339,7 +342,7 @@ class Writer:
         self.idle.clear()
 
     def _stay(self, move: Segment) -> None:
-        """Count a move that leaves the symbol in force as it is."""
+        """Count a move without a symbol as a swing, and lengthen the symbol in force or keep the move."""
         if self._way(move) >= self.distance:
             self.in_force.swings += 1
         touches = self.in_force.stop > 0 and move.begin <= self.in_force.stop
@@ -349,7 +352,7 @@ class Writer:
             self.idle.append(move)
 
     def _begin(self, move: Segment, cell: int) -> int:
-        """Return where the first symbol begins: perhaps with moves before that had none."""
+        """Return where the first symbol begins: at the earliest idle move that leads to its cell."""
         begin = move.begin
         for before in reversed(self.idle if self.lengthen else []):
             if before.end + 1 < begin or self._gain(before, cell) < self._way(before) / 2:
@@ -358,11 +361,11 @@ class Writer:
         return begin
 
     def _way(self, move: Segment) -> float:
-        """Return how far apart a move's ends are, in mm."""
+        """Return the distance between the ends of a move, in mm."""
         return dist(*self.curve[[move.first, move.last]].tolist())
 
     def _gain(self, move: Segment, cell: int) -> float:
-        """Return by how many mm a move comes nearer to the middle of a cell."""
+        """Return by how many mm a move approaches the middle of a cell."""
         middle = self.around.reference(cell).tolist()
         before, after = self.curve[[move.first, move.last]].tolist()
         return dist(before, middle) - dist(after, middle)
@@ -370,26 +373,26 @@ class Writer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """How one part was written down, over one stretch of the capture.
+    """All steps by which the symbols of one part were found, in one stretch of the capture.
 
     All frames are resampled ones (60 a second by default), counted from the stretch's first.
     """
 
     part: str  # Its name
-    known: Span  # The stretch, in frames of the source
+    known: Span  # The stretch, in source frames
     begin: int  # Number of the stretch's first resampled frame
-    curve: Floats  # (N, 3) float64, mm: forward, up, right of the joint that it is seen from
+    curve: Floats  # (N, 3) float64, mm: forward, up, right of the joint that it is measured from
     space: Space  # Length of the part and the cells around the joint
     speed: Floats  # (N,) float64, mm/s
     course: Course  # The cell of each frame, and how near to its middle
-    candidates: NDArray[np.int64]  # (C,) int64, frames at which the part may have stopped
+    candidates: NDArray[np.int64]  # (C,) int64, frames at which the part may stop
     holds: list[Hold]  # Candidates grouped
     segments: list[Segment]  # The moves between the holds
-    runs: list[list[Run]]  # By segment: the cells that the move passes, and what became of each
-    rows: NDArray[Any]  # (S,) of `model.SYMBOL`: the result, in frames of the source
+    runs: list[list[Run]]  # By segment: the runs of cells that the move passes
+    rows: NDArray[Any]  # (S,) of `model.SYMBOL`: the result, in source frames
 
     def __str__(self) -> str:
-        """Return the moves and what became of each of their runs, a line each."""
+        """Return the moves and the outcome of each of their runs, a line each."""
         lines = [
             f"{self.part}: length {self.space.length:.0f} mm, {len(self.curve)} frames, "
             f"{len(self.candidates)} candidates, {len(self.segments)} moves"
@@ -409,7 +412,7 @@ class Trace:
 
 
 class Written(NamedTuple):
-    """What stays of a part over one stretch."""
+    """The rows of one part in one stretch."""
 
     part: str
     known: Span
@@ -417,7 +420,7 @@ class Written(NamedTuple):
 
 
 def written(limbs: Limbs, profile: Profile, fast: bool = False) -> list[Written]:
-    """Write down parts that are known over one stretch, and let go of all that led to the rows."""
+    """Return the rows of parts that are known over one stretch."""
     if fast:
         from lanindex.encoding import written_fast
 
@@ -457,7 +460,7 @@ def finished(
     profile: Profile,
     fast: bool = False,
 ) -> list[Written]:
-    """Return parts with the margins and measures of their rows, in frames of the source.
+    """Return the rows of each part with their margins and measures, in source frames.
 
     `table` (S,) of `ROW`, part by part; `counts` (P) rows of each part; `around` (P) as of
     `spaces`.
@@ -478,12 +481,12 @@ def finished(
 
 
 def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Iterator[Trace]:
-    """Write down parts that are known over one stretch."""
+    """Yield the trace of each part that is known over one stretch."""
     around = spaces(limbs, profile)
     speed = speeds(limbs.curve, float(profile.rate))
     parts = list(zip(limbs.parts, limbs.curve, around, speed, strict=True))
     moved = [_moves(*part[1:], profile) for part in parts]
-    # the cells come last: what leads to the moves takes as much memory again
+    # the cells come last, because the arrays of the stops take as much memory
     if not traced:
         speed = np.empty((len(parts), 0))
         parts = [(*part[:3], none) for part, none in zip(parts, speed, strict=True)]
@@ -504,7 +507,7 @@ def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Itera
 def _moves(
     curve: Floats, around: Space, speed: Floats, profile: Profile
 ) -> tuple[NDArray[np.int64], list[Hold], list[Segment]]:
-    """Return where a part may have stopped, where it did, and the moves between."""
+    """Return the candidates, the holds and the moves of a part."""
     length = around.length
     still = profile.still.of(length)
     distance = profile.distance.of(length)
@@ -524,7 +527,7 @@ def _follow(
     profile: Profile,
     traced: bool,
 ) -> tuple[list[list[Run]], Writer]:
-    """Return what became of the runs of each move, if wanted, and the writer of the symbols."""
+    """Return the runs of each move with their outcomes, if `traced`, and the writer of the symbols."""
     distance = profile.distance.of(around.length)
     writer = Writer(curve, int(passed.cells[0]), around, distance, lengthen=profile.onset > 0)
     found = []

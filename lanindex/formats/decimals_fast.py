@@ -1,7 +1,7 @@
-"""Decimal numbers out of text, by a compiled loop (extra ``fast``).
+"""Read decimal numbers from text in a compiled loop (extra ``fast``).
 
-Reads the same numbers as `lanindex.formats.decimals`, with the same bits, and leaves the same kinds
-of rows to `float`.
+The numbers are equal to those of `lanindex.formats.decimals`, bit by bit. As there, a row with a
+number that is not plain is left to `float`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 
 from lanindex.formats.decimals import DIGITS, TENS
 
-# unsigned, so that no index is tested for being negative and no byte becomes a wider number
+# unsigned: numba then neither tests an index for a negative value nor widens a byte
 _INDEX_0, _ONE, _MOST = np.uintp(0), np.uintp(1), np.uintp(DIGITS)
 _U64_0, _TEN = np.uint64(0), np.uint64(10)
 _MINUS, _PLUS, _POINT, _ASCII_0, _E = map(np.uint8, b"-+.0e")
@@ -21,13 +21,13 @@ _POWERS = len(TENS)
 
 @numba.njit
 def _blank(byte):
-    """Return whether a byte is a space or one of the five from tab to carriage return."""
+    """Return whether a byte is a space, or one of the five from tab to carriage return."""
     return byte == _SPACE or np.uint8(byte - _TAB) < _BLANKS
 
 
 @numba.njit
 def _digits(text, at, stop, value):
-    """Read digits; return the number that they make behind `value`, and the byte behind them."""
+    """Append digits to a number; return the number and the position behind the last digit."""
     while at < stop and np.uint8(text[at] - _ASCII_0) < _BASE:
         value = value * _TEN + np.uint64(text[at] - _ASCII_0)
         at += _ONE
@@ -36,14 +36,14 @@ def _digits(text, at, stop, value):
 
 @numba.njit
 def _signed(text, at):
-    """Return whether a number is negative, and where its digits begin."""
+    """Return whether a number has a minus sign, and the position behind its sign."""
     negative = text[at] == _MINUS
     return negative, at + _ONE if negative or text[at] == _PLUS else at
 
 
 @numba.njit
 def _number(text, at, stop):
-    """Read a number; return it, the byte behind it, and whether it is plain."""
+    """Return a number, the position behind it, and whether it is plain."""
     negative, at = _signed(text, at)
     first, power = at, np.int64(0)
     whole, at = _digits(text, at, stop, _U64_0)
@@ -67,7 +67,7 @@ def _number(text, at, stop):
 
 @numba.njit
 def _spaced(text, at, stop, width, slots, row):
-    """Read a line of numbers between blanks into `row`; return whether all are there and plain."""
+    """Read a line of numbers between blanks into `row`; return whether it is complete and plain."""
     column = 0
     while True:
         while at < stop and _blank(text[at]):
@@ -76,7 +76,7 @@ def _spaced(text, at, stop, width, slots, row):
             return column >= len(slots)
         slot = slots[column] if column < len(slots) else -1
         if slot >= 0:
-            begin = at  # without an exponent read here: a third faster than by `_number`
+            begin = at  # inlined for numbers without an exponent: a third faster than `_number`
             negative, at = _signed(text, at)
             first, power = at, _INDEX_0
             whole, at = _digits(text, at, stop, _U64_0)
@@ -103,7 +103,7 @@ def _spaced(text, at, stop, width, slots, row):
 
 @numba.njit
 def _separated(text, at, stop, separator, width, slots, row):
-    """Read a line of separated cells into `row`; return whether each is plain, none lacks."""
+    """Read a line of separated cells into `row`; return whether it is complete and plain."""
     column = 0
     while True:
         while at < stop and _blank(text[at]) and text[at] != separator:
@@ -130,7 +130,7 @@ def _separated(text, at, stop, separator, width, slots, row):
 
 @numba.njit(cache=True, nogil=True)
 def fill(text, lines, separator, width, slots, values, row_ok):
-    """Read the lines in which every number is plain: see `lanindex.formats.decimals.fill`."""
+    """Read the lines in which every number is plain, as `lanindex.formats.decimals.fill` does."""
     for row in range(len(lines)):
         start, stop = np.uintp(lines[row, 0]), np.uintp(lines[row, 1])
         if separator == _SPACE:
