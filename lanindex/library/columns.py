@@ -22,11 +22,11 @@ from lanindex.model.columns import (
     Columns,
     Roster,
     enrolled,
-    gaps_of,
     has_amount,
     joined_columns,
     measures_of,
     roster_of,
+    seen_of,
 )
 from lanindex.model.symbol import FIELDS
 
@@ -71,11 +71,11 @@ def of_rows(wanted: read.Tracks, symbols: NDArray[np.int64]) -> Derived:
     whose = np.array([codes[part] for part in wanted.part], few)
     order = np.argsort(np.repeat(whose, np.array(wanted.symbols, np.int64)), kind="stable")
     fields = {name: symbols[:, COLUMNS.index(name)][order] for name in _READ}
-    for part, (counts, gaps) in tracks.items():
+    for part, (counts, seen) in tracks.items():
         bounds = np.concatenate([[0], np.cumsum(counts)])
         last = first + bounds[-1].item()
         rows = {name: column[first:last] for name, column in fields.items()}
-        columns[part] = _columns(part, bounds, gaps, **rows)
+        columns[part] = _columns(part, bounds, seen, **rows)
         first = last
     return roster_of([one.capture for one in wanted.chosen]), columns
 
@@ -83,25 +83,25 @@ def of_rows(wanted: read.Tracks, symbols: NDArray[np.int64]) -> Derived:
 def tracks_by_part(
     wanted: read.Tracks,
 ) -> dict[str, tuple[NDArray[np.int64], NDArray[np.int32]]]:
-    """Return by part how many symbols each capture has, (C,), and gaps as in `Columns`, (G, 3)."""
+    """Return by part how many symbols each capture has, (C,), and `Columns.seen`, (G, 3)."""
     counts = {part: np.zeros(len(wanted.chosen), np.int64) for part in dict.fromkeys(wanted.part)}
-    gaps: dict[str, list[tuple[int, int, int]]] = {part: [] for part in counts}
+    seen: dict[str, list[tuple[int, int, int]]] = {part: [] for part in counts}
     tracks = zip(wanted.place.tolist(), wanted.part, wanted.symbols, wanted.known, strict=True)
     for place, part, symbols, known in tracks:
         counts[part][place] = symbols
         if known is not None:
             capture = wanted.chosen[place].capture
-            spans = gaps_of(read.known_of(capture, part, known), capture.frames)
-            gaps[part] += [(place, *span) for span in spans]
+            spans = seen_of(read.known_of(capture, part, known), capture.frames)
+            seen[part] += [(place, *span) for span in spans]
     return {
-        part: (counts[part], np.array(own, np.int32).reshape(-1, 3)) for part, own in gaps.items()
+        part: (counts[part], np.array(own, np.int32).reshape(-1, 3)) for part, own in seen.items()
     }
 
 
 def _columns(
     part: str,
     bounds: NDArray[np.int64],
-    gaps: NDArray[np.int32],
+    seen: NDArray[np.int32],
     sign: NDArray[np.int64],
     start: NDArray[np.int64],
     length: NDArray[np.int64],
@@ -123,7 +123,7 @@ def _columns(
         bits(sign, "margin").astype(np.uint16),
         start.astype(np.int32),
         (start + length).astype(np.int32),
-        gaps,
+        seen,
         bits(notes, "swings").astype(np.int32),
         (bits(notes, "amount") - 1).astype(np.int16) if has_amount(part) else None,
         **{name: bits(sign, name).astype(np.uint16) for name in measures_of(part)},

@@ -42,7 +42,7 @@ _TYPES = {
     "amount": np.int16,
     **dict.fromkeys(MEASURES, np.uint16),
 }
-"""By the name of a column of a part, its type in memory."""
+"""By the name of a stored column of a part, its type in memory; ``gaps`` is `Columns.seen`."""
 
 _WIDTHS = {(True, "rate"): 2, (True, "speed"): 2, (False, "gaps"): 3}
 """Numbers in a row of a column that has several; by whether it is one of the captures."""
@@ -78,7 +78,7 @@ class Segment(NamedTuple):
 
     @property
     def parts(self) -> list[str]:
-        """The parts of which a capture has symbols or gaps."""
+        """The parts of which a capture has symbols or ranges in `Columns.seen`."""
         return list(dict.fromkeys(part for part, _ in self.entries if part))
 
     @property
@@ -238,7 +238,8 @@ def read_columns(
     bounds = np.concatenate([[0], read_counts(connection, segment, part)]).cumsum(dtype=np.int64)
     if {len(column) for name, column in held.items() if name != "gaps"} != {bounds[-1].item()}:
         raise Distrust(f"damaged: the columns of {part} are not of one length")
-    return Columns(part, bounds, stop=held.pop("length") + held["start"], **held)
+    stop, seen = held.pop("length") + held["start"], held.pop("gaps")
+    return Columns(part, bounds, stop=stop, seen=seen, **held)
 
 
 def read_texts(connection: Link, segment: Segment, names: Iterable[str] = TEXTS) -> Texts:
@@ -279,7 +280,7 @@ def _arrays(columns: Columns) -> dict[str, NDArray[Any]]:
     arrays = {"counts": np.diff(columns.bounds)}
     for name in (*EXTRA, "amount", "cell", "runner", "margin", "start"):
         arrays[name] = getattr(columns, name)
-    arrays |= {"length": columns.stop - columns.start, "gaps": columns.gaps}
+    arrays |= {"length": columns.stop - columns.start, "gaps": columns.seen}
     return {name: array for name, array in arrays.items() if array is not None and array.size}
 
 

@@ -86,7 +86,7 @@ class _Tally:
     ) -> None:
         """Count those captures of a roster that are `alive`, (C,).
 
-        `tracks` are by part the symbols of each capture, (C,), and gaps as in `Columns`, (G, 3).
+        `tracks` are by part the symbols of each capture, (C,), and `Columns.seen`, (G, 3).
         """
         rates, codes = np.unique(roster.rate, axis=0, return_inverse=True)
         codes, ratios = codes.reshape(-1), [(one, two) for one, two in rates.tolist()]
@@ -99,13 +99,13 @@ class _Tally:
         self.labels.update(compress(texts["label"], alive))
         self.profiles.update(compress(texts["profile"], alive))
         self.formats.update(compress(texts["format"], alive))
-        for part, (counts, gaps) in tracks.items():
+        for part, (counts, seen) in tracks.items():
             whole = alive & (counts > 0)
-            whole[gaps[:, 0]] = False
-            gaps = gaps[alive[gaps[:, 0]]].astype(np.int64)
-            if len(gaps) or whole.any():
+            whole[seen[:, 0]] = False
+            seen = seen[alive[seen[:, 0]]].astype(np.int64)
+            if len(seen) or whole.any():
                 known = by_rate(whole, roster.frames[whole])
-                known.update(by_rate(gaps[:, 0], gaps[:, 2] - gaps[:, 1]))
+                known.update(by_rate(seen[:, 0], seen[:, 2] - seen[:, 1]))
                 self._add_track(part, int(counts[alive].sum()), known)
         still = zip(map(tuple, texts["still"]), codes.tolist(), roster.frames.tolist(), strict=True)
         frames: Counter[tuple[tuple[str, ...], int]] = Counter()

@@ -100,12 +100,12 @@ def extras_of(part: str) -> tuple[str, ...]:
     return ("swings", *measures_of(part))
 
 
-def parted(capture: NDArray[Any], start: NDArray[Any], gaps: NDArray[Any]) -> NDArray[np.bool_]:
+def parted(capture: NDArray[Any], start: NDArray[Any], seen: NDArray[Any]) -> NDArray[np.bool_]:
     """Return which rows, (S,), begin a known stretch where no starting position says so.
 
-    `capture` and `start` are those of the rows; `gaps` (G, 3) are as in `Columns`.
+    `capture` and `start` are those of the rows; `seen` is `Columns.seen`, (G, 3).
     """
-    stretches = gaps[:, 0].astype(np.int64) << 32 | gaps[:, 1]
+    stretches = seen[:, 0].astype(np.int64) << 32 | seen[:, 1]
     own = np.searchsorted(stretches, capture.astype(np.int64) << 32 | start, side="right")
     apart: NDArray[np.bool_] = np.diff(own, prepend=own[:1]) != 0
     return apart
@@ -168,10 +168,10 @@ class Columns:
     margin: NDArray[np.uint16]  # (S,) uint16, thousandths
     start: NDArray[np.int32]  # (S,) int32: frames of the source, half-open
     stop: NDArray[np.int32]
-    # (G, 3) in order: place of the capture in the roster, and a stretch of frames in which the part
-    # was seen. Captures without a row are seen from the first frame to the last; a part that was
-    # never seen has a stretch without frames
-    gaps: NDArray[np.int32]
+    # (G, 3) int32, sorted: place of the capture in the roster, and a range of frames in which the
+    # part was seen. A capture without a range was seen from its first frame to its last; a part
+    # that was never seen has an empty range
+    seen: NDArray[np.int32]
     # (S,) int32, moves out and back within the cell; None where nobody has asked for them
     swings: NDArray[np.int32] | None = None
     # (S,) int16, as of a symbol; None where its kind of symbol has none
@@ -186,7 +186,7 @@ class Columns:
 
     def __post_init__(self) -> None:
         """Freeze the arrays."""
-        for name in ("bounds", *self.rows, "gaps"):
+        for name in ("bounds", *self.rows, "seen"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @property
@@ -200,31 +200,31 @@ class Columns:
 
     @property
     def blank(self) -> bool:
-        """Whether no capture has the part: no symbols and no gaps."""
-        return not len(self) and not len(self.gaps)
+        """Whether no capture has the part: no symbols and no ranges in `seen`."""
+        return not len(self) and not len(self.seen)
 
     def same_as(self, other: Columns) -> bool:
         """Return whether other columns are equal in the fields that both have."""
-        names = ("bounds", *(name for name in self.rows if name in other.rows), "gaps")
+        names = ("bounds", *(name for name in self.rows if name in other.rows), "seen")
         return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in names)
 
     def at(self, places: NDArray[np.int64]) -> Columns:
         """Return the columns of some of the captures, by their places in the roster: (D,) int64."""
         bounds, rows = ranges(self.bounds[:-1][places], self.bounds[1:][places])
-        edges = (np.searchsorted(self.gaps[:, 0], places + end) for end in (0, 1))
-        gap_bounds, gap_rows = ranges(*edges)
-        gaps = self.gaps[gap_rows]
-        gaps[:, 0] = np.repeat(np.arange(len(places)), np.diff(gap_bounds))
+        edges = (np.searchsorted(self.seen[:, 0], places + end) for end in (0, 1))
+        seen_bounds, seen_rows = ranges(*edges)
+        seen = self.seen[seen_rows]
+        seen[:, 0] = np.repeat(np.arange(len(places)), np.diff(seen_bounds))
         columns = {name: getattr(self, name)[rows] for name in self.rows}
-        return Columns(self.part, bounds, **columns, gaps=gaps)
+        return Columns(self.part, bounds, **columns, seen=seen)
 
     def between(self, first: int, last: int) -> Columns:
         """Return the columns of the captures from one up to, not including, another."""
         begin, end = self.bounds[first].item(), self.bounds[last].item()
-        gaps = self.gaps[slice(*np.searchsorted(self.gaps[:, 0], [first, last]))].copy()
-        gaps[:, 0] -= first
+        seen = self.seen[slice(*np.searchsorted(self.seen[:, 0], [first, last]))].copy()
+        seen[:, 0] -= first
         columns = {name: getattr(self, name)[begin:end] for name in self.rows}
-        return Columns(self.part, self.bounds[first : last + 1] - begin, **columns, gaps=gaps)
+        return Columns(self.part, self.bounds[first : last + 1] - begin, **columns, seen=seen)
 
 
 def same_columns(one: Columns | None, other: Columns | None) -> bool:
@@ -253,8 +253,8 @@ def joined_columns(part: str, pieces: Sequence[Columns | None], sizes: Sequence[
         np.zeros(size, np.int64) if one is None else np.diff(one.bounds)
         for one, size in zip(pieces, sizes, strict=True)
     ]
-    gaps = [
-        one.gaps + np.array([first, 0, 0], np.int32)
+    seen = [
+        one.seen + np.array([first, 0, 0], np.int32)
         for one, first in zip(pieces, np.cumsum([0, *sizes])[:-1], strict=True)
         if one is not None
     ]
@@ -263,7 +263,7 @@ def joined_columns(part: str, pieces: Sequence[Columns | None], sizes: Sequence[
         np.concatenate([[0], *counts]).cumsum(dtype=np.int64),
         # One alone is not copied: it may be most of the memory.
         **{name: np.concatenate(own) if len(own) > 1 else own[0] for name, own in rows.items()},
-        gaps=np.concatenate([empty.gaps, *gaps]),
+        seen=np.concatenate([empty.seen, *seen]),
     )
 
 
@@ -303,11 +303,11 @@ def _ratio(value: Fraction) -> tuple[int, int]:
 def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | None]) -> Columns:
     """Return the columns of a part."""
     symbols = joined(track.symbols for track in tracks if track)
-    gaps = [
+    seen = [
         (number, *span)
         for number, (capture, track) in enumerate(zip(captures, tracks, strict=True))
         if track
-        for span in gaps_of(track.known, capture.frames)
+        for span in seen_of(track.known, capture.frames)
     ]
     cell = _cells(symbols["direction"], symbols["level"])
     cell |= np.where(symbols["passing"], np.uint8(PASSING), np.uint8(0))
@@ -320,17 +320,17 @@ def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | 
         np.rint(symbols["margin"].astype(np.float64) * THOUSANDTHS).astype(np.uint16),
         symbols["start"].copy(),
         symbols["stop"].copy(),
-        np.array(gaps, np.int32).reshape(-1, 3),
+        np.array(seen, np.int32).reshape(-1, 3),
         symbols["swings"].astype(np.int32),
         symbols["amount"].copy() if has_amount(part) else None,
         **{name: stored(name, symbols[name]).astype(np.uint16) for name in measures_of(part)},
     )
 
 
-def gaps_of(known: Sequence[Span], frames: int) -> list[tuple[int, int]]:
-    """Return the stretches of frames in which a part was seen; none where it always was.
+def seen_of(known: Sequence[Span], frames: int) -> list[tuple[int, int]]:
+    """Return the ranges of `Columns.seen` for a track: none where the part was seen all the time.
 
-    A part that never was has one stretch, from frame 0 to frame 0.
+    A part that was never seen has one range, from frame 0 to frame 0.
     """
     spans = [(span.start, span.stop) for span in known]
     return [] if spans == [(0, frames)] else spans or [(0, 0)]

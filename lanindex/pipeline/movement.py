@@ -207,7 +207,7 @@ def _moves(
     cell = direction.astype(np.int64) * len(LEVELS) + level
     stops = (columns.cell & PASSING == 0) & (direction >= 0) & (level >= 0)
     moved = stops & (columns.cell < STARTING)
-    known, total = _seconds(roster, rows > 0, columns.gaps)
+    known, total = _seconds(roster, rows > 0, columns.seen)
     steps = np.flatnonzero(stops)
     came, went = steps[:-1], steps[1:]
     follow = moved[went] & (capture[came] == capture[went])
@@ -281,13 +281,13 @@ def _differences(measures: Sequence[_Measure], sides: IntArray) -> tuple[Differe
     return tuple(sorted(differences, key=lambda it: (it.p, -abs(it.values[1] - it.values[0]))))
 
 
-def _seconds(roster: Roster, there: Any, gaps: NDArray[np.int32]) -> tuple[Floats, Floats]:
+def _seconds(roster: Roster, there: Any, seen: NDArray[np.int32]) -> tuple[Floats, Floats]:
     """Return how long a part is known in each capture, and how long each lasts."""
     frames = np.where(there, roster.frames, 0).astype(np.float64)
     known = np.bincount(
-        gaps[:, 0], (gaps[:, 2] - gaps[:, 1]).astype(np.float64), minlength=len(frames)
+        seen[:, 0], (seen[:, 2] - seen[:, 1]).astype(np.float64), minlength=len(frames)
     )
-    frames = np.where(np.isin(np.arange(len(frames)), gaps[:, 0]), known, frames)
+    frames = np.where(np.isin(np.arange(len(frames)), seen[:, 0]), known, frames)
     second = roster.rate[:, 1] / roster.rate[:, 0]
     return frames * second, roster.frames * second
 

@@ -41,7 +41,7 @@ def one_part(captures: int) -> tuple[Roster, Columns]:
     bounds = np.concatenate(([0], np.cumsum(kept)))[held.bounds]
     names = ("cell", "runner", "margin", "start", "stop")
     rows = {name: getattr(held, name)[kept] for name in names}
-    return roster, Columns("r_arm", bounds, **rows, gaps=held.gaps)
+    return roster, Columns("r_arm", bounds, **rows, seen=held.seen)
 
 
 def cells(directions: str, levels: str) -> bytes:

@@ -101,7 +101,7 @@ def mirrored(columns: Columns) -> Columns:
         columns.margin,
         columns.start,
         columns.stop,
-        columns.gaps,
+        columns.seen,
         **{name: getattr(columns, name) for name in ("amount", *EXTRA)},
     )
 
@@ -162,13 +162,13 @@ def varied(source: Columns, sources, slower, turned, random) -> tuple[Columns, A
     start, stop = (
         (getattr(source, name)[picked] * pace // 16).astype(np.int32) for name in ("start", "stop")
     )
-    gaps = source.at(sources).gaps
-    gaps = np.column_stack([gaps[:, 0], gaps[:, 1:] * slower[gaps[:, 0], None] // 16])
+    seen = source.at(sources).seen
+    seen = np.column_stack([seen[:, 0], seen[:, 1:] * slower[seen[:, 0], None] // 16])
     margin = margin.clip(0, 1000).astype(np.uint16)
     held = {name: getattr(source, name) for name in ("amount", *EXTRA)}
     more = {name: None if it is None else it[picked] for name, it in held.items()}
-    gaps = gaps.astype(np.int32)
-    found = Columns(source.part, bounds, cell, runner, margin, start, stop, gaps, **more)
+    seen = seen.astype(np.int32)
+    found = Columns(source.part, bounds, cell, runner, margin, start, stop, seen, **more)
     return found, picked
 
 

@@ -38,7 +38,7 @@ def two_parts(captures: int) -> tuple[Roster, dict[str, Columns]]:
         bounds = np.concatenate(([0], np.cumsum(kept)))[held.bounds]
         names = ("cell", "runner", "margin", "start", "stop")
         rows = {name: getattr(held, name)[kept] for name in names}
-        found[part] = Columns(part, bounds, **rows, gaps=held.gaps)
+        found[part] = Columns(part, bounds, **rows, seen=held.seen)
     return roster, found
 
 

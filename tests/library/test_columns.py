@@ -39,7 +39,7 @@ def assert_true(library, parts=PARTS, numbers=None):
     assert_same(roster, roster_of(captures), ("number", "frames", "rate", "speed"))
     for part in parts:
         wanted = columns_of(part, captures, [tracks.get(part) for _, tracks in held])
-        names = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps")
+        names = ("bounds", "cell", "runner", "margin", "start", "stop", "seen")
         names += ("amount",) * has_amount(part)
         assert_same(columns[part], wanted, names)
         assert (columns[part].amount is None) == (part in ("head", "tail"))

@@ -92,7 +92,7 @@ def told_of(capture, tracks):
 
 
 def told_in_columns(roster, columns):
-    names = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps")
+    names = ("bounds", "cell", "runner", "margin", "start", "stop", "seen")
     told = {part: [getattr(one, name).tolist() for name in names] for part, one in columns.items()}
     return [one.tolist() for one in (roster.number, roster.frames, roster.rate)], told
 

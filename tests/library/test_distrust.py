@@ -20,7 +20,7 @@ from lanindex.library.store import Store
 from lanindex.model.columns import EXTRA, columns_of, roster_of
 
 PARTS = ("r_arm", "l_arm", "head", "tail")
-NAMES = ("bounds", "cell", "runner", "margin", "start", "stop", "gaps", *EXTRA)
+NAMES = ("bounds", "cell", "runner", "margin", "start", "stop", "seen", *EXTRA)
 CALLED = ("path", "location", "format", "label", "metadata")
 ROSTER = ("number", "frames", "rate", "speed")
 

@@ -65,7 +65,7 @@ def told(library: Library) -> list[object]:
     for part in TRACKS:
         own = columns[part].at(order)
         found += [
-            (part, name, getattr(own, name).tolist()) for name in ("bounds", "gaps", *own.rows)
+            (part, name, getattr(own, name).tolist()) for name in ("bounds", "seen", *own.rows)
         ]
     for pattern in PATTERNS:
         hits = library.search(pattern)

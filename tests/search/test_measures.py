@@ -137,7 +137,7 @@ def test_what_was_not_read_is_no_zero() -> None:
     (recording,) = recordings_of(TEXT)
     columns = columns_of("r_arm", [recording.capture], [recording.tracks["r_arm"]])
     bare = type(columns)(
-        "r_arm", *(getattr(columns, it) for it in ("bounds", *columns.rows[:5])), columns.gaps
+        "r_arm", *(getattr(columns, it) for it in ("bounds", *columns.rows[:5])), columns.seen
     )
     rows = Rows(bare, np.arange(1), np.array([60]))
     with pytest.raises(ValueError, match="the speed of r_arm was not read"):

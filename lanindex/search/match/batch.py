@@ -85,28 +85,28 @@ class Rows:
         self.starting: BoolArray = (self.cell & STARTING) > 0
         begins = self.starting.copy()
         begins[self.bounds[:-1][self.bounds[:-1] < self.bounds[1:]]] = True
-        if not is_limb(columns.part) and len(columns.gaps):
-            begins |= parted(places[self.capture], self.start, columns.gaps)
+        if not is_limb(columns.part) and len(columns.seen):
+            begins |= parted(places[self.capture], self.start, columns.seen)
         self.stretch = np.cumsum(begins, dtype=np.int32) - 1  # (S,) counted over all captures
         self.stretch_rows = np.append(np.flatnonzero(begins), len(self.cell))  # (stretches + 1,)
-        self.stretch_begin, self.stretch_end = self._stretch_bounds(columns.gaps, places)
+        self.stretch_begin, self.stretch_end = self._stretch_bounds(columns.seen, places)
 
     def __len__(self) -> int:
         return len(self.cell)
 
-    def _stretch_bounds(self, gaps: AnyArray, places: IntArray) -> tuple[IntArray, IntArray]:
+    def _stretch_bounds(self, seen: AnyArray, places: IntArray) -> tuple[IntArray, IntArray]:
         """Return the first frame of each stretch and the one behind its last, (stretches,)."""
         rows = self.stretch_rows[:-1]
         capture, start = self.capture[rows], self.start[rows].astype(np.int64)
         begin, end = np.zeros_like(start), self.frames[capture]
-        if not len(rows) or not len(gaps):
+        if not len(rows) or not len(seen):
             return begin, end
-        gaps = gaps[slice(*np.searchsorted(gaps[:, 0], places[[0, -1]] + (0, 1)))].astype(np.int64)
+        seen = seen[slice(*np.searchsorted(seen[:, 0], places[[0, -1]] + (0, 1)))].astype(np.int64)
         own = places[capture]
-        begin = np.where(np.isin(own, gaps[:, 0]), start, begin)
-        gaps = gaps[gaps[:, 1] < gaps[:, 2]]  # a part that was never seen has one without frames
-        place = np.searchsorted(gaps[:, 0] * FAR + gaps[:, 1], own * FAR + start, "right") - 1
-        known, first, last = np.append(gaps, [[-1, 0, 0]], axis=0)[place].T
+        begin = np.where(np.isin(own, seen[:, 0]), start, begin)
+        seen = seen[seen[:, 1] < seen[:, 2]]  # a part that was never seen has one without frames
+        place = np.searchsorted(seen[:, 0] * FAR + seen[:, 1], own * FAR + start, "right") - 1
+        known, first, last = np.append(seen, [[-1, 0, 0]], axis=0)[place].T
         inside = (known == own) & (start <= last)
         return np.where(inside, first, begin), np.where(inside, last, end)
 
