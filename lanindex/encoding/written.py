@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 _SURELY = 1 - 1e-9  # Below this part of a limit, rounding cannot change the comparison
 
 LONG_HOLD = 6
-"""Frames: only in a hold of at least this length is the noise measured, to find where moves begin."""
+"""Frames: the noise of a hold, which tells where moves begin, is measured from this length on."""
 
 
 class Hold(NamedTuple):
@@ -92,7 +92,7 @@ def candidates(speed: Floats, slow: float, prominence: float, still: float) -> N
 
 
 def _deep(heights: Floats, lowest: NDArray[np.int64], prominence: float) -> NDArray[np.int64]:
-    """Remove minima until a rim of at least `prominence` separates each from its lower neighbours."""
+    """Remove minima until a rim of `prominence` or more parts each from its lower neighbours."""
     while True:
         depths = heights[lowest]
         rims = np.maximum.reduceat(heights, lowest)[:-1]
@@ -108,7 +108,7 @@ def _deep(heights: Floats, lowest: NDArray[np.int64], prominence: float) -> NDAr
 def holds(
     curve: Floats, stops: NDArray[np.int64], distance: float, path_check: float
 ) -> list[Hold]:
-    """Return the holds: groups of successive candidates between which the limb stays near the first.
+    """Return the holds: successive candidates between which the limb stays near the first one.
 
     `curve` (N, 3) float64, mm; `stops` (C,) int64, rising.
     """
@@ -198,9 +198,9 @@ class Run(NamedTuple):
     achieved: int  # The frame at which the cell's direction is achieved
     angle: float  # Degrees from the reference direction there
     apart: float  # Distance from the middle of the cell there, as in `direction.Course`
-    # ``symbol``, or the reason why the run makes no symbol: ``not achieved``; ``in force``; ``joined``
-    # with an equal neighbour; ``passing``, deleted by a rule; ``rejoined`` with an equal run that
-    # became its neighbour through a deletion
+    # ``symbol``, or the reason why the run makes no symbol: ``not achieved``; ``in force``;
+    # ``joined`` with an equal neighbour; ``passing``, deleted by a rule; ``rejoined`` with an equal
+    # run that became its neighbour through a deletion
     outcome: str = "symbol"
     rule: int = 0  # Line of the rule that deleted it, else 0
 
@@ -290,7 +290,7 @@ _SHOWN = ("symbol", "passing", "rejoined")
 
 @dataclass(slots=True)
 class Row:
-    """A symbol that a later move may still lengthen; frames are half-open, from the stretch's first."""
+    """A symbol that a later move may lengthen; frames are half-open, from the stretch's first."""
 
     cell: int
     start: int
@@ -342,7 +342,7 @@ class Writer:
         self.idle.clear()
 
     def _stay(self, move: Segment) -> None:
-        """Count a move without a symbol as a swing, and lengthen the symbol in force or keep the move."""
+        """Count a move without symbols as a swing; lengthen the symbol in force or keep it."""
         if self._way(move) >= self.distance:
             self.in_force.swings += 1
         touches = self.in_force.stop > 0 and move.begin <= self.in_force.stop
@@ -352,7 +352,7 @@ class Writer:
             self.idle.append(move)
 
     def _begin(self, move: Segment, cell: int) -> int:
-        """Return where the first symbol begins: at the earliest idle move that leads to its cell."""
+        """Return where the first symbol begins: at the first idle move that leads to its cell."""
         begin = move.begin
         for before in reversed(self.idle if self.lengthen else []):
             if before.end + 1 < begin or self._gain(before, cell) < self._way(before) / 2:
@@ -527,7 +527,7 @@ def _follow(
     profile: Profile,
     traced: bool,
 ) -> tuple[list[list[Run]], Writer]:
-    """Return the runs of each move with their outcomes, if `traced`, and the writer of the symbols."""
+    """Return the runs of each move, if `traced`, and the writer of the symbols."""
     distance = profile.distance.of(around.length)
     writer = Writer(curve, int(passed.cells[0]), around, distance, lengthen=profile.onset > 0)
     found = []
