@@ -162,8 +162,8 @@ class _Search:
     def best(self, number: int) -> FuzzyHits:
         """Return so many hits that fit best, the clearest first.
 
-        The clearest are looked for first, in the captures alone that can have such; where there are
-        enough of them, no other can be among the best.
+        The clearest are looked for first, in the captures that can have such: at first in a few for
+        each hit wanted, then in those whose bound reaches the last of the best so far.
         """
         for clear in CLEAR:
             plans, bounds = (
@@ -174,14 +174,21 @@ class _Search:
             for places, most in fitting:
                 bounds[places] = np.max(most, axis=0)
             order = np.flatnonzero(bounds)
-            order, many = order[np.argsort(-bounds[order], kind="stable")], MORE * number
-            while len(order):
-                some, rest = np.sort(order[:many]), bounds[order[many:]]
-                found = self._hits_in(self._plans_within(BUCKETS - clear), some).by_fit()
-                least = np.nextafter(rest[0], 1) if len(rest) else clear / BUCKETS
-                if (found.fit >= least).sum() >= number:
-                    return found[:number]
-                order, many = order if len(rest) else order[:0], MORE * many
+            order = order[np.argsort(-bounds[order], kind="stable")]
+            plans, hits = self._plans_within(BUCKETS - clear), FuzzyHits(self, NO_MATCHES)
+            least, searched, within = 0.0, 0, len(order)
+            while within:  # captures that may hold one of the best
+                some = order[searched : searched + min(within, searched or MORE * number)]
+                hits = hits.with_those_of(self._hits_in(plans, np.sort(some)))
+                best, searched = hits.by_fit()[:number], searched + len(some)
+                rest = order[searched:]
+                within = len(rest)
+                if len(best) == number:
+                    least, last = float(best.fit[-1]), best.place[-1]
+                    ahead = (bounds[rest] > least) | (bounds[rest] == least) & (rest < last)
+                    within = int(ahead.sum())
+            if least >= clear / BUCKETS:
+                return best
         return self.all_hits().by_fit()[:number]
 
     def _plans_within(self, most: int, clear: int = 0) -> list[FuzzyPlan]:
@@ -292,6 +299,12 @@ class FuzzyHits(Hits):
         likely = np.delete(np.arange(len(self)), rest)
         likely = likely[np.argsort(-self._subset(likely).fit, kind="stable")]
         return self.at(np.append(likely, rest))
+
+    def with_those_of(self, others: FuzzyHits) -> FuzzyHits:
+        """Return these hits and those of other captures, by capture."""
+        matches = joined((self._matches, others._matches))
+        order = np.argsort(matches.capture, kind="stable")
+        return FuzzyHits(self._search, matches.at(order))
 
     def _exact_hits(self) -> tuple[IntArray, ExactHits | None]:
         """Return which hits were found exactly, by place, and as such."""
