@@ -8,8 +8,7 @@ from random_steps import RATE, Draft, score_of
 
 from lanindex.alphabet import CARRIERS, DIRECTIONS
 from lanindex.model import Score
-from lanindex.perform.resting import OTHER
-from lanindex.perform.travel import WEIGHT
+from lanindex.perform.travel import OTHER, WEIGHT
 
 TRACKS = (OTHER, *WEIGHT)
 SHORTEST = {"hand": RATE // 2, "other": RATE * 3 // 4}

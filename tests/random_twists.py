@@ -7,8 +7,8 @@ import random
 from lanindex import read_lnd
 from lanindex.alphabet import DIRECTIONS, kind_of
 from lanindex.model import Score
-from lanindex.perform.limbs import TURNED
 
+TURNED = ("torso_twist", "head_turn", "torso_incline", "head_incline")
 DEGREES = {"torso_twist": (40, 75), "head_turn": (40, 80), "torso_incline": (20, 50),
            "head_incline": (20, 40)}  # fmt: skip
 """From how many degrees to how many a part goes; a twist of less than 30 is none."""

@@ -1,145 +1,384 @@
-"""How the standard body travels: steps, jumps and turns to its place, its front and its legs.
+"""How the standard body travels and rests: where it is, and where its bones point.
 
-Source: ``encoding/BODY.md``, read backwards.
+Steps, jumps and turns take it along; it kneels, sits, lies or props itself where something else
+than feet carries. Source: ``encoding/BODY.md``, read backwards. Lengths are those of a leg, angles
+degrees from straight down to forward, unless a comment says otherwise.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTION_CODES, FEET, HIGH, LOW, PLACE
+from lanindex.alphabet import CARRIERS, DIRECTION_CODES, FEET, HIGH, LOW, PLACE
 from lanindex.model import Score
 from lanindex.perform.limbs import (
     FORWARD,
     UP,
     Body,
+    Floats,
     dot,
+    great_circle,
     minimum_jerk,
     reach_when_bent,
+    share_done,
     shown,
+    turned,
     unit,
 )
-from lanindex.perform.resting import (
-    LIES,
-    CarrierSpan,
-    MovedParts,
-    Rest,
-    RestBlend,
-    above,
-    carrier_spans,
-    direction_at,
-    part,
-    plan_rests,
-    slerp,
-    straight,
-)
 
-Floats = NDArray[np.float64]
+OTHER = "other_support"  # the track that is carried out here
+# Seconds that the body takes to come down and to rise, and that it takes at least
+DOWN, RISES, LEAST = 0.9, 0.8, 0.4
+LANDS = 0.15  # seconds after a step that its leg still tells the level
+
+# Seconds in which feet are drawn up at least, and before a rest ends; and at most
+DRAWS = (0.1, 1.0)
+SIDES = "rl"
+Rows = NDArray[Any]
+Bones = dict[str, Floats]  # by bone, or by side
+
+LIES = 0.07  # lengths of a leg above the floor: so high lies a knee or a wrist that carries
+
+Window = tuple[float, float]
+CarrierSpan = tuple[float, float, str]
+"""From when to when something else than feet carries, in seconds, and what."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """How the body rests on one carrier."""
+
+    ahead: float  # Of the hips before the feet
+    up: float | None  # Height of the hips; None: such that the lower knee lies at `LIES`
+    # How long before it has come down support begins, and after it begins to rise support ends:
+    # seconds, if it is on the way for one; else with the power of 1.5 of that time
+    comes: float
+    leaves: float
+    heels: float = 0.0  # How high they are raised
+    knees: float = 90.0  # Direction in which they bend
+    trunk: float | None = None  # Direction; None: as before
+    props: bool = False  # Whether hands carry
+    least: float = 0.25  # Seconds that it lasts at least to be seen
+    # In which part of the time hips come there over the ground, before they have come down
+    early: float = 1.0
+    drop: float = 1.0  # How far what carries comes down, about
+
+    def slower(self, height: float) -> float:
+        """Return how much longer it takes who stands so much higher than with straight legs."""
+        return float(np.sqrt(self.drop / (self.drop + height)))
+
+
+POSES = {
+    "knee": Pose(0.417, None, 0.14, 0.3, heels=0.12, knees=45.0, drop=0.45),
+    "seat": Pose(-0.35, 0.12, 0.1, 0.2),
+    "trunk": Pose(-0.35, 0.13, 0.1, 0.2, trunk=-90.0),
+    "prone trunk": Pose(1.08, 0.13, 0.17, 0.28, heels=0.12, knees=45.0, early=0.7),
+    "hand": Pose(
+        0.72, None, 0.16, 0.35, heels=0.12, knees=45.0, trunk=110.0, props=True, least=0.5
+    ),
+    "other": Pose(-0.35, 0.57, 0.06, 0.16, least=0.6),
+}
+"""By what carries; prone, who lies face down."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rest:
+    """A time in which something else than feet carries, in seconds."""
+
+    start: float  # Of the symbol
+    stop: float
+    down: Window  # In which the body comes down
+    rise: Window  # In which it rises
+    what: str  # What carries
+    # Whether the hips come back over the feet as it rises: not if it steps at once, or goes on
+    # resting on something else
+    returns: bool
+
+    @property
+    def pose(self) -> Pose:
+        """How the body rests."""
+        return POSES[self.what]
+
+    @property
+    def forth(self) -> Window:
+        """From when to when the hips come before or behind the feet."""
+        return self.down[0], self.down[0] + self.pose.early * (self.down[1] - self.down[0])
+
+    @property
+    def back(self) -> Window:
+        """From when to when the hips come back over the feet."""
+        return self.rise[1] - self.pose.early * (self.rise[1] - self.rise[0]), self.rise[1]
+
+    @property
+    def draws(self) -> Window:
+        """From when to when feet are drawn up: before it ends, so that no step is seen."""
+        return self.start, min(
+            max(self.stop - DRAWS[0], self.start + DRAWS[0]), self.start + DRAWS[1]
+        )
+
+
+def carrier_spans(score: Score) -> list[CarrierSpan]:
+    """Return from when to when something else than feet carries, in seconds, and what."""
+    rows = score.tracks[OTHER].symbols if OTHER in score.tracks else ()
+    rate = float(score.rate)
+    return [
+        (float(row["start"]) / rate, float(row["stop"]) / rate, CARRIERS[row["amount"]])
+        for row in rows
+        if 0 <= row["amount"] < len(CARRIERS) and row["start"] < row["stop"]
+    ]
+
+
+def plan_rests(
+    those: Sequence[CarrierSpan], busy: Sequence[tuple[float, float, float]], last: float
+) -> tuple[list[Rest], list[str]]:
+    """Return how the body comes down to each carrier and rises, and which have no time for it."""
+    joined = [None, *map(_joined, those[:-1], those[1:]), None]
+    halves = [-np.inf, *((one[1] + two[0]) / 2 for one, two in pairwise(those)), np.inf]
+    ends, rests, doubts = [it[1] for it in busy], list[Rest](), list[str]()
+    for number, (start, stop, what) in enumerate(those):
+        pose, (before, after) = POSES[what], joined[number : number + 2]
+        past, next_one = bisect_right(ends, start), bisect_right(ends, stop)
+        step_end, height = (ends[past - 1] + LANDS, busy[past - 1][2]) if past else (-np.inf, 0.0)
+        length = min(max(start - max(step_end, halves[number]), LEAST), DOWN)
+        until = start + pose.comes * pose.slower(height) * length**1.5 if start > 0 else 0.0
+        down = before or (until - length, until)
+        room, returns = halves[number + 1] - stop, after is None
+        if next_one < len(busy):
+            begin, end, then = busy[next_one]
+            if begin - stop < LEAST:
+                returns, begin, height = False, end, min(height, then)
+            room = min(room, begin - stop)
+        length = min(max(room, LEAST), RISES)
+        begin = stop - pose.leaves * pose.slower(height) * length**1.5
+        rise = after or ((begin, begin + length) if stop < last else (stop + 1, stop + 2))
+        rests.append(Rest(start, stop, down, rise, what, returns))
+        tight = (not before and 0 < start < step_end - LANDS + LEAST / 2) or room < LEAST / 2
+        if tight or after:
+            doubts.append(
+                f"{what} carries at {start:g} s: there is no time to come down, or to rise"
+            )
+        if stop - start < pose.least:
+            doubts.append(f"{what} carries at {start:g} s for so short a time that nobody sees it")
+    return rests, list(dict.fromkeys(doubts))
+
+
+def _joined(one: CarrierSpan, two: CarrierSpan) -> Window | None:
+    """Return from when to when a body goes from one support to the next, if it does not rise."""
+    gap = two[0] - one[1]
+    if gap >= 1.25 * LEAST:
+        return None
+    length = max(gap, 1.5 * LEAST)
+    ranks = [_RANKS.index(it[2].removeprefix("prone ")) for it in (one, two)]
+    if ranks[1] > ranks[0]:
+        until = two[0] + POSES[two[2]].comes * length**1.5
+        return until - length, until
+    begin = one[1] - POSES[one[2]].leaves * length**1.5
+    return begin, begin + length
+
+
+_RANKS = ("other", "knee", "hand", "seat", "trunk")  # carriers; of several the last one is written
+
+
+class Resting:
+    """The rests of a score in the frames of a motion, and what the score moves meanwhile."""
+
+    def __init__(self, score: Score, rests: Sequence[Rest], times: Floats) -> None:
+        self.rests, self.times, self.done = rests, times, np.zeros(len(times))
+        middles = [(rest.start + rest.stop) / 2 for rest in rests]
+        self.middles = [_frame(time, times) for time in middles]  # the frame amid each rest
+        self._shares = list[tuple[slice, Floats]]()
+        for rest in rests:
+            some = slice(*np.searchsorted(times, (rest.down[0], rest.rise[1])).tolist())
+            share = share_done(times[some], *rest.down) * (1 - share_done(times[some], *rest.rise))
+            self.done[some] += share
+            self._shares.append((some, share / np.maximum(self.done[some], 1e-9)))
+        self._begins = dict[str, Floats]()
+        for part in score.tracks:
+            rows = shown(score, part)
+            rows = rows[rows["stop"] > rows["start"]]
+            self._begins[part] = np.sort(rows["start"] / float(score.rate))
+
+    def moves(self, rest: Rest, *parts: str) -> bool:
+        """Return whether the score moves one of some parts while the body comes down or rests."""
+        return any(self._count(rest, part) for part in parts)
+
+    def moves_beside(self, part: str) -> bool:
+        """Return whether the score moves a part at another time."""
+        begins = self._begins.get(part, ())
+        return len(begins) > sum(self._count(rest, part) for rest in self.rests)
+
+    def _count(self, rest: Rest, part: str) -> int:
+        begins = self._begins.get(part, ())
+        first, last = np.searchsorted(begins, (rest.start - DOWN, rest.stop)).tolist()
+        return int(last - first)
+
+    def blended(self, base: Floats, aims: Sequence[Any]) -> Floats:
+        """Return numbers, (T,), or directions, (T, 3), with each rest's aim; None: no aim."""
+        if not self.rests:
+            return base
+        mix = straight if base.ndim == 1 else great_circle
+        aimed = base.copy()
+        for (some, share), aim in zip(self._shares, aims, strict=True):
+            target = np.broadcast_to(base[some] if aim is None else aim, base[some].shape)
+            aimed[some] = mix(aimed[some], target, share)
+        return mix(base, aimed, self.done)
+
+
+def _frame(time: float, times: Floats) -> int:
+    """Return the first frame at a time or behind it, or else the last one."""
+    return min(int(np.searchsorted(times, time)), len(times) - 1)
+
+
+def straight(start: Floats, stop: Floats, share: Floats) -> Floats:
+    """Return numbers on the way from one to another, (T,)."""
+    return start + share * (stop - start)
+
+
+def above(directions: Floats, high: Floats) -> Floats:
+    """Raise directions, (T, 3), to end above the floor; `high` (T,) is their start in lengths."""
+    ahead = unit(directions * [1, 0, 1] + [1e-6, 0, 0])  # of what points straight down, too
+    up = np.maximum(directions[:, 1], np.clip(-high, -1, 1))
+    found: Floats = np.sqrt(1 - np.minimum(up**2, 1))[:, None] * ahead
+    found[:, 1] = up
+    return found
+
+
+def direction_at(degrees: float) -> Floats:
+    """Return the direction at an angle forward from straight down."""
+    angle = np.radians(degrees)
+    return np.array([np.sin(angle), -np.cos(angle), 0.0])
+
+
+# The sine of half a right angle: what is lower lies; the cosine of two that differ by more
+LEVEL = 0.7
+FLESH = 10.0  # millimetres above the floor: lower goes no joint of an arm
+
+ARM = ("upper_arm", "forearm", "hand")
+
+
+def rest_bones(resting: Resting, hips: Floats, bones: Bones, body: Body) -> tuple[Bones, list[str]]:
+    """Return directions of trunk, head and arms, (T, 3) by bone, at rest, and warnings."""
+    rests, middles, doubts = resting.rests, resting.middles, list[str]()
+    aims = list[Floats | None]()
+    for rest, middle in zip(rests, middles, strict=True):
+        pose, lean = rest.pose, bones["torso"][middle]
+        moves = resting.moves(rest, "torso", "torso_incline")
+        suits = abs(lean[1]) < LEVEL or (pose.props and lean[0] > LEVEL)
+        aims.append(None if pose.trunk is None or moves or suits else direction_at(pose.trunk))
+        if pose.trunk is not None and moves and not suits:
+            doubts.append(f"torso goes as told at {rest.start:g} s: {rest.what} may not carry")
+    blended = {"torso": resting.blended(bones["torso"], aims)}
+    if bones["head"] is bones["torso"]:
+        blended["head"] = blended["torso"]
+    up, length = hips + body.shoulders * blended["torso"][:, 1], sum(body.arm[:2])
+    for side in SIDES:
+        names = [f"{side}_{it}" for it in ARM]
+        touches = (f"{side}_hand_touch", "hands_touch")
+        arm_moves = [
+            resting.moves(it, f"{side}_arm", *names, *(touches if it.pose.props else ()))
+            for it in rests
+        ]
+        reaches = list[list[Floats | None]]()
+        for rest, middle, moves in zip(rests, middles, arm_moves, strict=True):
+            high = float(up[middle])
+            down = direction_at(float(np.degrees(np.arccos(min(max(high / length - LIES, 0), 1)))))
+            props = rest.pose.props and not moves  # the hand is on the floor
+            reaches.append([down, down, direction_at(90.0)] if props else [None] * len(ARM))
+            if rest.pose.props and (moves or high > (1 + 2 * LIES) * length):
+                doubts.append(f"{side}_hand does not prop at {rest.start:g} s: it goes as told")
+        heights, lies = up, resting.done > 0
+        for number, (name, size) in enumerate(zip(names, body.arm, strict=True)):
+            ways = resting.blended(bones[name], [it[number] for it in reaches])
+            ways[lies] = above(ways[lies], (heights[lies] - FLESH) / size)
+            blended[name], heights = ways, heights + size * ways[:, 1]
+        for rest, middle, moves in zip(rests, middles, arm_moves, strict=True):
+            cosines = (float(blended[it][middle] @ bones[it][middle]) for it in names[:2])
+            if moves and min(cosines) < LEVEL:
+                doubts.append(f"{side}_arm would go through the floor at {rest.start:g} s")
+    return blended, list(dict.fromkeys(doubts))
+
 
 LIFTED = 0.05  # lengths of a leg above the floor: a foot so high goes wherever the knee takes it
 HEIGHTS = 70  # hundredths of a leg in which the height is looked for at which a body rests
 SITS = 0.12  # lengths of a leg above the floor: so high are hips that sit
 TOES = 64.0  # millimetres from the toe's joint to its tip
 
-SIDES = "rl"
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FootPlacement:
-    """Where the feet are, frame by frame; in lengths of a leg but for `over`."""
+    """Where a foot is, frame by frame; in lengths of a leg but for `over`."""
 
-    # (T, 2) mm, by side: where the ankle is over the ground while the heel is down
-    over: dict[str, Floats]
-    raised: dict[str, Floats]  # (T,) height of the foot
-    heels: dict[str, Floats]  # (T,) height of the heel above it
-    knees: dict[str, Floats]  # (T, 3) unit vectors of the body frame: where the knee goes
+    side: str
+    over: Floats  # (T, 2) mm: where the ankle is over the ground while the heel is down
+    raised: Floats  # (T,) height of the foot
+    heel: Floats  # (T,) height of the heel above it
+    knee: Floats  # (T, 3) unit vectors of the body frame: where the knee goes
     high: Floats  # (T,) height of the body's flight
+    front: Floats  # (T,) radians that the body has turned to the left
 
-    def at(self, frame: int, count: int) -> FootPlacement:
-        """Return one frame so many times."""
-        some = np.full(count, frame)
-        over, raised, heels, knees = (
-            {side: it[some] for side, it in one.items()}
-            for one in (self.over, self.raised, self.heels, self.knees)
-        )
-        return FootPlacement(over, raised, heels, knees, self.high[some])
+    def at(self, frame: int) -> FootPlacement:
+        """Return the placement in one frame, T = 1."""
+        arrays = self.over, self.raised, self.heel, self.knee, self.high, self.front
+        return FootPlacement(self.side, *(it[frame : frame + 1] for it in arrays))
 
 
-def leg_bones(
-    side: str, hips: Floats, front: Floats, stand: FootPlacement, reach: Floats, body: Body
-) -> dict[str, Floats]:
-    """Return the directions of a leg's bones, (T, 3), to its foot's place."""
-    joint, ahead = body.hips[side], toward(front + np.pi / 2)
-    foot_size, raised = float(np.linalg.norm(body.toe)), stand.raised[side]
-    back = body.leg * stand.heels[side] - body.toe[1]
-    back = np.sqrt(foot_size**2 - np.minimum(back, 0.99 * foot_size) ** 2)
-    tip = stand.over[side] + body.toe[0] * ahead  # the toe stays where the heel cannot
-    heel = tip - back[:, None] * ahead
-    height = body.ankle + body.leg * (raised + stand.heels[side])
-    target = np.stack((heel[:, 0], height, heel[:, 1]), axis=1)
-    way = (turned(target - hips, -front) - joint) / body.leg
-    far, free = np.linalg.norm(way, axis=1), np.clip((raised - stand.high) / LIFTED, 0, 1)
+def leg_bones(foot: FootPlacement, hips: Floats, reach: Floats, body: Body) -> dict[str, Floats]:
+    """Return the directions of a leg's bones, (T, 3), from hips, (T, 3) mm, to its foot's place."""
+    joint, ahead = body.hips[foot.side], toward(foot.front + np.pi / 2)
+    length, raised = float(np.linalg.norm(body.toe)), foot.raised
+    back = body.leg * foot.heel - body.toe[1]
+    back = np.sqrt(length**2 - np.minimum(back, 0.99 * length) ** 2)
+    tip = foot.over + body.toe[0] * ahead  # the toe stays where the heel cannot
+    ankle = tip - back[:, None] * ahead
+    height = body.ankle + body.leg * (raised + foot.heel)
+    target = np.stack((ankle[:, 0], height, ankle[:, 1]), axis=1)
+    way = (turned(target - hips, -foot.front) - joint) / body.leg
+    far, free = np.linalg.norm(way, axis=1), np.clip((raised - foot.high) / LIFTED, 0, 1)
     way *= (1 - free * np.maximum(1 - reach / np.maximum(far, 1e-9), 0))[:, None]
     reach = np.linalg.norm(way, axis=1, keepdims=True)
     along, reach = unit(way), np.minimum(reach, 1.0)
-    aside = stand.knees[side] - dot(along, stand.knees[side]) * along
+    aside = foot.knee - dot(along, foot.knee) * along
     size = np.linalg.norm(aside, axis=1, keepdims=True)
     aside = np.where(size > 1e-6, aside / np.maximum(size, 1e-6), UP)
     bow = np.sqrt(np.maximum(1 - reach**2, 0)) * aside
     thigh, shank = reach * along + bow, reach * along - bow
     point = np.stack((tip[:, 0], body.sole + body.leg * raised, tip[:, 1]), axis=1)
-    foot = unit(turned(point - hips, -front) - joint - body.leg / 2 * (thigh + shank))
-    toes = above(foot, (body.sole + body.leg * raised) / TOES)
-    return {
-        f"{side}_thigh": thigh,
-        f"{side}_shank": shank,
-        f"{side}_foot": foot,
-        f"{side}_toes": toes,
-    }
+    toe = unit(turned(point - hips, -foot.front) - joint - body.leg / 2 * (thigh + shank))
+    toes = above(toe, (body.sole + body.leg * raised) / TOES)
+    bones = {"thigh": thigh, "shank": shank, "foot": toe, "toes": toes}
+    return {f"{foot.side}_{bone}": ways for bone, ways in bones.items()}
 
 
 def resting_height(
-    rest: Rest, times: Floats, hips: Floats, front: Floats, stand: FootPlacement, body: Body
+    rest: Rest, times: Floats, hips: Floats, feet: Sequence[FootPlacement], body: Body
 ) -> float:
-    """Return the height of the hips of a resting body whose lower knee is on the floor."""
-    leg = body.leg
+    """Return the height, mm, of the hips of a resting body whose lower knee is on the floor."""
     if rest.pose.up is not None:
-        return leg * rest.pose.up
+        return body.leg * rest.pose.up
     frame = min(int(np.searchsorted(times, min(rest.stop, rest.rise[0]))), len(times) - 1)
-    heights = leg * np.arange(HEIGHTS) / 100
-    there = np.tile(hips[frame], (HEIGHTS, 1))
-    there[:, 1] = heights
-    some, ahead = stand.at(frame, HEIGHTS), np.full(HEIGHTS, front[frame])
-    knees = [
-        heights
-        + leg
-        / 2
-        * leg_bones(side, there, ahead, some, np.ones(HEIGHTS), body)[f"{side}_thigh"][:, 1]
-        for side in SIDES
+    tried = np.tile(hips[frame], (HEIGHTS, 1))
+    tried[:, 1] = heights = body.leg * np.arange(HEIGHTS) / 100
+    thighs = [
+        leg_bones(foot.at(frame), tried, np.ones(HEIGHTS), body)[f"{foot.side}_thigh"]
+        for foot in feet
     ]
-    sunk = np.flatnonzero(np.minimum(*knees) < LIES * leg)
+    knees = [heights + body.leg / 2 * thigh[:, 1] for thigh in thighs]
+    sunk = np.flatnonzero(np.minimum(*knees) < LIES * body.leg)
     if not len(sunk):  # knees that stand up carry nothing
-        return leg * SITS
+        return body.leg * SITS
     return float(heights[min(sunk[-1] + 1, HEIGHTS - 1)])
 
 
 def toward(azimuth: Any) -> Floats:
     """Return directions over the ground, (..., 2): forward, right; 0 is right, 90 forward."""
     return np.stack((np.sin(azimuth), np.cos(azimuth)), axis=-1)
-
-
-def turned(vectors: Floats, left: Floats) -> Floats:
-    """Turn vectors, (T, 3), to the left about the vertical by (T,) radians."""
-    sine, cosine = np.sin(left), np.cos(left)
-    forward, right = vectors[:, 0], vectors[:, 2]
-    turned = (forward * cosine + right * sine, vectors[:, 1], right * cosine - forward * sine)
-    return np.stack(turned, axis=1)
 
 
 STRIDE, SHORT = 0.45, 0.22  # lengths of a leg that a step takes the body, at most and at least
@@ -247,7 +486,7 @@ class FeetPath:
     def _shift(self, place: Floats, window: tuple[float, float]) -> None:
         some = slice(*np.searchsorted(self.times, window).tolist())
         way_there = place - self._now
-        add(self.shift, some, way_there * part(self.times[some], window)[:, None], way_there)
+        add(self.shift, some, way_there * share_done(self.times[some], *window)[:, None], way_there)
         self._now = place
 
     def _move(self, move: Move) -> None:
@@ -283,14 +522,12 @@ class FeetPath:
         self._until = -np.inf
 
 
-Rows = NDArray[Any]
-Bones = dict[str, Floats]  # by bone, or by side
 # Lengths of a leg that a foot is lifted on its way, and that a foot hangs that does not carry
 LIFTS, FREE = 0.15, 0.25
 SETTLES = 0.1  # part of a step's time that a foot that carries still takes to come to rest
 GIVES = 0.04  # lengths of a leg that hips sink at most for a toe to stay on the floor
 # How often hips are raised for knees that would sink, and millimetres that these lie high
-SETTLED, FLESH = 5, 30.0
+SETTLED, KNEES = 5, 30.0
 PRONE = 0.7  # how far forward a trunk leans that lies face down: half a right angle
 # Lengths of a leg from where a foot is while something else carries: it is told to go there
 ELSEWHERE = 0.5
@@ -303,134 +540,111 @@ _LANDS = {"spring": 2, "hop": 1, "leap": 1, "assemble": 2, "sissonne": 1, "unsee
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Travel:
-    """Where the body is, how it faces, and where its legs point."""
+    """Where the body is, how it faces, and where its bones point."""
 
     front: Floats  # (T,) radians turned to the left
     hips: Floats  # (T, 3) mm: forward of the start, above the floor, right of the start
-    legs: dict[str, Floats]  # (T, 3) unit vectors of the body frame, by bone
-    resting: RestBlend
-    left_out: tuple[str, ...]  # Warnings
+    # (T, 3) unit vectors of the body frame, of its legs and, where it rests, of all else
+    bones: Bones
+    warnings: list[str]
 
 
-def travel_of(score: Score, times: Floats, body: Body, bones: dict[str, Floats]) -> Travel | None:
+def travel_of(score: Score, times: Floats, body: Body, bones: Bones) -> Travel | None:
     """Return how the body goes at seconds, (T,), where the score tells anything of it."""
     moving = {name: shown(score, name) for name in WEIGHT}
     moving = {name: rows[rows["stop"] > rows["start"]] for name, rows in moving.items()}
     carried = carrier_spans(score)
-    if not carried and not any(len(rows) for rows in moving.values()):
+    if not carried and not any(map(len, moving.values())):
         return None
     rate = float(score.rate)
     front = _front(moving["body_turn"], times, rate)
-    moves, left_out = _free_moves(_moves(moving, rate), carried)
+    moves, warnings = _free_moves(_moves(moving, rate), carried)
     for number, (start, stop, what) in enumerate(carried):
-        lean = bones["torso"][min(int(np.searchsorted(times, (start + stop) / 2)), len(times) - 1)]
+        lean = bones["torso"][_frame((start + stop) / 2, times)]
         if what == "trunk" and lean[0] > PRONE:
             carried[number] = start, stop, "prone trunk"
     busy = [(it.start, it.stop, HEIGHT.get(it.level, 0.0)) for it in moves]
     rests, doubts = plan_rests(carried, busy, score.frames / rate)
-    moved, path = MovedParts(score), FeetPath(body, times, front)
-    placed = _placed_feet(moved, rests, times, bones)
+    resting, path = Resting(score, rests, times), FeetPath(body, times, front)
+    placed = _placed_feet(resting, bones)
     path.follow(moves, rests, placed)
     feet_at, high = path.steps.cumsum(axis=0), path.high
     body_at = feet_at + path.shift.cumsum(axis=0)
-    levels, legs_reach = _levels(score, moves, times), dict[str, Floats]()
-    over, raised = dict[str, Floats](), dict[str, Floats]()
-    own = sorted((*moves, *path.drawn), key=lambda it: it.start)
+    levels = _levels(score, moves, times)
+    heels, ahead = np.maximum(levels, 0), np.tile(FORWARD, (len(times), 1))
+    reaches = {
+        side: reach_when_bent(shown(score, f"{side}_leg_bend"), times, score.rate) for side in SIDES
+    }
+    own, feet = sorted((*moves, *path.drawn), key=lambda it: it.start), list[FootPlacement]()
     for side in SIDES:
-        legs_reach[side] = reach_when_bent(shown(score, f"{side}_leg_bend"), times, score.rate)
-        places = body_at, feet_at
-        over[side], raised[side] = _foot(side, own, times, places, front, body.hips[side], high)
-    heels = np.maximum(levels, 0)
-    stands = np.minimum(REACHES + levels, heels + np.maximum(*legs_reach.values()))
-    resting = RestBlend(rests, times)
-    heel, knees = _heels_and_knees(resting, placed, times, heels)
-    stand = FootPlacement(over, raised, heel, knees, high)
-    up = body.ankle + body.leg * (stands + high)
-    up = _hip_heights(up, body_at, front, stand, body)
+        over, raised = _foot(side, own, times, (body_at, feet_at), front, body.hips[side], high)
+        heel = resting.blended(heels, [it.pose.heels for it in rests])
+        knee = resting.blended(ahead, [direction_at(it.pose.knees) for it in rests])
+        for rest, places in zip(rests, placed, strict=True):
+            if side in places and places[side][0] > 0:  # that foot stands
+                some = slice(*np.searchsorted(times, (rest.start, rest.rise[1])).tolist())
+                share = share_done(times[some], *rest.draws)
+                share *= 1 - share_done(times[some], *rest.rise)
+                heel[some] *= 1 - share
+                knee[some] = great_circle(knee[some], direction_at(135.0), share)
+        feet.append(FootPlacement(side, over, raised, heel, knee, high, front))
+    stands = np.minimum(REACHES + levels, heels + np.maximum(*reaches.values()))
+    up = _hip_heights(body.ankle + body.leg * (stands + high), body_at, feet, body)
     hips = np.stack((body_at[:, 0], up, body_at[:, 1]), axis=1)
-    lies = [resting_height(it, times, hips, front, stand, body) for it in rests]
-    hips[:, 1] = resting.blended(up, lies, straight)
+    hips[:, 1] = resting.blended(up, [resting_height(it, times, hips, feet, body) for it in rests])
     legs = dict[str, Floats]()
     for _ in range(SETTLED):  # hips rise where a knee would sink
         sinks = np.zeros(len(hips))
-        for side in SIDES:
-            reach = straight(legs_reach[side], np.ones(len(hips)), resting.done)
-            legs |= leg_bones(side, hips, front, stand, reach, body)
-            thigh = body.leg / 2 * legs[f"{side}_thigh"][:, 1]
-            sinks = np.maximum(sinks, FLESH - hips[:, 1] - thigh)
+        for foot in feet:
+            reach = straight(reaches[foot.side], np.ones(len(hips)), resting.done)
+            legs |= leg_bones(foot, hips, reach, body)
+            thigh = body.leg / 2 * legs[f"{foot.side}_thigh"][:, 1]
+            sinks = np.maximum(sinks, KNEES - hips[:, 1] - thigh)
         if not sinks.any():
             break
         hips[:, 1] += sinks
-    unlike = tuple(_leg_doubts(moved, rests, times, bones, legs, legs_reach))
+    warnings += [*doubts, *_leg_doubts(resting, bones, legs, reaches)]
     if not any(map(len, moving.values())):  # it stands, and does nothing but rest
         limbs = [f"{side}_{it}" for side in SIDES for it in ("leg", "thigh", "shank", "foot")]
         only = "goes as told only while something else than feet carries"
-        unlike += tuple(f"{name} {only}" for name in limbs if moved.beside(rests, name))
-    return Travel(front, hips, legs, resting, (*left_out, *doubts, *unlike))
+        warnings += [f"{name} {only}" for name in limbs if resting.moves_beside(name)]
+    if rests:
+        others, doubts = rest_bones(resting, hips[:, 1], bones, body)
+        legs, warnings = legs | others, warnings + doubts
+    return Travel(front, hips, legs, warnings)
 
 
-def _heels_and_knees(
-    resting: RestBlend, placed: Sequence[dict[str, Floats]], times: Floats, heels: Floats
-) -> tuple[Bones, Bones]:
-    """Return how high heels are raised, (T,), and where knees go, (T, 3), by side."""
-    heel, knees = dict[str, Floats](), dict[str, Floats]()
-    ahead, rests = np.tile(FORWARD, (len(times), 1)), resting.rests
-    for side in SIDES:
-        heel[side] = resting.blended(heels, [it.pose.heels for it in rests], straight)
-        knees[side] = resting.blended(ahead, [direction_at(it.pose.knees) for it in rests], slerp)
-        for rest, feet in zip(rests, placed, strict=True):
-            if side in feet and feet[side][0] > 0:  # that foot stands
-                some = slice(*np.searchsorted(times, (rest.start, rest.rise[1])).tolist())
-                share = part(times[some], rest.draws) * (1 - part(times[some], rest.rise))
-                heel[side][some] *= 1 - share
-                up = np.broadcast_to(direction_at(135.0), knees[side][some].shape)
-                knees[side][some] = slerp(knees[side][some], up, share)
-    return heel, knees
-
-
-def _placed_feet(
-    moved: MovedParts, rests: Sequence[Rest], times: Floats, bones: dict[str, Floats]
-) -> list[dict[str, Floats]]:
+def _placed_feet(resting: Resting, bones: Bones) -> list[Bones]:
     """Return where legs have their feet that are told to go elsewhere: see `FeetPath.follow`."""
-    found = list[dict[str, Floats]]()
-    for rest in rests:
-        feet, frame = dict[str, Floats](), rest.middle(times)
+    placed = list[Bones]()
+    for rest, frame in zip(resting.rests, resting.middles, strict=True):
+        feet = dict[str, Floats]()
         for side in SIDES:
-            thigh, shank = (f"{side}_{it}" for it in ("thigh", "shank"))
+            thigh, shank = f"{side}_thigh", f"{side}_shank"
             foot = (bones[thigh][frame, ::2] + bones[shank][frame, ::2]) / 2
             elsewhere = np.hypot(foot[0] + rest.pose.ahead, foot[1]) > ELSEWHERE
-            if elsewhere and moved(rest, f"{side}_leg", thigh, shank):
+            if elsewhere and resting.moves(rest, f"{side}_leg", thigh, shank):
                 feet[side] = foot
-        found.append(feet)
-    return found
+        placed.append(feet)
+    return placed
 
 
-def _leg_doubts(
-    moved: MovedParts,
-    rests: Sequence[Rest],
-    times: Floats,
-    wanted: Bones,
-    legs: Bones,
-    reaches: Bones,
-) -> Iterator[str]:
+def _leg_doubts(resting: Resting, wanted: Bones, legs: Bones, reaches: Bones) -> Iterator[str]:
     """Say which legs do not go as told while something else carries."""
-    for rest in rests:
-        frame = rest.middle(times)
+    for rest, frame in zip(resting.rests, resting.middles, strict=True):
         for side in SIDES:
-            limb, bones = f"{side}_leg", [f"{side}_{it}" for it in ("thigh", "shank")]
+            limb, bones = f"{side}_leg", (f"{side}_thigh", f"{side}_shank")
             for name in bones:
                 cosine = float(wanted[name][frame] @ legs[name][frame])
-                if moved(rest, name, limb) and cosine < UNLIKE:
+                if resting.moves(rest, name, limb) and cosine < UNLIKE:
                     yield f"{name} goes as {rest.what} needs it at {rest.start:g} s, not as told"
             reach = np.linalg.norm(sum(legs[name][frame] for name in bones)) / 2
             turn = np.arccos(np.minimum((reach, reaches[side][frame]), 1))
-            if moved(rest, f"{limb}_bend") and abs(turn[0] - turn[1]) > np.pi / 8:
+            if resting.moves(rest, f"{limb}_bend") and abs(turn[0] - turn[1]) > np.pi / 8:
                 yield f"{limb} bends as {rest.what} needs it at {rest.start:g} s, not as told"
 
 
-def _free_moves(
-    moves: list[Move], carriers: Sequence[CarrierSpan]
-) -> tuple[list[Move], tuple[str, ...]]:
+def _free_moves(moves: list[Move], carriers: Sequence[CarrierSpan]) -> tuple[list[Move], list[str]]:
     """Return the steps and flights that do not end while something else carries; and the others."""
     begins, free, left_out = [start for start, *_ in carriers], list[Move](), list[str]()
     for move in moves:
@@ -441,22 +655,18 @@ def _free_moves(
         else:
             name = "jump" if move.flies else "step"
             left_out.append(f"a {name} at {move.start:g} s is left out: {what} carries meanwhile")
-    return free, tuple(left_out)
+    return free, left_out
 
 
-def _hip_heights(
-    up: Floats, place: Floats, front: Floats, stand: FootPlacement, body: Body
-) -> Floats:
+def _hip_heights(up: Floats, place: Floats, feet: Sequence[FootPlacement], body: Body) -> Floats:
     """Return how high hips are, mm, that sink a little where toes would leave the floor."""
-    least = up.copy()
-    longest = body.leg + float(np.linalg.norm(body.toe))
-    for side in SIDES:
-        joint = place + body.hips[side][2] * toward(front)
-        toe = stand.over[side] + body.toe[0] * toward(front + np.pi / 2)
+    least, longest = up, body.leg + float(np.linalg.norm(body.toe))
+    for foot in feet:
+        joint = place + body.hips[foot.side][2] * toward(foot.front)
+        toe = foot.over + body.toe[0] * toward(foot.front + np.pi / 2)
         far = np.linalg.norm(toe - joint, axis=1)
-        floor = body.sole + body.leg * stand.raised[side]
-        high = floor + np.sqrt(np.maximum(longest**2 - far**2, 0))
-        least = np.minimum(least, high)
+        floor = body.sole + body.leg * foot.raised
+        least = np.minimum(least, floor + np.sqrt(np.maximum(longest**2 - far**2, 0)))
     return np.maximum(least, up - GIVES * body.leg)
 
 

@@ -24,7 +24,6 @@ from random_steps import RATE, Tally, compared, drawn
 from lanindex import encode
 from lanindex.alphabet import BENDS, FACING
 from lanindex.perform import perform
-from lanindex.perform.limbs import TURNED
 from lanindex.perform.travel import WEIGHT
 
 
@@ -36,7 +35,7 @@ def main() -> int:
             for score, parts, into in (
                 (drawn(seed), WEIGHT, tally),
                 (random_supports.drawn(seed), random_supports.TRACKS, between),
-                (random_twists.drawn(seed), TURNED, tally),
+                (random_twists.drawn(seed), random_twists.TURNED, tally),
                 (random_bends.drawn(seed), BENDS.values(), tally),
                 (random_palms.drawn(seed), FACING, tally),
             ):

@@ -7,7 +7,6 @@ from random_steps import RATE, Tally, compared, drawn
 from lanindex import encode, read_lnd, write_lnd
 from lanindex.alphabet import FACING
 from lanindex.perform import perform
-from lanindex.perform.limbs import TURNED
 from tests import random_palms, random_twists
 
 SEEDS = range(6)
@@ -66,7 +65,7 @@ def test_twists_and_inclines_come_back(noise, least):
     for seed in SEEDS:
         score = random_twists.drawn(seed)
         found = encode(perform(score, rate=RATE, noise=noise, seed=seed))
-        compared(score, found, tally, TURNED)
+        compared(score, found, tally, random_twists.TURNED)
     for part, counts in tally.items():
         assert counts.wanted > 50, part
         assert counts.exact >= least * counts.wanted, part
