@@ -159,7 +159,7 @@ def aligned(own: Set, change: Callable[[np.ndarray], np.ndarray] = np.asarray) -
     laid_out = own.clips(change)
     windows = laid_out.full_windows()
     each = [laid_out.cut(one, 0, frames) for one, frames in enumerate(own.frames)]
-    return lambda one: -likeness.compared(each[one], laid_out, windows)
+    return lambda one: -likeness.compared(each[one], windows)
 
 
 def searched(own: Set) -> Ranking:

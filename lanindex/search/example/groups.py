@@ -105,8 +105,8 @@ class _Likenesses:
         new = unique[[key not in self._values for key in unique.tolist()]]
         for some in np.array_split(new, len(new) // _AT_ONCE + 1):
             self._watch("pairs", done, len(new))
-            one, two = (clips.at(place) for place in np.divmod(some, len(self._clips)))
-            alike = paired(self._clips, one, self._clips, two)
+            one, two = (clips.at(np.s_[:, it]) for it in np.divmod(some, len(self._clips)))
+            alike = paired(one, two)
             self._values.update(zip(some.tolist(), alike.tolist(), strict=True))
             done += len(some)
         return np.array([self._values.get(key, 1.0) for key in keys.tolist()])

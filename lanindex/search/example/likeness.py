@@ -84,14 +84,15 @@ class MoveTable(NamedTuple):
 
 
 class Windows(NamedTuple):
-    """B stretches of clips, as rows of `Clips`."""
+    """B stretches of clips, as rows of their movements."""
 
+    moves: MoveTable
     low: Numbers  # (P, B) by part: the row where it is before
     high: Numbers  # (P, B) the row behind the last; the same where the part is not there
 
-    def at(self, stretches: Numbers) -> Windows:
-        """Return some of them."""
-        return Windows(self.low[:, stretches], self.high[:, stretches])
+    def at(self, cells: Any) -> Windows:
+        """Return some of them: an index of (P, B)."""
+        return Windows(self.moves, self.low[cells], self.high[cells])
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +111,7 @@ class Clips:
 
     def full_windows(self) -> Windows:
         """Return the windows that hold all of each clip."""
-        return Windows(self.first[:, :-1], self.first[:, 1:])
+        return Windows(self.moves, self.first[:, :-1], self.first[:, 1:])
 
     def windows(self, clips: Numbers, begins: Numbers, ends: Numbers) -> Windows:
         """Return stretches of clips: (B,) which, and frames, half-open; what arrives in them."""
@@ -123,11 +124,12 @@ class Clips:
         low = np.searchsorted(times, base + np.maximum(begins, -1), "right") - 1
         low = np.maximum(low, first)
         high = np.searchsorted(times, base + np.maximum(ends, -1), "right")
-        return Windows(low, np.where(first < last, np.maximum(high, low + 1), low))
+        high = np.where(first < last, np.maximum(high, low + 1), low)
+        return Windows(self.moves, low, high)
 
     def cut(self, clip: int, begin: int, end: int) -> Clips:
         """Return one stretch of one clip as a clip by itself."""
-        low, high = self.windows(np.array([clip]), np.array([begin]), np.array([end]))
+        _, low, high = self.windows(np.array([clip]), np.array([begin]), np.array([end]))
         bounds, rows = ranges(low[:, 0], high[:, 0])
         moves = self.moves.at(rows)
         begins = bounds[:-1][low[:, 0] < high[:, 0]]
@@ -214,76 +216,69 @@ def likeness(difference: Floats, size: Floats) -> Floats:
     return alike
 
 
-def compared(query: Clips, clips: Clips, windows: Windows) -> Floats:
+def compared(query: Clips, windows: Windows) -> Floats:
     """Return how alike one clip is to each of many stretches with the same parts: (B,) float32."""
-    count = windows.low.shape[1]
-    query_windows = Windows(*(np.repeat(edges, count, axis=1) for edges in query.full_windows()))
-    return paired(query, query_windows, clips, windows)
+    return paired(query.full_windows().at(np.s_[:, np.zeros_like(windows.low[0])]), windows)
 
 
-def paired(one: Clips, one_windows: Windows, two: Clips, two_windows: Windows) -> Floats:
+def paired(one: Windows, two: Windows) -> Floats:
     """Return how alike stretches of clips are to others, pair by pair: (B,) float32, 0 to 1."""
-    size = sizes(one.moves, one_windows) + sizes(two.moves, two_windows)
-    saved = savings(one.moves, one_windows, two.moves, two_windows, size)
-    return likeness((size - saved).sum(axis=0), size.sum(axis=0))
+    size = sizes(one) + sizes(two)
+    return likeness((size - savings(one, two, size)).sum(axis=0), size.sum(axis=0))
 
 
-def sizes(moves: MoveTable, windows: Windows) -> Floats:
+def sizes(windows: Windows) -> Floats:
     """Return what it costs to delete each part of each stretch: (P, B) float32."""
-    inside = np.minimum(windows.low + 1, windows.high)
-    bounds, rows = ranges(inside.ravel(), windows.high.ravel())
+    moves, low, high = windows
+    inside = np.minimum(low + 1, high)
+    bounds, rows = ranges(inside.ravel(), high.ravel())
     reach = np.append(0, np.cumsum(moves.sizes[rows], dtype=np.float64))
     costs = np.diff(reach[bounds]).reshape(inside.shape)
-    costs += np.append(moves.swings, np.float32(0))[windows.low]
-    return np.where(windows.low < windows.high, costs, 0).astype(np.float32)
+    costs += np.append(moves.swings, np.float32(0))[low]
+    return np.where(low < high, costs, 0).astype(np.float32)
 
 
-def savings(
-    one: MoveTable, one_windows: Windows, two: MoveTable, two_windows: Windows, size: Floats
-) -> Floats:
+def savings(one: Windows, two: Windows, size: Floats) -> Floats:
     """Return the most that substitutions save of each part, pair by pair: (P, B), as `size`."""
-    one_counts, two_counts = one_windows.high - one_windows.low, two_windows.high - two_windows.low
+    one_counts, two_counts = one.high - one.low, two.high - two.low
     both = (one_counts > 0) & (two_counts > 0)
     found = np.zeros_like(size)
-    found[both] = beginning_savings(one.at(one_windows.low[both]), two.at(two_windows.low[both]))
+    found[both] = beginning_savings(one.moves.at(one.low[both]), two.moves.at(two.low[both]))
     # where one side never moves, all that the other does is deleted, and there is no choice
     both &= (one_counts > 1) & (two_counts > 1)
     for part, pair in np.argwhere(one_counts * two_counts * both > SQUARE).tolist():
         cell = slice(part, part + 1), slice(pair, pair + 1)
-        long, other = (
-            Windows(side.low[cell], side.high[cell]) for side in (one_windows, two_windows)
-        )
-        found[cell] = size[cell] - _by_pieces(one, long, two, other)
+        found[cell] = size[cell] - _by_pieces(one.at(cell), two.at(cell))
         both[cell] = False
-    low, begin = one_windows.low[both], two_windows.low[both]
+    low, begin = one.low[both], two.low[both]
     more = np.zeros(len(low), np.float32)
     rows, counts, most = one_counts[both], two_counts[both], size[both]
     order = np.argsort(-rows, kind="stable")
     for lane_slice in pieces(counts[order], _ROWS):
         lanes = order[lane_slice]
         ranges_of_both = low[lanes], rows[lanes], begin[lanes], counts[lanes]
-        saved = _lane_savings(one, two, *ranges_of_both)
+        saved = _lane_savings(one.moves, two.moves, *ranges_of_both)
         more[lanes] = _most_saved(counts[lanes], most[lanes], saved)
     found[both] += more
     return found
 
 
-def _by_pieces(one: MoveTable, one_windows: Windows, two: MoveTable, two_windows: Windows) -> float:
+def _by_pieces(one: Windows, two: Windows) -> float:
     """Return the difference of two long parts if each piece is compared with the one opposite.
 
     So the work grows with their length, not with its square.
     """
-    rows = [float((it.high - it.low).item()) for it in (one_windows, two_windows)]
+    rows = [float((it.high - it.low).item()) for it in (one, two)]
     count = int(np.ceil(np.sqrt(rows[0] * rows[1] / SQUARE))) + 1
 
     def cut(windows: Windows) -> Windows:  # each piece begins where the one before it came to
         low, high = windows.low.item(), windows.high.item()
         ends = np.linspace(low, high - 1, count + 1).astype(np.int64)
-        return Windows(ends[None, :-1], ends[None, 1:] + 1)
+        return Windows(windows.moves, ends[None, :-1], ends[None, 1:] + 1)
 
-    one_pieces, two_pieces = cut(one_windows), cut(two_windows)
-    size_by_piece = sizes(one, one_pieces) + sizes(two, two_pieces)
-    return float((size_by_piece - savings(one, one_pieces, two, two_pieces, size_by_piece)).sum())
+    one, two = cut(one), cut(two)
+    size = sizes(one) + sizes(two)
+    return float((size - savings(one, two, size)).sum())
 
 
 def beginning_savings(one: MoveTable, two: MoveTable) -> Floats:
@@ -456,7 +451,7 @@ def nearest(
         block = order[done : min(done + _BLOCK, most)]
         block = block[next(pieces(work[block], _LAID_OUT))]
         clips, frames = source.clips(block), source.frames[block]
-        alike = compared(query, clips, clips.full_windows())
+        alike = compared(query, clips.full_windows())
         near = _best(near, _Tried(block, np.zeros_like(block), frames, alike), limit)
         worst = near[-1].likeness if len(near) == limit else 0.0
         chosen = np.flatnonzero(longer[block] & (bound_of_stretch[block] > worst))
@@ -589,7 +584,7 @@ def _stretches(
         most = bounds.of(windows)
         kept = lowest(owner, -most, _TRIED)  # the most promising
         kept = kept[most[kept] > worst]
-        alike = compared(query, clips, windows.at(kept))
+        alike = compared(query, windows.at(np.s_[:, kept]))
         return _Tried(owner[kept], low[kept], high[kept], alike)
 
     step = lengths / _STEPS
