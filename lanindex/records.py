@@ -36,6 +36,21 @@ def rate_of(capture: Capture) -> float:
     return round(capture.rate.numerator / capture.rate.denominator, 6)
 
 
+def of_name(capture: Capture) -> dict[str, Any]:
+    """Return the two keys that name a capture."""
+    return {"capture": capture.path, "capture_id": capture.id}
+
+
+def of_span(capture: Capture, start: int, stop: int) -> dict[str, Any]:
+    """Return the four keys of a range of frames."""
+    return {
+        "start_frame": start,
+        "end_frame": stop,
+        "start": seconds(capture, start),
+        "end": seconds(capture, stop),
+    }
+
+
 def _fields(symbol: Symbol, names: tuple[str, ...]) -> dict[str, Any]:
     return {name: getattr(symbol, name) for name in names}
 
@@ -70,17 +85,14 @@ def _border_words(symbol: Symbol) -> str | None:
 
 def of_row(capture: Capture, symbol: Symbol) -> dict[str, Any]:
     """Return a symbol with all its measures: a line of ``show``."""
-    more = _fields(symbol, _MORE)
     return {
-        "capture": capture.path,
-        "capture_id": capture.id,
+        **of_name(capture),
         "fps": rate_of(capture),
         "frames": capture.frames,
         **of_symbol(symbol),
         "amount": symbol.amount,
-        "start": seconds(capture, symbol.start),
-        "end": seconds(capture, symbol.stop),
-        **more,
+        **of_span(capture, symbol.start, symbol.stop),
+        **_fields(symbol, _MORE),
         "margin": round(symbol.margin, 3),
         "runner_up": _border_words(symbol),
     }
@@ -92,10 +104,7 @@ def of_label(capture: Capture, symbols: Sequence[Symbol]) -> dict[str, Any]:
     start, stop = min(it.start for it in symbols), max(it.stop for it in symbols)
     return {
         **of_symbol(last),
-        "start_frame": start,
-        "end_frame": stop,
-        "start": seconds(capture, start),
-        "end": seconds(capture, stop),
+        **of_span(capture, start, stop),
         "swings": last.swings,
         "margin": round(last.margin, 3),
         **_fields(last, MEASURES),
@@ -140,8 +149,7 @@ def of_difference(difference: Difference) -> dict[str, Any]:
 def of_capture(capture: Capture) -> dict[str, Any]:
     """Return a capture: a line of ``list`` or ``remove``."""
     return {
-        "capture": capture.path,
-        "capture_id": capture.id,
+        **of_name(capture),
         "label": capture.label,
         "format": capture.format,
         "fps": rate_of(capture),
@@ -157,14 +165,10 @@ def of_hit(hit: Hit, pattern: str | None = None) -> dict[str, Any]:
     """Return a hit: a line of ``search``."""
     capture = hit.capture
     return {
-        "capture": capture.path,
-        "capture_id": capture.id,
+        **of_name(capture),
         "label": capture.label,
         "fps": rate_of(capture),
-        "start_frame": hit.span.start,
-        "end_frame": hit.span.stop,
-        "start": seconds(capture, hit.span.start),
-        "end": seconds(capture, hit.span.stop),
+        **of_span(capture, hit.start, hit.stop),
         "fit": round(hit.fit, 3),
         "symbols": [of_symbol(symbol) for line in hit.lines for symbol in line],
         "labels": {

@@ -42,6 +42,7 @@ from lanindex.pipeline.files import write_all
 from lanindex.pipeline.layouts import SPLITS, Clip, layout_of
 from lanindex.pipeline.manifest import in_words
 from lanindex.pipeline.named import Request, from_hits
+from lanindex.records import of_name
 from lanindex.search.explain import sentence
 from lanindex.search.hits import Hits
 from lanindex.search.language import parse
@@ -229,8 +230,7 @@ class _Job:
             "split": clip.split,
             "label": clip.label,
             "texts": list(clip.texts),
-            "capture": capture.path,
-            "capture_id": capture.id,
+            **of_name(capture),
             "capture_label": capture.label,
             "performer": capture.metadata.get(self.column, "") if self.column else "",
             "licence": next(filter(None, map(capture.metadata.get, LICENCES)), "not told"),

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from lanindex.alphabet import KINDS, kind_of
 from lanindex.formats import File
 from lanindex.model import Capture, Span
-from lanindex.records import rate_of, seconds
+from lanindex.records import of_name, rate_of, seconds
 
 if TYPE_CHECKING:
     from lanindex.pipeline.named import Request
@@ -28,8 +28,7 @@ def row(
     hit = request.hit
     return {
         "clip": name,
-        "capture": capture.path,
-        "capture_id": capture.id,
+        **of_name(capture),
         "label": capture.label,
         "fps": rate_of(capture),
         "hit_start_frame": hit.start,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import lanindex
+from lanindex import records
 from lanindex.app import options
 from lanindex.app.options import argument, dependent, exclusive, flag, option
 from lanindex.app.output import Output, counted, cut_note, duration, end_progress, say_error
@@ -193,8 +194,7 @@ def _motif(out: Output, motif: Recurring, result: Motifs) -> None:
     if out.json:
         places = [
             {
-                "capture": place.capture.path,
-                "capture_id": place.capture.id,
+                **records.of_name(place.capture),
                 "start_frame": place.span.start,
                 "end_frame": place.span.stop,
             }
@@ -243,8 +243,7 @@ def similar(
                     "group": number,
                     "count": len(group.captures),
                     "likeness": round(group.likeness, 3),
-                    "capture": group.captures[0].path,
-                    "capture_id": group.captures[0].id,
+                    **records.of_name(group.captures[0]),
                     "label": group.captures[0].label,
                     "captures": [capture.path for capture in group.captures],
                     "sampled": result.captures,
