@@ -54,7 +54,6 @@ LOOPS = {
 _done = Counter[str]()
 _expected = 0
 _turn: Lock | None = None
-_mine = True
 _chosen = set[str]()
 
 
@@ -66,8 +65,8 @@ def expect(size: int) -> None:
 
 def take_turns(turn: Lock) -> None:
     """Let only one of the processes that share a lock compile."""
-    global _turn, _mine
-    _turn, _mine = turn, False
+    global _turn
+    _turn = turn
 
 
 def chosen(name: str, size: int) -> bool:
@@ -109,6 +108,7 @@ def cached(name: str) -> bool:
 
 
 def _may_compile() -> bool:
-    global _mine
-    _mine = _mine or (_turn is not None and _turn.acquire(False))
-    return _mine
+    global _turn
+    if _turn is not None and _turn.acquire(False):
+        _turn = None
+    return _turn is None

@@ -15,7 +15,7 @@ from lanindex.compiled import LOAD, LOOPS, chosen
 def anew(monkeypatch, tmp_path):
     """Let each test begin as a process does after an install: nothing done, nothing cached."""
     pytest.importorskip("numba")
-    for name, value in (("_expected", 0), ("_turn", None), ("_mine", True)):
+    for name, value in (("_expected", 0), ("_turn", None)):
         monkeypatch.setattr(compiled, name, value)
     monkeypatch.setattr(compiled, "_done", compiled.Counter())
     monkeypatch.setattr(compiled, "_chosen", set())
