@@ -88,6 +88,12 @@ STOPS = {
         "after r_arm place high [30, 36) the next movement is forward mid [50, 60), not low "
         "(margin 1.00)",
     ),
+    "(r_arm right -> low) x2": (
+        "r_arm right",
+        "-> low",
+        "after r_arm right mid [5, 12) the next movement is place high [30, 36), not low "
+        "(margin 1.00)",
+    ),
     "start -> r_arm high": (
         "",
         "r_arm high",

@@ -256,41 +256,41 @@ class _Adviser:
         return self.read(str(query)) == query
 
     def never(self) -> Iterator[str]:
-        """Yield the steps that match nothing even alone."""
-        steps = _alone(self.query)
-        for step, alone in steps.items() if len(steps) > 1 else ():
-            if self.readable(alone) and self.count(alone) == (0, 0):
-                yield step
+        """Yield the steps that match nothing even alone.
+
+        The first step of a line may be a starting position.
+        """
+        alone: dict[str, Query] = {}
+        nodes = [node for node, _ in nodes_of(self.query)]
+        firsts = [it.items[0] for it in nodes if isinstance(it, Line) and not it.start]
+        for item in nodes:
+            if isinstance(item, Item) and isinstance(item.unit, Step):
+                begins = item.unit.words and item in firsts and may_begin(item)
+                manner = "at" if begins else item.unit.manner
+                step = replace(item.unit, named=True, manner=manner)
+                alone[str(replace(item.unit, named=True))] = query_of(Line((Item(step),)))
+        for text, query in alone.items() if len(alone) > 1 else ():
+            if self.readable(query) and self.count(query) == (0, 0):
+                yield text
 
     def nearest(self, change: Change) -> str:
         """Return how near a limit came to be met, and offer the query with that limit."""
+        limit, limited = change.limit, change.limited
+        if limit is None or limited is None:
+            return ""
 
-        def finds(query: Query) -> bool:
-            found = self.count(query)
-            if found is None:
+        def finds(other: Limit) -> bool:
+            counts = self.count(limited(other))
+            if counts is None:
                 raise TimeoutError
-            return bool(found[0])
+            return bool(counts[0])
 
         with suppress(TimeoutError):
-            if near := change.nearest(finds):
+            if near := nearest_limit(limit, finds):
                 other, number = near
-                self.keep(other)
+                self.keep(Change(limited(other), OTHER_NUMBER))
                 return change.number.format(number)
         return ""
-
-
-def _alone(query: Query) -> dict[str, Query]:
-    """Return each step of a query on its own; the first of a line may be a starting position."""
-    alone: dict[str, Query] = {}
-    nodes = [node for node, _ in nodes_of(query)]
-    firsts = [it.items[0] for it in nodes if isinstance(it, Line) and not it.start]
-    for item in nodes:
-        if isinstance(item, Item) and isinstance(item.unit, Step):
-            step = replace(item.unit, named=True)
-            begins = step.words and item in firsts and may_begin(item)
-            there = replace(step, manner="at") if begins else step
-            alone[str(step)] = query_of(Line((Item(there),)))
-    return alone
 
 
 # Changes.
@@ -313,14 +313,6 @@ class Change:
     number: str = ""  # the text about the nearest number
     limited: Callable[[Limit], Query] | None = None  # returns the query with another limit there
 
-    def nearest(self, finds: Callable[[Query], bool]) -> tuple[Change, str] | None:
-        """Return the query with the nearest limit that finds something, and the number there."""
-        limit, limited = self.limit, self.limited
-        if limit is None or limited is None:
-            return None
-        near = nearest_limit(limit, lambda it: finds(limited(it)))
-        return (Change(limited(near[0]), OTHER_NUMBER), near[1]) if near else None
-
 
 def changes(query: Query) -> list[Change]:
     """Return the changes of a query, the cheapest first, then in the query's order.
@@ -330,10 +322,8 @@ def changes(query: Query) -> list[Change]:
     found: list[Change] = []
     for node, put in nodes_of(query):
         step = str(node) if isinstance(node, Step) else ""
-        found += (Change(put(other), cost) for cost, other in _alike(node))
-        found += (
-            Change(put(rest), LEFT_OUT, condition, step) for condition, rest in _shorter(node)
-        )
+        for cost, condition, other in _variants(node):
+            found.append(Change(put(other), cost, condition, step))
         for name, form, number in _LIMITS.get(type(node), ()):
             limit = getattr(node, name)
             if isinstance(limit, Repeat):
@@ -367,8 +357,6 @@ def _put(node: Any, put: _Put, name: str, index: int, other: Any) -> Any:
     return put(replace(node, **{name: other}))
 
 
-# Conditions left out.
-
 _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
     Beside: (("within", "[{}]", "the nearest lies {} away"),),
     Arrow: (
@@ -379,47 +367,6 @@ _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
 }
 """By node: the fields with a limit, how it is written, and the text about the nearest number."""
 
-
-def _shorter(node: Any) -> Iterator[tuple[str, Any]]:
-    """Yield each condition of a node except limits, as written, and the node without it."""
-    match node:
-        case Query():
-            if node.rhythm:
-                yield f"rhythm {':'.join(map(decimal, node.rhythm))}", replace(node, rhythm=())
-            for index, clause in enumerate(node.where):
-                yield f"{'and' if index else 'where'} {clause}", _without(node, "where", index)
-        case Lines():
-            for index, beside in enumerate(node.others):
-                yield str(beside), _without(node, "others", index)
-        case Line():
-            if node.start:
-                yield f"start {node.start}", replace(node, start=None)
-            if node.arrows:
-                first, second, *others = node.items
-                if not node.start and isinstance(second.unit, Step):
-                    second = replace(second, unit=replace(second.unit, named=True))
-                    rest = replace(node, items=(second, *others), arrows=node.arrows[1:])
-                    yield f"{first} {node.arrows[0]}", rest
-                rest = replace(node, items=node.items[:-1], arrows=node.arrows[:-1])
-                yield f"{node.arrows[-1]} {node.items[-1]}", rest
-            if node.end:
-                yield f"{node.end} end", replace(node, end=None)
-        case Step():
-            for index, word in enumerate(node.words):
-                only_place = node.manner == "at" and len(node.words) == 1
-                if word.values != (ANY,) and not only_place:
-                    rest = _without(node, "words", index)
-                    if not (rest.words or rest.named or rest.manner == "hold"):
-                        rest = replace(rest, words=(Word("direction", (ANY,)),))
-                    yield str(word), rest
-
-
-def _without(node: Any, name: str, index: int) -> Any:
-    several = getattr(node, name)
-    return replace(node, **{name: several[:index] + several[index + 1 :]})
-
-
-# Conditions replaced.
 
 _RING = DIRECTIONS[:8]
 _AROUND = {name: (_RING[k - 1], _RING[(k + 1) % 8]) for k, name in enumerate(_RING)}
@@ -467,14 +414,20 @@ _MANNERS = {"move": ((1.1, "via"), (1.4, "at")), "at": ((1.3, "move"),), "hold":
 """By manner, others that take the same words, with the cost."""
 
 
-def _alike(node: Any) -> Iterator[tuple[float, Any]]:
-    """Yield what a node can become, with the cost."""
+_OWN_SIDE = dict.fromkeys(("right", "left"), "side")
+
+
+def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
+    """Yield what a node can become: the cost, the condition left out if it is one, and the node.
+
+    Limits are left out by `changes`.
+    """
     match node:
         case Query():  # all arrows, all steps, a part everywhere, or all sides changed
             nodes = [inner for inner, _ in nodes_of(node)]
             for cost, change in ((1.1, _later), (1.2, _via)):
                 if sum(change(it) != it for it in nodes) > 1:
-                    yield cost, changed_nodes(node, change)
+                    yield cost, "", changed_nodes(node, change)
             vocabulary = Vocabulary()
             for mover in dict.fromkeys(it for it in nodes if isinstance(it, Mover)):
                 others = [(1.5, "either", mover.members)] if mover.form == "both" else []
@@ -482,30 +435,61 @@ def _alike(node: Any) -> Iterator[tuple[float, Any]]:
                     others.append((2.0, mover.form, tuple(it[:2] + limb for it in mover.members)))
                 for cost, form, members in others:
                     if other := vocabulary.of(form, members):
-                        yield cost, changed_nodes(node, partial(_exchanged, mover, other))
+                        yield cost, "", changed_nodes(node, partial(_exchanged, mover, other))
             mirror_image = mirrored(node.pattern)
             if mirror_image != node.pattern and not node.where:
-                yield 1.9, replace(node, pattern=mirror_image)
-        case Arrow(later=False):
-            yield 1.0, _later(node)
+                yield 1.9, "", replace(node, pattern=mirror_image)
+            if node.rhythm:
+                rhythm = f"rhythm {':'.join(map(decimal, node.rhythm))}"
+                yield LEFT_OUT, rhythm, replace(node, rhythm=())
+            for index, clause in enumerate(node.where):
+                condition = f"{'and' if index else 'where'} {clause}"
+                yield LEFT_OUT, condition, _without(node, "where", index)
+        case Lines():
+            for index, beside in enumerate(node.others):
+                yield LEFT_OUT, str(beside), _without(node, "others", index)
         case Beside(within=None):
             for cost, fields_changed in _RELATIONS.get(node.relation, ()):
-                yield cost, replace(node, **fields_changed)
+                yield cost, "", replace(node, **fields_changed)
+        case Line():
+            if node.start:
+                yield LEFT_OUT, f"start {node.start}", replace(node, start=None)
+            if node.arrows:
+                first, second, *later = node.items
+                if not node.start and isinstance(second.unit, Step):
+                    second = replace(second, unit=replace(second.unit, named=True))
+                    rest = replace(node, items=(second, *later), arrows=node.arrows[1:])
+                    yield LEFT_OUT, f"{first} {node.arrows[0]}", rest
+                rest = replace(node, items=node.items[:-1], arrows=node.arrows[:-1])
+                yield LEFT_OUT, f"{node.arrows[-1]} {node.items[-1]}", rest
+            if node.end:
+                yield LEFT_OUT, f"{node.end} end", replace(node, end=None)
+        case Arrow(later=False):
+            yield 1.0, "", _later(node)
         case Step():
-            if _says_where(node):
-                yield from ((cost, replace(node, manner=it)) for cost, it in _MANNERS[node.manner])
-            sides = dict.fromkeys(("right", "left"), "side")
-            own = tuple(
-                replace(
-                    it, values=tuple(dict.fromkeys(sides.get(value, value) for value in it.values))
-                )
+            for cost, manner in _MANNERS.get(node.manner, ()) if _says_where(node) else ():
+                yield cost, "", replace(node, manner=manner)
+            own_side = tuple(
+                replace(it, values=tuple(dict.fromkeys(_OWN_SIDE.get(v, v) for v in it.values)))
                 for it in node.words
             )
-            if node.mover.form == "both" and own != node.words:
-                yield 1.2, replace(node, words=own)
+            if node.mover.form == "both" and own_side != node.words:
+                yield 1.2, "", replace(node, words=own_side)
+            for index, word in enumerate(node.words):
+                only_place = node.manner == "at" and len(node.words) == 1
+                if word.values != (ANY,) and not only_place:
+                    rest = _without(node, "words", index)
+                    if not (rest.words or rest.named or rest.manner == "hold"):
+                        rest = replace(rest, words=(Word("direction", (ANY,)),))
+                    yield LEFT_OUT, str(word), rest
         case Word(kind, (value,), False) if kind in _TO_NEIGHBOUR:
             for neighbour in _NEIGHBOURS.get(value, ()):
-                yield _TO_NEIGHBOUR[kind], replace(node, values=(neighbour,))
+                yield _TO_NEIGHBOUR[kind], "", replace(node, values=(neighbour,))
+
+
+def _without(node: Any, name: str, index: int) -> Any:
+    several = getattr(node, name)
+    return replace(node, **{name: several[:index] + several[index + 1 :]})
 
 
 def _says_where(step: Step) -> bool:

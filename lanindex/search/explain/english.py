@@ -24,6 +24,7 @@ from lanindex.search.language.query import (
     Choice,
     Item,
     Line,
+    Lines,
     Query,
     Repeat,
     Step,
@@ -127,123 +128,94 @@ _AT_ONCE = 200
 
 def sentence(query: Query) -> str:
     """Return what a query asks for, as one English sentence or more."""
-    text = _pattern(query.pattern)
+    text = _text(query.pattern)
     first = len(text) - len(text.lstrip("("))
-    first_sentence = f"{text[:first]}{text[first].upper()}{text[first + 1 :]}."
-    return " ".join([first_sentence, *_endings(query)])
-
-
-def _endings(query: Query) -> Iterator[str]:
-    """Yield a sentence for each of what stands behind the pattern."""
+    sentences = [f"{text[:first]}{text[first].upper()}{text[first + 1 :]}."]
     if query.either_side:
-        yield "Or the mirror image of all this."
+        sentences.append("Or the mirror image of all this.")
     if query.rhythm:
         proportion = " : ".join(map(decimal, query.rhythm))
-        yield f"Its steps last in proportion {proportion}, give or take a quarter."
+        sentences.append(f"Its steps last in proportion {proportion}, give or take a quarter.")
     if query.where:
-        yield f"And so that {' and '.join(map(_clause, query.where))}."
-    yield from (f"Then {_clause(stage)}." for stage in query.stages)
+        sentences.append(f"And so that {' and '.join(map(_text, query.where))}.")
+    return " ".join([*sentences, *(f"Then {_text(stage)}." for stage in query.stages)])
 
 
-def _clause(node: object) -> str:
-    """Return a condition, what it compares, or a stage in words."""
+def _text(node: object, begins: bool = True) -> str:
+    """Return a node of a query in words; `begins`: whether it may be a starting position."""
     match node:
-        case Mirrors(first, second):
-            return f"{first} is the mirror image of {second}"
+        case Choice(alternatives):
+            return " — or — ".join(_text(lines, begins) for lines in alternatives)
+        case Lines(first, others):
+            return "; ".join([_text(first, begins), *map(_text, others)])
+        case Beside(relation, line, None):
+            return _RELATIONS[relation][0].format(_text(line))
+        case Beside(relation, line, Length(time=time) as within):
+            limit = within if relation in ("after", "before") else time
+            return _RELATIONS[relation][1].format(_text(limit), _text(line))
+        case Line():
+            return _line(node, begins)
+        case Item(unit, length, repeat, label):
+            text = _text(unit, begins) + (f", for {_text(length)}" if length else "")
+            return text + _text(repeat) + (f" (call it {label})" if label else "")
+        case Bracket(pattern):
+            return f"({_text(pattern, begins)})"
+        case Step():
+            return _step(node)
+        case Arrow(length=Length() as length):
+            return f" (after {_text(length)})"
+        case Arrow(skips=Length(form, Time(count))):
+            how = "fewer than " if form == "<" else f"{_COMPARED[form]} " if form else ""
+            return f" ({how}{count} movement{'' if count == 1 else 's'} between)"
+        case Arrow() | Repeat(1, 1):
+            return ""
+        case Repeat(0, 1):
+            return " (or leaves this out)"
+        case Repeat(least, most):
+            several = f"{least} or more" if most is None else f"{least} to {most}"
+            return f", {least if least == most else several} times in a row"
+        case Length(_, time, Time() as last):
+            return f"{_text(time)} to {_text(last)}"
+        case Length("~", time):
+            return f"about {_text(time)} (a fifth more or less)"
+        case Length(form, time):
+            return f"{_COMPARED[form]} {_text(time)}"
+        case Time(count, unit):
+            number, name = decimal(count), UNITS[unit]
+            return f"{number} {name[:-1] if number == '1' and len(name) > 2 else name}"
+        case Mirrors(first_label, second_label):
+            return f"{first_label} is the mirror image of {second_label}"
         case Comparison(left, compare, right):
-            compared = f"is {_COMPARED[compare]}".rstrip()
-            return f"{_clause(left)} {compared} {_clause(right)}"
+            return " ".join(filter(None, (_text(left), "is", _COMPARED[compare], _text(right))))
         case Sum(terms):
-            texts = [f"{'plus' if sign > 0 else 'less'} {_clause(term)}" for sign, term in terms]
+            texts = [f"{'plus' if sign > 0 else 'less'} {_text(term)}" for sign, term in terms]
             return " ".join(texts).removeprefix("plus ")
         case Reference(name, field):
             return " ".join([_OWNERS.get(name, f"{name}'s"), _FIELDS.get(field, field)])
-        case Time():
-            return _time(node)
         case Stage("count", by):
-            return "count the hits" + (f" by {_clause(by)}" if by else "")
+            return "count the hits" + (f" by {_text(by)}" if by else "")
         case Stage("sort", by):
-            return f"sort them by {_clause(by)}, the smallest first"
-        case Stage("first", _, count):
-            return f"keep the first{f' {count}' if count > 1 else ''}"
+            return f"sort them by {_text(by)}, the smallest first"
+        case Stage("first", _, most):
+            return f"keep the first{f' {most}' if most > 1 else ''}"
     return str(node)
 
 
-def _time(length: Time) -> str:
-    number, unit = decimal(length.number), UNITS[length.unit]
-    return f"{number} {unit[:-1] if number == '1' and len(unit) > 2 else unit}"
-
-
-def _pattern(pattern: Choice, begins: bool = True) -> str:
-    """Return a pattern in words; one that does not begin its line cannot begin there either."""
-    alternatives = [
-        "; ".join([_line(lines.first, begins), *map(_beside, lines.others)])
-        for lines in pattern.alternatives
-    ]
-    return " — or — ".join(alternatives)
-
-
-def _beside(beside: Beside) -> str:
-    line, within = _line(beside.line), beside.within
-    if within is None:
-        return _RELATIONS[beside.relation][0].format(line)
-    limit = _length(within) if beside.relation in ("after", "before") else _time(within.time)
-    return _RELATIONS[beside.relation][1].format(limit, line)
-
-
-def _line(line: Line, begins: bool = True) -> str:
+def _line(line: Line, begins: bool) -> str:
     first, *others = line.items
-    text = _item(first, begins)
+    text = _text(first, begins)
     if line.start:
         later = ", later on" if line.start.later else ""
-        text = f"from the clip's start{later}{_limit(line.start)}: {text}"
+        text = f"from the clip's start{later}{_text(line.start)}: {text}"
     elif begins and others and may_begin(first):
         both = isinstance(first.unit, Step) and first.unit.mover.form == "both"
         text += " (or begin there)" if both else " (or begins there)"
     for arrow, item in zip(line.arrows, others, strict=True):
-        text += f", {'later' if arrow.later else 'then'}{_limit(arrow)} {_item(item, False)}"
+        text += f", {'later' if arrow.later else 'then'}{_text(arrow)} {_text(item, False)}"
     if line.end:
         last = "some time before" if line.end.later else "as the last movement before"
-        text += f", {last} the clip's end{_limit(line.end)}"
+        text += f", {last} the clip's end{_text(line.end)}"
     return text
-
-
-def _limit(arrow: Arrow) -> str:
-    if arrow.length:
-        return f" (after {_length(arrow.length)})"
-    if arrow.skips is None:
-        return ""
-    form, count = arrow.skips.form, arrow.skips.time.number
-    how = "fewer than " if form == "<" else f"{_COMPARED[form]} " if form else ""
-    return f" ({how}{count} movement{'' if count == 1 else 's'} between)"
-
-
-def _item(item: Item, begins: bool) -> str:
-    unit = item.unit
-    text = f"({_pattern(unit.pattern, begins)})" if isinstance(unit, Bracket) else _step(unit)
-    if item.length:
-        text += f", for {_length(item.length)}"
-    return text + _repeat(item.repeat) + (f" (call it {item.label})" if item.label else "")
-
-
-def _repeat(repeat: Repeat) -> str:
-    match repeat:
-        case Repeat(1, 1):
-            return ""
-        case Repeat(0, 1):
-            return " (or leaves this out)"
-        case Repeat(least, None):
-            return f", {least} or more times in a row"
-        case Repeat(least, most):
-            return f", {least if least == most else f'{least} to {most}'} times in a row"
-
-
-def _length(length: Length) -> str:
-    if length.last:
-        return f"{_time(length.time)} to {_time(length.last)}"
-    if length.form == "~":
-        return f"about {_time(length.time)} (a fifth more or less)"
-    return f"{_COMPARED[length.form]} {_time(length.time)}"
 
 
 def _doing(mover: Mover) -> tuple[str, str] | None:
@@ -274,17 +246,13 @@ def _step(step: Step) -> str:
     return f"{_who(step.mover)} {text}" if step.named else text
 
 
-def _kind(step: Step) -> str:
-    return kind_of(step.mover.members[0])
-
-
 def _verb(step: Step) -> tuple[str, str]:
     """Return what a part or pair does, and where if no words tell."""
-    many, palm = step.mover.form == "both", step.mover.members[0].endswith("_palm")
-    s = "" if many else "s"
+    part, many = step.mover.members[0], step.mover.form == "both"
+    kind, palm, s = kind_of(part), part.endswith("_palm"), "" if many else "s"
     passing = ", if only in passing," if step.manner == "via" else ""
-    if _kind(step) == "touch":
-        each_other = step.mover.name == "hands_touch"
+    if kind == "touch":
+        each_other = part == "hands_touch"
         touch = "touch" if each_other or many else "touches"
         if step.manner == "hold":
             return f"{touch} nothing{' after' * bool(step.words)}", ""
@@ -295,22 +263,20 @@ def _verb(step: Step) -> tuple[str, str]:
         return f"face{s}" if palm else "are" if many else "is", "anywhere"
     if doing := _doing(step.mover):
         return f"{doing[1]}{passing}", ""
-    if _kind(step) == "stance":
+    if kind == "stance":
         return f"hold{s} weight", ""
-    if _kind(step) == "bend":
-        words = {it.split()[0] for word in step.words if not word.negated for it in word.values}
+    if kind == "bend":
         verbs = {"bend": f"bend{s}", "stretch": "stretch" if many else "stretches"}
-        verb = (
-            verbs[words.pop()] if words in ({"bend"}, {"stretch"}) else " or ".join(verbs.values())
-        )
-        return f"{verb}{passing}", ""
+        words = {it.split()[0] for word in step.words if not word.negated for it in word.values}
+        meant = [verb for word, verb in verbs.items() if words == {word}]
+        return f"{' or '.join(meant or verbs.values())}{passing}", ""
     goes = f"go{'' if many else 'es'}" if passing else f"move{s}"
     bent = " anywhere," if {it.kind for it in step.words} == {"bend"} else ""
     return f"{f'turn{s}' if palm else goes}{passing}{bent}", "anywhere"
 
 
 def _where(step: Step) -> str:
-    kind = _kind(step)
+    kind = kind_of(step.mover.members[0])
     values = {word.kind: word.values for word in step.words if not word.negated}
     level = values.get("level", ())
     at_joint = kind == "gesture" and values.get("direction") == ("place",)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf
@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from lanindex import records
 from lanindex.alphabet import PLACE
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Hit, Symbol, Track
 from lanindex.model.columns import GRADES, graded, stored
-from lanindex.search.explain.advice import changes
+from lanindex.records import of_matched, of_name
+from lanindex.search.explain.advice import nearest_limit
 from lanindex.search.language.query import (
     NEXT,
     ONCE,
@@ -120,39 +120,41 @@ def trace(
     alternatives = [it for pattern in plain.patterns for it in pattern.alternatives]
     try:
         found = find_in([(capture, tracks)], labelled, tolerance=tolerance, overlaps=overlaps)
-        hits = tuple((hit, _matched_steps(hit, steps)) for hit in found)
+        hits = tuple(
+            (hit, tuple(Matched(steps[it], own[it]) for it in steps if it in own))
+            for hit, own in ((hit, hit.labels) for hit in found)
+        )
         stops = _StopFinder(plain, capture, tracks, tolerance)
         return Trace(query, capture, hits, () if hits else tuple(map(stops.of, alternatives)))
     except LanindexError as error:
         return Trace(query, capture, refused=error)
 
 
-def records_of(result: Trace) -> Iterator[dict[str, Any]]:
+def records_of(trace: Trace) -> Iterator[dict[str, Any]]:
     """Yield a line of ``search --why --json`` for each hit, or for each alternative's end."""
+
+    def step(text: str, symbols: Symbols) -> dict[str, Any]:
+        return {"step": text, "symbols": list(map(of_matched, symbols))}
+
     common: dict[str, Any] = {
-        "capture": result.capture.path,
-        "capture_id": result.capture.id,
-        "pattern": str(result.query),
-        "found": bool(result.hits),
+        **of_name(trace.capture),
+        "pattern": str(trace.query),
+        "found": bool(trace.hits),
         **dict.fromkeys(("start_frame", "end_frame", "fit")),
         "steps": [],
         **dict.fromkeys(("wanted", "instead", "reason")),
     }
-    for hit, steps in result.hits:
+    for hit, steps in trace.hits:
         span = {"start_frame": hit.start, "end_frame": hit.stop, "fit": round(hit.fit, 3)}
-        yield {**common, **span, "steps": list(map(_record, steps))}
-    for stop in result.stops:
+        yield {**common, **span, "steps": [step(it.step, it.symbols) for it in steps]}
+    for stop in trace.stops:
         yield {
             **common,
-            "steps": [_record(Matched(stop.reached, stop.symbols))] if stop.reached else [],
+            "steps": [step(stop.reached, stop.symbols)] if stop.reached else [],
             "wanted": stop.wanted,
-            "instead": records.of_matched(stop.instead) if stop.instead else None,
+            "instead": of_matched(stop.instead) if stop.instead else None,
             "reason": stop.reason,
         }
-
-
-def _record(matched: Matched) -> dict[str, Any]:
-    return {"step": matched.step, "symbols": list(map(records.of_matched, matched.symbols))}
 
 
 def _labelled(query: Query) -> tuple[Query, dict[str, str]]:
@@ -179,11 +181,6 @@ def _step_texts(pattern: Choice, before: str) -> Iterator[str]:
                     yield from _step_texts(item.unit.pattern, arrow)
                 else:
                     yield f"{arrow} {item}".strip()
-
-
-def _matched_steps(hit: Hit, steps: Mapping[str, str]) -> tuple[Matched, ...]:
-    labels = hit.labels
-    return tuple(Matched(step, labels[it]) for it, step in steps.items() if it in labels)
 
 
 class _StopFinder:
@@ -232,8 +229,11 @@ class _StopFinder:
         if tried.others:
             symbols, near, reason = self.not_beside(tried.others[-1], hits)
         elif tried.first.end:
-            symbols, near, reason = self.not_the_end(reached[-1])
-        elif reason := self.wrong_count(tried):
+            symbols = reached[-1]
+            near = next(iter(self.after(symbols[-1].part, symbols)), None)
+            reason = f"after {_ends_text(symbols)} the clip does not end"
+            reason += f": the next movement is {_movement_text(near)}" if near else ""
+        elif reason := self.wrong_count(tried.first):
             symbols = reached[0] if reached else ()
         elif begun:
             symbols, near, reason = self.no_next_step(tried.first, reached)
@@ -268,47 +268,41 @@ class _StopFinder:
                 nears.append((symbols, part, nearest(later if arrow.later else later[:1], step)))
             tries.append(worst(nears, key=lambda it: away(it[-1], step)))
         symbols, part, near = min(tries, key=lambda it: away(it[-1], step))
-        reason = self.why_not(arrow, item, symbols, part, near)
+        end, last = max(it.stop for it in symbols), symbols[-1]
+        subject = str(near) if near is None or part != last.part else _movement_text(near)
+        if step.manner == "hold":
+            rest = (near.start if near else self.capture.frames) - last.stop
+            rests = f"rests for {self.seconds(rest)}" if rest > 0 else "goes on at once"
+            reason = f'{part} {rests}, wanted "{item}"'
+        elif near is None:
+            reason = f"{part} does not move again"
+        elif away(near, step):
+            which = "the nearest movement" if arrow.later else "the next movement"
+            reason = f"{which} is {subject}, {_unwanted_text(step)} ({doubts(near)})"
+        elif self.frames_off(near.start - end, arrow.length):
+            gap = self.seconds(near.start - end)
+            reason = f"{subject} comes after {gap}, wanted [{arrow.length}]"
+        else:
+            unlike = f'{subject} comes, but not "{arrow} {item}"'
+            reason = self.wrong_length(item, subject, near) or unlike
         return symbols, near, f"after {_ends_text(symbols)} {reason}"
 
-    def why_not(
-        self, arrow: Arrow, item: Item, symbols: Symbols, part: str, near: Symbol | None
-    ) -> str:
-        """Return what follows, and why it is not the step that was wanted."""
-        step, last = _first(item), symbols[-1]
-        if step.manner == "hold":
-            until = near.start if near else self.capture.frames
-            rests = f"rests for {self.seconds(until - last.stop)}"
-            return f'{part} {rests if until > last.stop else "goes on at once"}, wanted "{item}"'
-        if near is None:
-            return f"{part} does not move again"
-        subject = _movement_text(near) if part == last.part else str(near)
-        if away(near, step):
-            which = "the nearest movement" if arrow.later else "the next movement"
-            return f"{which} is {subject}, {_unwanted_text(step)} ({doubts(near)})"
-        gap = near.start - max(symbol.stop for symbol in symbols)
-        if self.frames_off(gap, arrow.length):
-            return f"{subject} comes after {self.seconds(gap)}, wanted [{arrow.length}]"
-        return (
-            self.wrong_length(item, subject, near) or f'{subject} comes, but not "{arrow} {item}"'
-        )
-
-    def wrong_count(self, tried: Lines) -> str:
+    def wrong_count(self, line: Line) -> str:
         """Return by how much the last step misses its count or its whole length, if it does."""
-        item = tried.first.items[-1]
-        whole = isinstance(item.unit, Bracket) and len(tried.first.items) == 1
-        if item.repeat.least < 2 and not item.length:
-            return ""
-        for change in reversed(changes(query_of(tried))):  # its count first
-            if change.limit is item.repeat:
-                if near := change.nearest(lambda it: bool(self.hits(it))):
-                    return f'"{replace(item, repeat=ONCE)}" is there {near[1]} in a row at most'
-            elif whole and change.limit is item.length:
-                lengths = [len(hit.span) for hit in self.hits(change.query)]
-                if lengths:
-                    best = min(lengths, key=lambda it: self.frames_off(it, item.length))
-                    without = replace(item, length=None)
-                    return f'"{without}" takes {self.seconds(best)}, wanted {item.length}'
+        *before, item = line.items
+
+        def hits(**limit: Any) -> list[Hit]:
+            last = replace(item, **limit)
+            return self.hits(query_of(replace(line, items=(*before, last))))
+
+        counted, whole = item.repeat.least > 1, isinstance(item.unit, Bracket) and not before
+        if counted and (near := nearest_limit(item.repeat, lambda it: bool(hits(repeat=it)))):
+            return f'"{replace(item, repeat=ONCE)}" is there {near[1]} in a row at most'
+        if whole and item.length and (others := hits(length=None)):
+            lengths = [len(hit.span) for hit in others]
+            best = min(lengths, key=lambda it: self.frames_off(it, item.length))
+            without = replace(item, length=None)
+            return f'"{without}" takes {self.seconds(best)}, wanted {item.length}'
         return ""
 
     def no_first_step(self, line: Line) -> _Near:
@@ -340,14 +334,6 @@ class _StopFinder:
             return f"{subject} takes {self.seconds(frames)}, wanted {item.length}"
         return ""
 
-    def not_the_end(self, symbols: Symbols) -> _Near:
-        """Return what comes before the end of the clip."""
-        reason = f"after {_ends_text(symbols)} the clip does not end"
-        later = self.after(symbols[-1].part, symbols)
-        if not later:
-            return symbols, None, reason
-        return symbols, later[0], f"{reason}: the next movement is {_movement_text(later[0])}"
-
     def not_beside(self, beside: Beside, hits: list[Hit]) -> _Near:
         """Return what came nearest to a line that should lie beside the others."""
         hit, near, step = hits[0], None, _first(beside.line.items[0])
@@ -355,7 +341,11 @@ class _StopFinder:
         others = self.hits(query_of(beside.line))
         if others:
             gap, hit, other = min(
-                ((_between(it, other), it, other) for it in hits for other in others),
+                (
+                    (max(it.start - other.stop, other.start - it.stop), it, other)
+                    for it in hits
+                    for other in others
+                ),
                 key=lambda it: it[0],
             )
             near = other.lines[0][0]
@@ -417,11 +407,6 @@ def _going_on(step: Step, symbols: Symbols) -> tuple[str, ...]:
     return same if same and step.mover.form == "either" else step.mover.members
 
 
-def _between(hit: Hit, other: Hit) -> int:
-    """Return how many frames lie between two hits; below 0 where they share some."""
-    return max(hit.span.start - other.span.stop, other.span.start - hit.span.stop)
-
-
 def _flat(line: Line) -> Line:
     """Return a line without brackets that only hold a line, which says the same."""
     items: list[Item] = []
@@ -477,10 +462,9 @@ def away(symbol: Symbol | None, step: Step) -> float:
     if symbol is None:
         return inf
     wanted = fits(step, symbol.part)
-    others = [kind for kind in wanted if kind in BESIDE_CELLS]
-    wrong = sum(_code(symbol, kind) not in wanted[kind] for kind in others)
-    cell = _apart((symbol.direction, symbol.level), wanted)
-    if cell and symbol.runner_up and not _apart(symbol.runner_up, wanted):
+    wrong = sum(_code(symbol, it) not in wanted[it] for it in wanted if it in BESIDE_CELLS)
+    cell = _cells_apart(symbol.direction, symbol.level, wanted)
+    if cell and symbol.runner_up and not _cells_apart(*symbol.runner_up, wanted):
         cell = _RUNNER_UP * (0.01 + symbol.margin)
     return cell + wrong
 
@@ -496,25 +480,23 @@ def doubts(symbol: Symbol) -> str:
     return f"margin {symbol.margin:.2f}{other}"
 
 
-def _apart(cell: tuple[str | None, str | None], wanted: Mapping[str, frozenset[int]]) -> float:
+def _cells_apart(
+    direction: str | None, level: str | None, wanted: Mapping[str, frozenset[int]]
+) -> float:
     """Return how many directions and levels lie between a cell and those that are wanted."""
     total = 0.0
-    for (kind, between), value in zip(_BETWEEN.items(), cell, strict=True):
+    for kind, value in (("direction", direction), ("level", level)):
         if kind in wanted:
             code = WORD_KINDS[kind].codes.get(value or ABSENT)
-            total += _FAR if code is None else min(between(code, it) for it in wanted[kind])
+            total += _FAR if code is None else min(_apart(kind, code, it) for it in wanted[kind])
     return total
 
 
-def _directions_apart(one: int, other: int) -> int:
-    """Return how many directions lie between two; upright is next to all of them."""
-    if one != other and PLACE in (one, other):
-        return 1
-    return min((one - other) % 8, (other - one) % 8)
-
-
-_BETWEEN: dict[str, Callable[[int, int], int]]
-_BETWEEN = {"direction": _directions_apart, "level": lambda one, other: abs(one - other)}
+def _apart(kind: str, one: int, other: int) -> int:
+    """Return how many directions or levels lie between two; upright is next to all directions."""
+    if kind == "level" or one == other:
+        return abs(one - other)
+    return 1 if PLACE in (one, other) else min((one - other) % 8, (other - one) % 8)
 
 
 def _code(symbol: Symbol, kind: str) -> int:
