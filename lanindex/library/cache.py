@@ -239,22 +239,21 @@ def purge(connection: Link) -> bool:
 def cover(connection: Link, waiting: Callable[[int], None] = lambda count: None) -> bool:
     """Write a segment of captures that are in none, and return whether any are left."""
     pending = segments.read_spine(connection).pending
-    pieces: list[columns.Derived] = []
+    pieces: list[columns.Piece] = []
     symbols = covered = 0
     waiting(len(pending))
     for piece in columns.batches(connection, pending):
         pieces.append(piece)
-        covered += len(piece[0])
-        symbols += sum(map(len, piece[1].values()))
+        covered += len(piece.roster)
+        symbols += sum(map(len, piece.columns.values()))
         waiting(len(pending) - covered)
         if symbols >= CHUNK:
             break
     if not covered:
         return False
-    roster, by_part = columns.together(pieces)
-    columns.check_pending(roster.number.tolist(), pending[:covered])
-    texts = columns.texts_of_rows(connection, pending[:covered])
-    segments.put(connection, roster, texts, by_part.values())
+    whole = columns.together(pieces)
+    columns.check_pending(whole.roster.number.tolist(), pending[:covered])
+    segments.put(connection, whole.roster, whole.texts, whole.columns.values())
     segments.mark_covered(connection, pending[:covered])
     return covered < len(pending)
 
@@ -273,8 +272,7 @@ def join(connection: Link) -> bool:
     dead = {number: last for number, last in spine.dead.items() if last >= old[0].id}
     roster = enrolled([segments.read_roster(connection, one) for one in old])
     order = columns.order_of(Spine(old, dead, []), roster.number)
-    pieces = [segments.read_texts(connection, one) for one in old]
-    texts = columns.joined_texts(pieces, segments.TEXTS, order)
+    texts = columns.joined_texts([segments.read_texts(connection, one) for one in old], order)
     roster = roster if order is None else roster.at(order)
     segments.put(connection, roster, texts, _take_columns(connection, old, order))
     segments.drop(connection, old)

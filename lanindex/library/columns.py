@@ -4,93 +4,107 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.library import read, segments
 from lanindex.library.connect import MOST, Link
-from lanindex.library.rows import COLUMNS
 from lanindex.library.segments import TEXTS, Distrust, Segment, Spine
 from lanindex.library.selection import Texts
 from lanindex.model.columns import (
-    CELL,
     EXTRA,
-    PASSING,
-    STARTING,
     Columns,
     Roster,
+    columns_of_rows,
     enrolled,
-    has_amount,
     joined_columns,
-    measures_of,
     roster_of,
     seen_of,
 )
-from lanindex.model.symbol import FIELDS
 
 BATCH = 256
 """Captures read at a time."""
 
-_READ = ("sign", "start", "length", "notes")
-"""The columns of ``symbol_code`` that `_columns` needs."""
 
-Derived = tuple[Roster, dict[str, Columns]]
-"""Captures, and the columns of the parts that any of them has."""
+class Piece(NamedTuple):
+    """Some captures of a library."""
+
+    roster: Roster
+    columns: dict[str, Columns]  # Of the parts that any of them has
+    texts: Texts  # Empty where only some parts were read
+
+    def at(self, places: NDArray[np.int64]) -> Piece:
+        """Return some of the captures, by their places in the roster: (D,) int64."""
+        columns = {part: one.at(places) for part, one in self.columns.items()}
+        return Piece(self.roster.at(places), columns, joined_texts([self.texts], places))
+
+    def same_as(self, other: Piece) -> bool:
+        """Return whether captures, columns and texts are equal."""
+        own, others = (
+            {part: one for part, one in piece.columns.items() if not one.blank}
+            for piece in (self, other)
+        )
+        return (
+            self.roster.same_as(other.roster)
+            and self.texts == other.texts
+            and own.keys() == others.keys()
+            and all(one.same_as(others[part]) for part, one in own.items())
+        )
 
 
 def batches(
     connection: Link, numbers: Sequence[int], parts: Sequence[str] | None = None
-) -> Iterator[Derived]:
-    """Yield the columns of captures from their rows, some captures at a time, by number."""
+) -> Iterator[Piece]:
+    """Yield captures from their rows, some at a time, by number: with all parts, or some."""
     for first in range(0, len(numbers), BATCH):
         chosen = read.read_captures(connection, numbers[first : first + BATCH])
-        wanted = read.read_wanted(connection, chosen, parts)
-        yield of_rows(wanted, read.read_fields(connection, wanted, every=parts is None))
+        tracks = read.read_wanted(connection, chosen, parts)
+        symbols = read.read_symbols(connection, tracks, every=parts is None)
+        yield of_rows(tracks, symbols, TEXTS if parts is None else ())
 
 
-def together(pieces: Sequence[Derived]) -> Derived:
-    """Join captures and columns; the columns leave the pieces, which saves memory."""
+def together(pieces: Sequence[Piece]) -> Piece:
+    """Join captures; the columns leave the pieces, which saves memory."""
     if len(pieces) == 1:
         return pieces[0]
-    sizes = [len(roster) for roster, _ in pieces]
-    names = dict.fromkeys(part for _, columns in pieces for part in columns)
-    whole = {
-        part: joined_columns(part, [columns.pop(part, None) for _, columns in pieces], sizes)
-        for part in names
+    sizes = [len(one.roster) for one in pieces]
+    columns = {
+        part: joined_columns(part, [one.columns.pop(part, None) for one in pieces], sizes)
+        for part in dict.fromkeys(part for one in pieces for part in one.columns)
     }
-    return enrolled([roster for roster, _ in pieces]), whole
+    roster = enrolled([one.roster for one in pieces])
+    return Piece(roster, columns, joined_texts([one.texts for one in pieces]))
 
 
-def of_rows(wanted: read.Tracks, symbols: NDArray[np.int64]) -> Derived:
-    """Return the columns of captures whose rows have been read."""
-    tracks, columns, first = tracks_by_part(wanted), dict[str, Columns](), 0
-    codes = {part: code for code, part in enumerate(tracks)}
+def of_rows(tracks: read.Tracks, symbols: NDArray[Any], texts: Iterable[str] = TEXTS) -> Piece:
+    """Return captures of which the rows of tracks and their symbols, (S,), have been read."""
+    by_part, columns, first = tracks_by_part(tracks), dict[str, Columns](), 0
+    codes = {part: code for code, part in enumerate(by_part)}
     few = np.min_scalar_type(len(codes))  # numpy sorts small numbers by counting
-    whose = np.array([codes[part] for part in wanted.part], few)
-    order = np.argsort(np.repeat(whose, np.array(wanted.symbols, np.int64)), kind="stable")
-    fields = {name: symbols[:, COLUMNS.index(name)][order] for name in _READ}
-    for part, (counts, seen) in tracks.items():
-        bounds = np.concatenate([[0], np.cumsum(counts)])
-        last = first + bounds[-1].item()
-        rows = {name: column[first:last] for name, column in fields.items()}
-        columns[part] = _columns(part, bounds, seen, **rows)
+    whose = np.array([codes[part] for part in tracks.part], few)
+    order = np.argsort(np.repeat(whose, np.array(tracks.symbols, np.int64)), kind="stable")
+    symbols = symbols.take(order)  # by an index, numpy copies field by field
+    for part, (counts, seen) in by_part.items():
+        last = first + int(counts.sum())
+        columns[part] = columns_of_rows(part, counts, symbols[first:last], seen)
         first = last
-    return roster_of([one.capture for one in wanted.chosen]), columns
+    roster = roster_of([one.capture for one in tracks.chosen])
+    return Piece(roster, columns, texts_of(texts, tracks.chosen, tracks))
 
 
 def tracks_by_part(
-    wanted: read.Tracks,
+    tracks: read.Tracks,
 ) -> dict[str, tuple[NDArray[np.int64], NDArray[np.int32]]]:
     """Return by part how many symbols each capture has, (C,), and `Columns.seen`, (G, 3)."""
-    counts = {part: np.zeros(len(wanted.chosen), np.int64) for part in dict.fromkeys(wanted.part)}
+    counts = {part: np.zeros(len(tracks.chosen), np.int64) for part in dict.fromkeys(tracks.part)}
     seen: dict[str, list[tuple[int, int, int]]] = {part: [] for part in counts}
-    tracks = zip(wanted.place.tolist(), wanted.part, wanted.symbols, wanted.known, strict=True)
-    for place, part, symbols, known in tracks:
+    columns = (tracks.place.tolist(), tracks.part, tracks.symbols, tracks.known)
+    for place, part, symbols, known in zip(*columns, strict=True):
         counts[part][place] = symbols
         if known is not None:
-            capture = wanted.chosen[place].capture
+            capture = tracks.chosen[place].capture
             spans = seen_of(read.known_of(capture, part, known), capture.frames)
             seen[part] += [(place, *span) for span in spans]
     return {
@@ -98,49 +112,17 @@ def tracks_by_part(
     }
 
 
-def _columns(
-    part: str,
-    bounds: NDArray[np.int64],
-    seen: NDArray[np.int32],
-    sign: NDArray[np.int64],
-    start: NDArray[np.int64],
-    length: NDArray[np.int64],
-    notes: NDArray[np.int64],
-) -> Columns:
-    """Return columns of the rows of a part: (S,) each of the fields in `_READ`."""
-
-    def bits(column: NDArray[np.int64], name: str) -> NDArray[np.int64]:
-        return column >> FIELDS[name].shift & (1 << FIELDS[name].bits) - 1
-
-    cell = sign & CELL  # The same bits in both: direction, then level
-    cell |= np.where(bits(sign, "passing"), PASSING, 0)
-    cell |= np.where(length == 0, STARTING, 0)
-    return Columns(
-        part,
-        bounds,
-        cell.astype(np.uint8),
-        (sign >> FIELDS["runner_direction"].shift & CELL).astype(np.uint8),
-        bits(sign, "margin").astype(np.uint16),
-        start.astype(np.int32),
-        (start + length).astype(np.int32),
-        seen,
-        bits(notes, "swings").astype(np.int32),
-        (bits(notes, "amount") - 1).astype(np.int16) if has_amount(part) else None,
-        **{name: bits(sign, name).astype(np.uint16) for name in measures_of(part)},
-    )
-
-
 def read_all_columns(
     connection: Link, spine: Spine, wanted: Mapping[str, Collection[str]]
-) -> Derived:
+) -> tuple[Roster, dict[str, Columns]]:
     """Return all captures of a library, and the columns of the wanted parts.
 
     `wanted` names by part which of `lanindex.model.columns.EXTRA` are wanted, too.
     """
     rosters, order = read_rosters(connection, spine)
     added = together(list(batches(connection, spine.pending, list(wanted))))
-    check_pending(added[0].number.tolist(), spine.pending)
-    roster = enrolled([*rosters, added[0]])
+    check_pending(added.roster.number.tolist(), spine.pending)
+    roster = enrolled([*rosters, added.roster])
     columns = {
         part: stored_columns(connection, spine.segments, part, order, more, added)
         for part, more in wanted.items()
@@ -154,7 +136,7 @@ def stored_columns(
     part: str,
     order: NDArray[np.int64] | None,
     more: Collection[str] = EXTRA,
-    added: Derived | None = None,
+    added: Piece | None = None,
 ) -> Columns:
     """Return the columns of a part in captures of segments, then in those that are `added`.
 
@@ -165,10 +147,10 @@ def stored_columns(
         there = (part, "counts") in one.entries
         pieces.append(segments.read_columns(connection, one, part, more) if there else None)
     if added is not None:
-        last = added[1].get(part)
+        last = added.columns.get(part)
         spare: dict[str, Any] = {name: None for name in EXTRA if name not in more}
         pieces.append(None if last is None else replace(last, **spare))
-        sizes.append(len(added[0]))
+        sizes.append(len(added.roster))
     columns = joined_columns(part, pieces, sizes)
     return columns if order is None else columns.at(order)
 
@@ -221,18 +203,24 @@ def read_all_texts(
 ) -> tuple[list[int], dict[str, list[Any]]]:
     """Return the numbers of all captures, in order, and their texts by name of the column."""
     rosters, order = read_rosters(connection, spine)
-    pieces = [segments.read_texts(connection, one, names) for one in spine.segments]
-    pieces.append(texts_of_rows(connection, spine.pending, names))
-    numbers = [*(one.number.tolist() for one in rosters), spine.pending]
-    numbered = [{"id": own, **texts} for own, texts in zip(numbers, pieces, strict=True)]
-    texts = joined_texts(numbered, ["id", *names], order)
+    pieces = [
+        {"id": roster.number.tolist(), **segments.read_texts(connection, one, names)}
+        for one, roster in zip(spine.segments, rosters, strict=True)
+    ]
+    for first in range(0, len(spine.pending), MOST):
+        numbers = spine.pending[first : first + MOST]
+        chosen = read.read_captures(connection, numbers)
+        check_pending([one.capture.id for one in chosen], numbers)
+        pieces.append({"id": numbers, **texts_of(names, chosen)})
+    texts = joined_texts([{name: () for name in ("id", *names)}, *pieces], order)
     return texts.pop("id"), texts
 
 
 def joined_texts(
-    pieces: Sequence[Texts], names: Iterable[str], order: NDArray[np.int64] | None
+    pieces: Sequence[Texts], order: NDArray[np.int64] | None = None
 ) -> dict[str, list[Any]]:
-    """Join the texts of all pieces; `order` selects and sorts the captures."""
+    """Join the texts of pieces that have the same; `order` selects and sorts the captures."""
+    names = pieces[0] if pieces else ()
     texts = {name: [value for piece in pieces for value in piece[name]] for name in names}
     if order is None:
         return texts
@@ -240,29 +228,20 @@ def joined_texts(
     return {name: [values[place] for place in places] for name, values in texts.items()}
 
 
-def texts_of_rows(
-    connection: Link, numbers: Sequence[int], names: Iterable[str] = TEXTS
+def texts_of(
+    names: Iterable[str], chosen: Sequence[read.Stored], tracks: read.Tracks | None = None
 ) -> dict[str, list[Any]]:
-    """Return the texts of captures from their rows."""
-    texts: dict[str, list[Any]] = {name: [] for name in names}
-    for first in range(0, len(numbers), MOST):
-        some = numbers[first : first + MOST]
-        chosen = read.read_captures(connection, some)
-        check_pending([one.capture.id for one in chosen], some)
-        wanted = read.read_wanted(connection, chosen) if "still" in texts else None
-        for name, values in texts.items():
-            values += texts_of(name, chosen, wanted)
+    """Return texts of captures by name of the column; ``still`` needs all tracks of theirs."""
+    texts: dict[str, list[Any]] = {}
+    for name in names:
+        if name == "profile":
+            texts[name] = [one.encoding.profile for one in chosen]
+        elif name == "still" and tracks is not None:
+            texts[name] = [[] for _ in chosen]
+            columns = (tracks.place.tolist(), tracks.part, tracks.symbols, tracks.known)
+            for place, part, symbols, known in zip(*columns, strict=True):
+                if symbols == 0 and known is None:
+                    texts[name][place].append(part)
+        else:
+            texts[name] = [getattr(one.capture, name) for one in chosen]
     return texts
-
-
-def texts_of(name: str, chosen: Sequence[read.Stored], wanted: read.Tracks | None) -> list[Any]:
-    """Return one column of texts of captures; "still" needs their tracks."""
-    if name == "profile":
-        return [one.encoding.profile for one in chosen]
-    if name != "still" or wanted is None:
-        return [getattr(one.capture, name) for one in chosen]
-    still: list[list[str]] = [[] for _ in chosen]
-    for track in np.flatnonzero(np.array(wanted.symbols) == 0).tolist():
-        if wanted.known[track] is None:
-            still[wanted.place[track]].append(wanted.part[track])
-    return still

@@ -22,6 +22,7 @@ from lanindex.library import rows
 from lanindex.library.connect import MOST, Link, among, ask, first_values, is_sqlite
 from lanindex.library.rows import COLUMNS, ENCODED, KIND_NAMES, Encoding, checksum, damaged
 from lanindex.model import Capture, Meter, Span, Track
+from lanindex.model.symbol import blank
 
 _FACTS = len(ENCODED) + 2
 """Columns of `_CAPTURES` that a capture's checksum is over: `ENCODED`, and its profile."""
@@ -282,9 +283,13 @@ def read_tracks(
     `listed` as in `read_wanted`.
     """
     wanted = read_wanted(connection, chosen, parts, listed=listed)
-    symbols, first = rows.unpack(read_fields(connection, wanted, every=parts is None)), 0
-    tracks: dict[int, dict[str, Track]] = {one.capture.id: {} for one in chosen}
-    columns = (wanted.owners, wanted.part, wanted.kind, wanted.known, wanted.symbols)
+    return tracks_of(wanted, read_symbols(connection, wanted, every=parts is None))
+
+
+def tracks_of(wanted: Tracks, symbols: NDArray[Any]) -> dict[int, dict[str, Track]]:
+    """Return tracks, by the captures' ids, of their rows and the (S,) symbols of these."""
+    tracks: dict[int, dict[str, Track]] = {one.capture.id: {} for one in wanted.chosen}
+    columns, first = (wanted.owners, wanted.part, wanted.kind, wanted.known, wanted.symbols), 0
     for capture, part, kind, spans, count in zip(*columns, strict=True):
         stretch = symbols[first : first + count]
         first += count
@@ -306,8 +311,8 @@ def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]
         raise damaged(capture.id, capture.location, f"its track {part} ({error})") from error
 
 
-def read_fields(connection: Link, tracks: Tracks, *, every: bool = False) -> NDArray[np.int64]:
-    """Return the fields of the rows of tracks: (S, C) int64, in the order of `rows.COLUMNS`.
+def read_symbols(connection: Link, tracks: Tracks, *, every: bool = False) -> NDArray[Any]:
+    """Return the symbols of tracks, one track after the other: (S,) of `SYMBOL`.
 
     With `every` the tracks are all that their captures have.
     """
@@ -315,14 +320,14 @@ def read_fields(connection: Link, tracks: Tracks, *, every: bool = False) -> NDA
         tracks.chosen[place].capture.id for place in dict.fromkeys(tracks.place.tolist())
     ]
     if not capture_ids:
-        return np.empty((0, len(COLUMNS)), np.int64)
+        return blank(0)
     chosen = f"capture_id IN {among(capture_ids)}"
     of_tracks = f"{chosen} AND track IN {among({*tracks.ordinal})}"
     if is_sqlite(connection):
         fields = _spelled_fields(connection, tracks, chosen if every else of_tracks)
         if fields is not None:
-            return fields
-    return _fields_by_row(connection, tracks, of_tracks)
+            return rows.unpack(fields)
+    return rows.unpack(_fields_by_row(connection, tracks, of_tracks))
 
 
 # Handing numbers over one by one costs more than reading them. So SQLite spells the numbers of all

@@ -119,8 +119,8 @@ def _whole_numbers(name: str, symbols: NDArray[Any]) -> NDArray[Any]:
     return values - symbols[how.since] if how.since else values
 
 
-def wrong(symbols: NDArray[Any], frames: int) -> NDArray[np.bool_]:
-    """Return which of (S,) symbols cannot be stored, or end behind a capture's frames: (S,)."""
+def wrong(symbols: NDArray[Any], frames: int | Integers) -> NDArray[np.bool_]:
+    """Return which of (S,) symbols cannot be stored, or end behind their capture's frames: (S,)."""
     bad: NDArray[np.bool_] = symbols["stop"] > frames
     for name, how in FIELDS.items():
         values = _whole_numbers(name, symbols)
@@ -137,37 +137,17 @@ def pack(symbols: NDArray[Any]) -> Integers:
     return packed
 
 
-def _codes(packed: Integers, field: Field) -> Integers:
-    """Return (S,) the bits of one field of (S, C) packed symbols."""
-    codes: Integers = (packed[:, COLUMNS.index(field.column)] >> field.shift) & (
-        (1 << field.bits) - 1
-    )
-    return codes
-
-
 def unpack(packed: Integers) -> NDArray[Any]:
     """Return (S,) symbols from what a library stores: (S, C) int64."""
     symbols = np.empty(len(packed), SYMBOL)
     for name, how in FIELDS.items():
-        values = _codes(packed, how)
+        values = (packed[:, COLUMNS.index(how.column)] >> how.shift) & ((1 << how.bits) - 1)
         if how.least:
             values += how.least
         if how.since:
             values += symbols[how.since]
         symbols[name] = values if how.scale == 1 else values / how.scale
     return symbols
-
-
-def nameless(packed: Integers) -> NDArray[np.bool_]:
-    """Return which of (S, C) packed symbols hold a code that stands for no word: (S,) bool.
-
-    Nothing else that `pack` gives is `wrong`, but an end behind all frames.
-    """
-    bad = np.zeros(len(packed), np.bool_)
-    for how in FIELDS.values():
-        if how.words:
-            bad |= _codes(packed, how) > how.most - how.least
-    return bad
 
 
 def view_sql() -> str:

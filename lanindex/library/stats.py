@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import compress
 from typing import Any
@@ -35,9 +35,69 @@ class Stats:
     formats: Mapping[str, int]
 
 
+_TEXTS = ("label", "profile", "format", "still")
+
+_Piece = tuple[
+    Roster, NDArray[np.bool_], Texts, Mapping[str, tuple[NDArray[np.int64], NDArray[Any]]]
+]
+"""Some captures; which of them are alive, (C,); texts of `_TEXTS`; by part how many symbols each
+has, (C,), and `Columns.seen`, (G, 3)."""
+
+
 def count(connection: Link, spine: Spine, size: int) -> Stats:
     """Count what a library holds that is a file of `size` bytes."""
-    tally = _Tally()
+    frames, seconds, known = 0, Fraction(), defaultdict[str, Fraction](Fraction)
+    parts, labels, profiles, formats = (Counter[str]() for _ in range(4))
+    for roster, alive, texts, tracks in _pieces(connection, spine):
+        rates, codes = np.unique(roster.rate, axis=0, return_inverse=True)
+        codes, periods = codes.reshape(-1), [1 / Fraction(*rate) for rate in rates.tolist()]
+        frames += int(roster.frames[alive].sum())
+        seconds += _seconds(codes[alive], roster.frames[alive], periods)
+        labels.update(compress(texts["label"], alive))
+        profiles.update(compress(texts["profile"], alive))
+        formats.update(compress(texts["format"], alive))
+        still: dict[str, list[int]] = {}
+        for place, names in enumerate(texts["still"]):
+            for part in names:
+                still.setdefault(part, []).append(place)
+        nothing = np.zeros(len(roster), np.int64), np.zeros((0, 3), np.int64)
+        for part in dict.fromkeys((*tracks, *still)):
+            counts, seen = tracks.get(part, nothing)
+            whole = counts > 0
+            whole[seen[:, 0]] = False
+            whole[still.get(part, [])] = True
+            whole &= alive
+            seen = seen[alive[seen[:, 0]]].astype(np.int64)
+            if len(seen) or whole.any():
+                parts[part] += int(counts[alive].sum())
+                known[part] += _seconds(codes[whole], roster.frames[whole], periods)
+                known[part] += _seconds(codes[seen[:, 0]], seen[:, 2] - seen[:, 1], periods)
+    coverage = {part: round(float(known[part] / seconds), 4) for part in sorted(known) if seconds}
+    return Stats(
+        captures=labels.total(),
+        frames=frames,
+        symbols=parts.total(),
+        seconds=float(seconds),
+        size=size,
+        parts=dict(sorted(parts.items())),
+        coverage=coverage,
+        labels=dict(sorted(labels.items())),
+        profiles=dict(sorted(profiles.items())),
+        formats=dict(sorted(formats.items())),
+    )
+
+
+def _seconds(codes: NDArray[Any], frames: NDArray[Any], periods: list[Fraction]) -> Fraction:
+    """Return how long (N,) counts of frames last; `codes`, (N,), index the seconds of a frame.
+
+    Frames of one rate are added up first: sums of seconds would be rounded, or take long.
+    """
+    sums = np.bincount(codes, frames, len(periods)).tolist()
+    return sum((int(n) * period for n, period in zip(sums, periods, strict=True)), Fraction())
+
+
+def _pieces(connection: Link, spine: Spine) -> Iterator[_Piece]:
+    """Yield all captures of a library, those of segments first."""
     rosters, _ = columns.read_rosters(connection, spine)
     columns.check_pending(read.read_numbers(connection, spine.pending), spine.pending)
     for segment, roster in zip(spine.segments, rosters, strict=True):
@@ -50,95 +110,10 @@ def count(connection: Link, spine: Spine, size: int) -> Stats:
             )
             for part in segment.parts
         }
-        tally.add(roster, alive, segments.read_texts(connection, segment, _TEXTS), tracks)
+        yield roster, alive, segments.read_texts(connection, segment, _TEXTS), tracks
     for first in range(0, len(spine.pending), MOST):
         chosen = read.read_captures(connection, spine.pending[first : first + MOST])
         wanted = read.read_wanted(connection, chosen)
         roster = roster_of([one.capture for one in chosen])
-        texts = {name: columns.texts_of(name, chosen, wanted) for name in _TEXTS}
-        tally.add(roster, np.ones(len(roster), np.bool_), texts, columns.tracks_by_part(wanted))
-    return tally.stats(size)
-
-
-_TEXTS = ("label", "profile", "format", "still")
-
-_Rate = tuple[int, int]
-"""Frames a second, as a fraction."""
-
-
-@dataclass(slots=True)
-class _Tally:
-    """Counts so far; frames by rate, as sums of seconds would be rounded."""
-
-    frames: Counter[_Rate] = field(default_factory=Counter)
-    known: dict[str, Counter[_Rate]] = field(default_factory=dict)
-    parts: Counter[str] = field(default_factory=Counter)
-    labels: Counter[str] = field(default_factory=Counter)
-    profiles: Counter[str] = field(default_factory=Counter)
-    formats: Counter[str] = field(default_factory=Counter)
-
-    def add(
-        self,
-        roster: Roster,
-        alive: NDArray[np.bool_],
-        texts: Texts,
-        tracks: Mapping[str, tuple[NDArray[Any], NDArray[Any]]],
-    ) -> None:
-        """Count those captures of a roster that are `alive`, (C,).
-
-        `tracks` are by part the symbols of each capture, (C,), and `Columns.seen`, (G, 3).
-        """
-        rates, codes = np.unique(roster.rate, axis=0, return_inverse=True)
-        codes, ratios = codes.reshape(-1), [(one, two) for one, two in rates.tolist()]
-
-        def by_rate(places: NDArray[Any], frames: NDArray[Any]) -> Counter[_Rate]:
-            sums = np.bincount(codes[places], frames, len(ratios)).astype(np.int64).tolist()
-            return Counter(dict(zip(ratios, sums, strict=True)))
-
-        self.frames += by_rate(alive, roster.frames[alive])
-        self.labels.update(compress(texts["label"], alive))
-        self.profiles.update(compress(texts["profile"], alive))
-        self.formats.update(compress(texts["format"], alive))
-        for part, (counts, seen) in tracks.items():
-            whole = alive & (counts > 0)
-            whole[seen[:, 0]] = False
-            seen = seen[alive[seen[:, 0]]].astype(np.int64)
-            if len(seen) or whole.any():
-                known = by_rate(whole, roster.frames[whole])
-                known.update(by_rate(seen[:, 0], seen[:, 2] - seen[:, 1]))
-                self._add_track(part, int(counts[alive].sum()), known)
-        still = zip(map(tuple, texts["still"]), codes.tolist(), roster.frames.tolist(), strict=True)
-        frames: Counter[tuple[tuple[str, ...], int]] = Counter()
-        for parts, code, many in compress(still, alive):
-            frames[parts, code] += many
-        for (parts, code), many in frames.items():
-            for part in parts:
-                self._add_track(part, 0, {ratios[code]: many})
-
-    def _add_track(self, part: str, symbols: int, known: Mapping[_Rate, int]) -> None:
-        self.parts[part] += symbols
-        self.known.setdefault(part, Counter()).update(known)
-
-    def stats(self, size: int) -> Stats:
-        """Return the counts, with seconds in place of frames."""
-        seconds, known = _seconds(self.frames), sorted(self.known.items())
-        return Stats(
-            captures=self.labels.total(),
-            frames=self.frames.total(),
-            symbols=self.parts.total(),
-            seconds=float(seconds),
-            size=size,
-            parts=_sorted_counts(self.parts),
-            coverage={it: round(float(_seconds(own) / seconds), 4) for it, own in known if seconds},
-            labels=_sorted_counts(self.labels),
-            profiles=_sorted_counts(self.profiles),
-            formats=_sorted_counts(self.formats),
-        )
-
-
-def _seconds(frames: Mapping[_Rate, int]) -> Fraction:
-    return sum((many / Fraction(*rate) for rate, many in frames.items()), Fraction())
-
-
-def _sorted_counts(counts: Counter[str]) -> dict[str, int]:
-    return dict(sorted(counts.items()))
+        texts = columns.texts_of(_TEXTS, chosen, wanted)
+        yield roster, np.ones(len(roster), np.bool_), texts, columns.tracks_by_part(wanted)

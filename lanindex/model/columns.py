@@ -218,21 +218,6 @@ class Columns:
         columns = {name: getattr(self, name)[rows] for name in self.rows}
         return Columns(self.part, bounds, **columns, seen=seen)
 
-    def between(self, first: int, last: int) -> Columns:
-        """Return the columns of the captures from one up to, not including, another."""
-        begin, end = self.bounds[first].item(), self.bounds[last].item()
-        seen = self.seen[slice(*np.searchsorted(self.seen[:, 0], [first, last]))].copy()
-        seen[:, 0] -= first
-        columns = {name: getattr(self, name)[begin:end] for name in self.rows}
-        return Columns(self.part, self.bounds[first : last + 1] - begin, **columns, seen=seen)
-
-
-def same_columns(one: Columns | None, other: Columns | None) -> bool:
-    """Return whether two columns of a part are equal; None: no capture has it."""
-    if one is not None and other is not None:
-        return one.same_as(other)
-    return all(columns is None or columns.blank for columns in (one, other))
-
 
 def enrolled(rosters: Sequence[Roster]) -> Roster:
     """Return the captures of several rosters as one."""
@@ -309,18 +294,26 @@ def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | 
         if track
         for span in seen_of(track.known, capture.frames)
     ]
+    counts = [len(track) if track else 0 for track in tracks]
+    return columns_of_rows(part, counts, symbols, np.array(seen, np.int32).reshape(-1, 3))
+
+
+def columns_of_rows(
+    part: str, counts: Sequence[int] | NDArray[Any], symbols: NDArray[Any], seen: NDArray[np.int32]
+) -> Columns:
+    """Return columns of (S,) rows of `SYMBOL`; `counts`, (C,), tells how many a capture has."""
     cell = _cells(symbols["direction"], symbols["level"])
     cell |= np.where(symbols["passing"], np.uint8(PASSING), np.uint8(0))
     cell |= np.where(symbols["start"] == symbols["stop"], np.uint8(STARTING), np.uint8(0))
     return Columns(
         part,
-        np.cumsum([0, *(len(track) if track else 0 for track in tracks)], dtype=np.int64),
+        np.concatenate([[0], counts]).cumsum(dtype=np.int64),
         cell,
         _cells(symbols["runner_direction"], symbols["runner_level"]),
         np.rint(symbols["margin"].astype(np.float64) * THOUSANDTHS).astype(np.uint16),
         symbols["start"].copy(),
         symbols["stop"].copy(),
-        np.array(seen, np.int32).reshape(-1, 3),
+        seen,
         symbols["swings"].astype(np.int32),
         symbols["amount"].copy() if has_amount(part) else None,
         **{name: stored(name, symbols[name]).astype(np.uint16) for name in measures_of(part)},

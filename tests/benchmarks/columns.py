@@ -104,7 +104,7 @@ def anew(path: Path, captures: int) -> None:
             numbers = read.capture_numbers(connection)
             found = []
             spent = seconds(lambda: found.extend(columns.batches(connection, numbers)))
-        symbols = sum(len(one) for _, by_part in found for one in by_part.values())
+        symbols = sum(len(one) for piece in found for one in piece.columns.values())
         print(f"{captures} captures with rows: {path.stat().st_size / symbols:.1f} bytes a symbol")
         print(f"  rows to arrays: {symbols / spent / 1e6:.2f} M rows/s")
         with library.store.session.writing() as connection:

@@ -99,9 +99,9 @@ def test_counts_read_no_row_of_a_track_or_symbol(grown):
 
 
 def test_a_check_reads_the_rows_of_many_captures_at_once(grown, monkeypatch):
-    read_fields, batches = read.read_fields, []
+    read_symbols, batches = read.read_symbols, []
     monkeypatch.setattr(
-        read, "read_fields", lambda *asked, **how: batches.append(1) or read_fields(*asked, **how)
+        read, "read_symbols", lambda *asked, **how: batches.append(1) or read_symbols(*asked, **how)
     )
     assert check(grown[1]) == []
     assert len(batches) == 1
