@@ -25,6 +25,7 @@ from lanindex.errors import CaptureError, UsageError, quoted, shown
 from lanindex.formats import sniff, tables
 from lanindex.formats.file import Content, File, Wanted
 from lanindex.formats.people import named, subject_points
+from lanindex.formats.sniff import separator_of
 from lanindex.formats.tables import (
     NOTHING,
     Layout,
@@ -32,7 +33,6 @@ from lanindex.formats.tables import (
     count_doubt,
     first_row,
     header_lines,
-    separator_of,
     table_of,
     triples,
     twice,
@@ -78,23 +78,13 @@ def layout_of(file: File) -> Layout:
 
 def _kinect(file: File, first: Line) -> Layout | None:
     """Return a table of LabanotationSuite: no header, ticks, then x, y, z and a state of each."""
-    separator = separator_of(first.text)
-    cells = first.text.strip().rstrip(separator).split(separator)
-    width = 1 + 4 * len(KINECT)
-    if len(cells) != width or not all(map(_is_number, cells)):
+    if not sniff.kinect(first.text):
         return None
+    separator, width = separator_of(first.text), sniff.KINECT_COLUMNS
     starts = range(1, width, 4)
     heads = (0, *(at + 3 for at in starts))
     table = table_of(file, first.first, separator, width, heads, xyz(starts))
     return Layout(KINECT, table, 0, 1e-7, declared=Declared("m", "y"), states=1)
-
-
-def _is_number(cell: bytes) -> bool:
-    try:
-        float(cell.replace(b",", b"."))
-    except ValueError:
-        return False
-    return True
 
 
 def _named_columns(file: File, head: list[Line]) -> Layout:

@@ -10,7 +10,10 @@ _AMC = re.compile(rb":(FULLY-SPECIFIED|DEGREES|RADIANS|SAMPLES-PER-SECOND)\b", r
 _TRIPLE = re.compile(rb"[^,;\t]x\b[^,;\t]*[,;\t].*y\b", re.IGNORECASE)
 _POINTS = 3  # at least, for a limb
 _LINES = 40  # in which a header is looked for
-_KINECT_COLUMNS = 101
+KINECT_COLUMNS = 101
+SEPARATORS = (b"\t", b";", b",")
+"""Separators of cells: a line has the first of those that occur in it most often."""
+
 _PROGRAMS = re.compile(
     rb"(trajectories|model outputs|devices|joints|segments|no_of_frames|file_version"
     rb"|format version)"
@@ -58,15 +61,26 @@ def table(head: bytes) -> bool:
     if _PROGRAMS.match(begun) or nexus(begun):
         return True
     lines = begun.splitlines()[:_LINES]
-    cells = (lines or [b""])[0].replace(b"\t", b",").replace(b";", b",").rstrip(b",").split(b",")
-    if len(cells) == _KINECT_COLUMNS and _numbers(cells):
+    if lines and kinect(lines[0]):
         return True
     if b"\0" in head or not any(_TRIPLE.search(line) for line in lines):
         return False
-    from lanindex.formats.tables import separator_of, triples
+    from lanindex.formats.tables import triples
 
     named = (line.decode("latin-1").split(separator_of(line).decode()) for line in lines)
     return any(len(triples([cell.strip(" \"'") for cell in row])[0]) >= _POINTS for row in named)
+
+
+def separator_of(line: bytes) -> bytes:
+    """Return what separates the cells of a line."""
+    return max(SEPARATORS, key=line.count)
+
+
+def kinect(line: bytes) -> bool:
+    """Tell a row of LabanotationSuite's tables: 101 numbers, perhaps with decimal commas."""
+    separator = separator_of(line)
+    cells = line.strip().rstrip(separator).split(separator)
+    return len(cells) == KINECT_COLUMNS and all(map(_is_number, cells))
 
 
 def nexus(head: bytes) -> bool:
@@ -81,9 +95,9 @@ def npz(head: bytes) -> bool:
     return head[:4] == b"PK\x03\x04" and head[30 : 30 + size].endswith(b".npy")
 
 
-def _numbers(cells: list[bytes]) -> bool:
+def _is_number(cell: bytes) -> bool:
     try:
-        [float(cell) for cell in cells]
+        float(cell.replace(b",", b"."))
     except ValueError:
         return False
     return True

@@ -313,9 +313,6 @@ def fault(line: bytes, width: int) -> tuple[str, str]:
 HEAD = 1 << 20
 """Bytes in which a header is looked for."""
 
-SEPARATORS = (b"\t", b";", b",")
-"""What stands between cells: the first of these that a header has most of."""
-
 _AXIS = re.compile(
     r"(?P<name>.*?[\w\])](?=[\W_XYZ]))[\s_.:|(\[-]*"
     r"(?:pos(?:ition)?[\s_.-]*)?(?P<axis>[xyzXYZ])(?:[\s_.-]*pos(?:ition)?)?[)\]]?"
@@ -353,11 +350,6 @@ def header_lines(file: File, first: int = 0) -> Iterator[Line]:
         stop = head.find(end, at) + 1 or len(head)
         yield Line(head[at:stop], first + at, first + stop)
         at = stop
-
-
-def separator_of(line: bytes) -> bytes:
-    """Return what stands between the cells of a line."""
-    return max(SEPARATORS, key=line.count)
 
 
 def triples(cells: Sequence[str]) -> tuple[dict[str, tuple[int, int, int]], str | None]:

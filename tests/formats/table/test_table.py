@@ -127,6 +127,13 @@ def test_kinect():
     assert np.isnan(at(motion, ("Head",))).all()
 
 
+@pytest.mark.parametrize("separator", [b";", b"\t"])
+def test_kinect_with_decimal_commas_is_known_and_read_alike(separator):
+    commas = kinect().replace(b",", separator).replace(b".", b",")
+    assert sniff.table(commas[:4096])
+    np.testing.assert_array_equal(read(commas).positions, read(kinect()).positions)
+
+
 def test_kinect_says_that_frames_are_missing():
     lines = kinect().splitlines(keepends=True)
     motion = read(b"".join(lines[:8] + lines[10:]))
