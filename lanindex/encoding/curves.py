@@ -6,7 +6,7 @@ Source: ``encoding/BODY.md``, "Turns", "Bends", "Swings" and "Onset".
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import chain, pairwise
 from math import sqrt
 from typing import Any, NamedTuple
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTION_CODES, PLACE, SIXTHS
-from lanindex.encoding.arithmetic import blocks, runs, smooth, window
+from lanindex.encoding.arithmetic import blocks, smooth, window
 from lanindex.encoding.profile import Profile
 from lanindex.model.derived import DEGREE, bending, stretching
 
@@ -48,58 +48,57 @@ def table(found: Sequence[Event]) -> Floats:
 Ends = tuple[int, int]
 
 
-def swings(curve: Floats, least: float) -> list[Ends]:
-    """Return from where to where a curve goes one way, less than `least` back not counted.
-
-    `curve` (N,) float64.
-    """
-    found, anchor, best = list[Ends](), 0, 0
-    for frame in chain(_turning(curve), [len(curve) - 1]):
-        way = curve[best] - curve[anchor]
-        now = curve[frame] - curve[anchor]
+def swings(curve: Floats, turning: Iterable[int], least: float) -> list[Ends]:
+    """Return the first and last frame of swings of a curve (N,), ended by `least` or more back."""
+    found = []
+    anchor = best = 0
+    for frame in turning:
+        way, now = curve[best] - curve[anchor], curve[frame] - curve[anchor]
         if now * way >= 0 and abs(now) >= abs(way):
             best = frame
         elif abs(curve[frame] - curve[best]) >= least:
             if best > anchor:
                 found.append((anchor, best))
             anchor, best = best, frame
-    return [*found, (anchor, best)] if best > anchor else found
+    if best > anchor:
+        found.append((anchor, best))
+    return found
 
 
-def _turning(curve: Floats) -> Iterator[int]:
-    """Yield the frames at which a curve goes on another way, a block of numbers at a time."""
-    for part in blocks(len(curve) - 2):
-        step = np.sign(np.diff(curve[part.inner.start : part.inner.stop + 2]))
-        yield from (np.flatnonzero(step[1:] != step[:-1]) + (part.inner.start + 1)).tolist()
+def turning_points(curve: Floats) -> NDArray[np.int64]:
+    """Return the frames at which a curve changes its direction, and the last frame."""
+    step = np.sign(np.diff(curve))
+    return np.append(np.flatnonzero(step[1:] != step[:-1]) + 1, len(curve) - 1)
 
 
 def lulls(pace: Floats, slow: float, least: int) -> list[Ends]:
-    """Return the frames, half-open, in which a pace stays below another for long enough.
+    """Return the half-open frames in which a pace (N,) is below `slow` for `least` or more."""
+    still = np.zeros(len(pace) + 2, np.bool_)
+    still[1:-1] = pace < slow
+    edges = (still[1:] != still[:-1]).nonzero()[0]
+    starts, stops = edges[::2], edges[1::2]
+    return [(start, stop) for start, stop in zip(starts, stops) if stop - start >= least]  # noqa: B905
 
-    `pace` (N,) float64.
-    """
-    return [(start, stop) for start, stop in runs(pace < slow) if stop - start >= least]
 
-
-def departures(angles: NDArray[np.complex128], least: float) -> list[Ends]:
-    """Return from where to where angles go away, less than `least` back not counted.
-
-    `angles` (N,) complex128: how far something is turned, or leans, to one side and another.
-    """
-    found, anchor, best = list[Ends](), 0, 0
-    here = far = complex(angles[0])
+def departures(angles: Sequence[complex] | NDArray[np.complex128], least: float) -> list[Ends]:
+    """Return the first and last frame of ways of angles (N,), ended by `least` or more back."""
+    found = []
+    anchor = best = 0
+    start = far = angles[0]
     reach = 0.0
-    each = chain.from_iterable(angles[part.inner].tolist() for part in blocks(len(angles)))
-    for frame, angle in enumerate(each):
-        away = abs(angle - here)
+    for frame in range(len(angles)):
+        angle = angles[frame]
+        away = abs(angle - start)
         if away >= reach:
             best, far, reach = frame, angle, away
         elif abs(angle - far) >= least:
             if reach >= least:
                 found.append((anchor, best))
-            anchor, here = best, far
-            best, far, reach = frame, angle, abs(angle - here)
-    return [*found, (anchor, best)] if reach >= least else found
+            anchor, start = best, far
+            best, far, reach = frame, angle, abs(angle - start)
+    if reach >= least:
+        found.append((anchor, best))
+    return found
 
 
 FAINT, PLAIN = 0.1, 0.3
@@ -110,6 +109,27 @@ WIDTH = 0.35
 pace is measured."""
 
 
+def begun(pace: Floats, part: int, rests: float) -> float:
+    """Return the frame at which a movement begins; `pace` (N,) float64, fast from `part` on."""
+    peak = pace[part:].max()
+    if peak <= 0:
+        return 0.0
+    plain = part + (pace[part:] >= PLAIN * peak).argmax()
+    half = (plain + 1) // 2
+    noise = np.partition(pace[: plain + 1], half)[half]
+    faint = min(max(FAINT * peak, noise), PLAIN / 2 * peak, rests)
+    slow = (pace[:plain] <= faint).nonzero()[0]
+    if not len(slow):
+        return 0.0
+    last = slow[-1]
+    clear = min(faint * PLAIN / FAINT, peak)
+    then = last + 1 + (pace[last + 1 :] >= clear).argmax()
+    one = last + (faint - pace[last]) / (pace[last + 1] - pace[last])
+    two = then - (pace[then] - clear) / (pace[then] - pace[then - 1])
+    start: float = max(one - (two - one) * FAINT / (PLAIN - FAINT), 0.0)
+    return start
+
+
 def seen(
     curve: NDArray[Any],
     pace: Floats,
@@ -117,44 +137,24 @@ def seen(
     within: tuple[int, int],
     rests: float,
 ) -> tuple[int, int]:
-    """Return from which frame to which a movement is seen.
-
-    `curve` (N,) float64 or complex128: what moves; `pace` (N,) float64: roughly how fast.
-    """
-    (first, last), (low, high) = part, within
+    """Return the frames at which `curve` (N,), real or complex, visibly begins and ends to move."""
+    first, last = part
+    low, high = within
     own = pace[first : last + 1]
     plain = (own >= PLAIN * own.max()).nonzero()[0]
-    half = max(round(WIDTH / 2 * int(plain[-1] - plain[0])), 1)
+    half = max(round(WIDTH / 2 * (plain[-1] - plain[0])), 1)
     way = curve[last] - curve[first]
     size, some = max(sqrt(way.real * way.real + way.imag * way.imag), 1e-9), curve[low : high + 1]
     along = some.real * (way.real / size) + some.imag * (way.imag / size)
     wide = np.empty(len(along) + 2 * half)
     wide[:half], wide[half:-half], wide[-half:] = along[0], along, along[-1]
-    calm = ((wide[2 * half :] - wide[: -2 * half]) / (2 * half)).tolist()
-    top = calm.index(max(calm[first - low : last - low + 1]), first - low)
+    calm = (wide[2 * half :] - wide[: -2 * half]) / (2 * half)
+    top = first - low + calm[first - low : last - low + 1].argmax()
     begin = begun(calm[: top + 1], first - low, rests)
     end = high - low - begun(calm[top:][::-1], high - last, rests)
-    lowest, highest = top - int(along[top::-1].argmin()), top + int(along[top:].argmax())
-    begin = min(max(round(begin), lowest), high - low - 1)
-    return low + begin, low + max(min(round(end), highest), begin + 1)
-
-
-def begun(pace: list[float], part: int, rests: float) -> float:
-    """Return when a movement begins, in frames."""
-    peak = max(pace[part:])
-    if peak <= 0:
-        return 0.0
-    plain = next(it for it in range(part, len(pace)) if pace[it] >= PLAIN * peak)
-    noise = sorted(pace[: plain + 1])[(plain + 1) // 2]
-    faint = min(max(FAINT * peak, noise), PLAIN / 2 * peak, rests)
-    last = next((it for it in range(plain - 1, -1, -1) if pace[it] <= faint), -1)
-    if last < 0:
-        return 0.0
-    clear = min(faint * PLAIN / FAINT, peak)
-    then = next(it for it in range(last + 1, len(pace)) if pace[it] >= clear)
-    one = last + (faint - pace[last]) / (pace[last + 1] - pace[last])
-    two = then - (pace[then] - clear) / (pace[then] - pace[then - 1])
-    return max(one - (two - one) * FAINT / (PLAIN - FAINT), 0.0)
+    lowest, highest = top - along[: top + 1][::-1].argmin(), top + along[top:].argmax()
+    starts = min(max(round(begin), lowest), high - low - 1)
+    return low + starts, low + max(min(round(end), highest), starts + 1)
 
 
 STRIDE = 1.0
@@ -171,10 +171,10 @@ PAUSE = 10.0
 
 
 def pieces(codes: NDArray[Any], least: int) -> list[tuple[int, int]]:
-    """Make of codes runs of some length, in place; return their frames.
+    """Make runs of codes at least `least` long, in place, and return their frames.
 
-    A run that is too short joins what was before it; at the beginning, what comes first that is
-    long enough, or else the longest.
+    A shorter run joins the one before it; at the beginning, the first long run, or else the
+    longest.
     """
     edges = [0, *((codes[1:] != codes[:-1]).nonzero()[0] + 1).tolist(), len(codes)]
     if len(edges) == 2:
@@ -193,10 +193,7 @@ def pieces(codes: NDArray[Any], least: int) -> list[tuple[int, int]]:
 
 
 def turns(heading: Floats, profile: Profile) -> Floats:
-    """Return the turns about the vertical, as from `table`.
-
-    `heading` (N,) degrees, in one go: past half a circle it goes on.
-    """
+    """Return the turns of an unwrapped heading (N,), degrees, as from `table`."""
     rate = float(profile.rate)
     if len(heading) < 2:
         return table([])
@@ -204,7 +201,7 @@ def turns(heading: Floats, profile: Profile) -> Floats:
     light = smooth(heading, window(profile.smoothing, profile.rate))
     pace = np.abs(np.gradient(calm)) * rate
     found = []
-    for first, last in swings(calm, TURNS):
+    for first, last in swings(calm, turning_points(calm), TURNS):
         rests = lulls(pace[first : last + 1], PAUSE, round(BRIEF * rate))
         edges = [first, *(first + edge for edge in chain(*rests)), last + 1]
         for start, stop in zip(edges[::2], edges[1::2], strict=True):
@@ -237,17 +234,17 @@ STEADY = 0.15
 
 
 def moves(angles: Angles, profile: Profile, fast: bool = False) -> list[Ends]:
-    """Return from which frame to which angles go somewhere.
+    """Return the frames from which to which angles (N,) move.
 
-    `angles` (N,) complex128, degrees: how far something is turned, or how far forward (the
-    imaginary part) and to the right it leans.
+    `angles` complex128, degrees: a twist, or a lean to the right and (imaginary) forward.
     """
     rate, width = float(profile.rate), window(STEADY, profile.rate)
     least = round(BRIEF * rate)
     if fast:
         from lanindex.encoding import curves_fast
 
-        return list(map(tuple, curves_fast.moves(angles, width, rate, least).tolist()))
+        frames: list[Ends] = curves_fast.moves(angles, width, rate, least)
+        return frames
     if len(angles) < 2:
         return []
     pace = np.empty(len(angles))
@@ -255,39 +252,51 @@ def moves(angles: Angles, profile: Profile, fast: bool = False) -> list[Ends]:
         some = angles[block.outer]
         aside, ahead = np.gradient(smooth(np.array((some.real, some.imag)), width), axis=1)
         pace[block.inner] = np.hypot(aside * rate, ahead * rate)[block.within]
+    return move_frames(angles, angles.tolist(), pace, PAUSE / rate, least)
+
+
+def move_frames(
+    angles: Angles,
+    numbers: Sequence[complex] | Angles,
+    pace: Floats,
+    rests: float,
+    least: int,
+) -> list[Ends]:
+    """Return the frames of `moves`; `numbers` are the angles, in the form that loops fastest."""
     found = []
-    for first, last in departures(angles, MOVED):
-        parts = _move_parts(angles, pace, first, last, least)
-        before = [first, *(stop for _, stop in parts)]
-        behind = [*(start for start, _ in parts[1:]), last]
-        for part, low, high in zip(parts, before, behind, strict=False):
-            found.append(seen(angles, pace, part, (low, high), PAUSE / rate))
+    for first, last in departures(numbers, MOVED):
+        parts = move_parts(angles, pace, first, last, least)
+        for number in range(len(parts)):
+            low = parts[number - 1][1] if number else first
+            high = parts[number + 1][0] if number + 1 < len(parts) else last
+            found.append(seen(angles, pace, parts[number], (low, high), rests))
     return found
 
 
-def _move_parts(
-    angles: Angles, pace: Floats, first: int, last: int, least: int
-) -> list[tuple[int, int]]:
-    """Part a way where it rests, in parts that are long enough; both frames are included."""
-    rests = lulls(pace[first : last + 1], PAUSE, least)
-    edges = [first, *(first + edge for edge in chain(*rests)), last + 1]
-    found, begin = list[tuple[int, int]](), -1
-    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+def move_parts(angles: Angles, pace: Floats, first: int, last: int, least: int) -> list[Ends]:
+    """Return the parts of a move between rests that go far enough, or all; both ends included."""
+    edges = [first]
+    for start, stop in lulls(pace[first : last + 1], PAUSE, least):
+        edges.append(first + start)
+        edges.append(first + stop)
+    edges.append(last + 1)
+    found, begin = [], -1
+    for number in range(0, len(edges), 2):
+        start, stop = edges[number], edges[number + 1]
         if stop > start:
             begin = start if begin < 0 else begin
             if abs(angles[stop - 1] - angles[begin]) >= MOVED:
                 found.append((begin, stop - 1))
                 begin = -1
-    return found or [(first, last)]
+    if not found:
+        found.append((first, last))
+    return found
 
 
 def arrivals(
     angles: Angles, away: float, profile: Profile, eighths: bool, fast: bool = False
 ) -> Floats:
-    """Return where angles are at first, and where they go: as from `table`.
-
-    `angles` (N,) complex128, as for `moves`; one at least.
-    """
+    """Return where angles (N,) begin and arrive, as for `moves`; as from `table`."""
     found = [_there(angles, 0, 0, away, eighths)]
     for start, stop in moves(angles, profile, fast):
         one = _there(angles, start, min(stop, len(angles) - 1), away, eighths)
@@ -324,28 +333,24 @@ LULL = 0.25
 
 
 def bends(angles: Floats, profile: Profile, fast: bool = False) -> list[Floats]:
-    """Return the symbols of curves.
-
-    `angles` (P, N) float64, degrees from straight; returned (P), as from `table`: the degree
-    at the beginning, and the bends.
-    """
+    """Return the first degree and the bends of angles (P, N), degrees, as from `table`."""
     rate, width, least = float(profile.rate), window(CALM, profile.rate), round(LULL * profile.rate)
     first = smooth(angles[:, : width // 2 + 1], width)[:, 0].tolist()
     if fast:
         from lanindex.encoding import curves_fast
 
-        parts = [curves_fast.bend_parts(angle, width, rate, least).tolist() for angle in angles]
+        parts = [curves_fast.bend_frames(angle, width, rate, least) for angle in angles]
     else:
         calm = smooth(angles, width)
         short = angles.shape[1] < 2
         pace = np.zeros(angles.shape) if short else np.gradient(calm, axis=1) * rate
         each = zip(angles, calm, pace, strict=True)
-        parts = [list(_bend_parts(*curves, rate, least)) for curves in each]
+        parts = [bend_parts(*curves, rate, least) for curves in each]
     return [table(_bends(*curves)) for curves in zip(angles, first, parts, strict=True)]
 
 
 def _bends(angle: Floats, first: float, parts: Iterable[tuple[int, int, int, int]]) -> list[Event]:
-    """Return the degree at the beginning, and the bends: see `_bend_parts`."""
+    """Return the degree at the beginning, and the bends: see `bend_parts`."""
     degree = min(round(first / DEGREE), SIXTHS)
     bends = [_bend(0, 0, bending(degree), first, degree)]
     for way, last, start, stop in parts:
@@ -362,23 +367,28 @@ def _bend(start: int, stop: int, amount: int, angle: float, degree: int) -> Even
     return Event(start, stop, -1, -1, max(1 - 2 * off, 0.0), amount=amount)
 
 
-def _bend_parts(
+def bend_parts(
     angle: Floats, calm: Floats, pace: Floats, rate: float, least: int
-) -> Iterator[tuple[int, int, int, int]]:
-    """Part swings where they rest or give way: what moves, and what may go on slowly between.
+) -> list[tuple[int, int, int, int]]:
+    """Return pieces of swings, cut at rests: direction (1, -1), last frame, visible begin and end.
 
-    Yielded are the way (1 or -1), the last frame, and from which frame to which it is seen. What
-    moves may have begun in the rest before, and end in the one behind.
+    A moving piece may begin in the rest before it, and end in the rest behind it.
     """
-    fast = np.abs(pace)
-    for first, last in swings(calm, SWING):
+    found, fast = [], np.abs(pace)
+    for first, last in swings(calm, turning_points(calm), SWING):
         if abs(calm[last] - calm[first]) < SWING:
             continue
         way = 1 if calm[last] > calm[first] else -1
-        slow = lulls(way * pace[first : last + 1], IDLES, least)
-        rests = ((first + start, min(first + stop, last)) for start, stop in slow)
-        edges = [first, first, *chain(*rests), last, last]
-        for number, part in enumerate(pairwise(edges[1:-1])):
-            if part[0] < part[1]:
-                within = part if number % 2 else (edges[number], edges[number + 3])
-                yield way, part[1], *seen(angle, fast, part, within, IDLES / rate)
+        edges = [first, first]
+        for start, stop in lulls(way * pace[first : last + 1], IDLES, least):
+            edges.append(first + start)
+            edges.append(min(first + stop, last))
+        edges.append(last)
+        edges.append(last)
+        for number in range(len(edges) - 3):
+            low, start, stop, high = edges[number : number + 4]
+            if start < stop:
+                within = (start, stop) if number % 2 else (low, high)
+                begin, end = seen(angle, fast, (start, stop), within, IDLES / rate)
+                found.append((way, stop, begin, end))
+    return found

@@ -43,10 +43,7 @@ both, from both to one; or one of them not seen."""
 
 
 def ways(ground: Ground, turn: Floats, spans: Sequence[tuple[int, int]]) -> list[tuple[int, float]]:
-    """Return in which direction the pelvis goes between two frames, and how clear that is.
-
-    `turn` (N,) radians, its heading, as `lanindex.encoding.limbs.heading` returns it.
-    """
+    """Return directions of the pelvis between frames, and margins; `turn` (N,) radians."""
     if not spans:
         return []
     ends = np.minimum(np.array(spans, np.int64), len(turn) - 1)
@@ -78,10 +75,7 @@ def sector(forward: float, right: float, least: float) -> tuple[int, float]:
 
 
 def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
-    """Return the feet that stand anew, and the flights, each in order of time.
-
-    `turn` (N,) radians, the heading over the same frames.
-    """
+    """Return the steps and the flights, each in order of time; `turn` (N,) the heading, radians."""
     brief = round(FLICKER * ground.rate)
     full = 0  # when the last foot stood
     landed = _together(ground, _landings(ground), brief)
@@ -139,9 +133,7 @@ def _flown(ground: Ground, stop: int, brief: int) -> tuple[int, int] | None:
 def _left(ground: Ground, foot: int, times: tuple[int, int, int]) -> int:
     """Return when a foot begins to leave that rests, then is lifted, and then stands."""
     rests, release, stop = times
-    return rests + round(
-        begun(ground.feet.speed[foot, rests:stop].tolist(), release - rests, STIRS)
-    )
+    return rests + round(begun(ground.feet.speed[foot, rests:stop], release - rests, STIRS))
 
 
 def _landings(ground: Ground) -> list[tuple[int, int, int]]:

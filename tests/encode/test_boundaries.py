@@ -106,7 +106,7 @@ def test_a_turn_of_just_the_least_angle_is_one(monkeypatch):
 def test_angles_that_go_just_far_enough_go_somewhere():
     far = np.array([0, 0, curves.MOVED, curves.MOVED]) + 0j
     still = np.zeros(4)
-    assert curves._move_parts(far, still + 99, 0, 3, 2) == [(0, 3)]
+    assert curves.move_parts(far, still + 99, 0, 3, 2) == [(0, 3)]
     assert curves.departures(far, curves.MOVED) == [(0, 3)]
     near = far * (1 - 1e-9)
     assert curves.departures(near, curves.MOVED) == []

@@ -35,7 +35,7 @@ def test_straight_pieces_are_written_down(seed):
 def test_an_even_pace_has_a_beginning(pace):
     for part in range(4):
         for rests in (0.5, 1.0, 3.0):
-            assert 0 <= curves.begun(pace, part, rests) < len(pace)
+            assert 0 <= curves.begun(np.array(pace, float), part, rests) < len(pace)
 
 
 @pytest.mark.parametrize("seed", seeds(60))

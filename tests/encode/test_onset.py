@@ -62,7 +62,7 @@ def test_seen_backwards_begin_and_end_change_places():
 
 
 def test_a_rest_that_trembles_is_no_movement():
-    pace = [2.0, 3, 2, 3, 2, 3, 4, 12, 16, 20, 18]
+    pace = np.array([2.0, 3, 2, 3, 2, 3, 4, 12, 16, 20, 18])
     assert begun(pace, 7, 5) > 3
     assert begun(pace, 7, 1) == 0  # but for what is never so fast in a rest
 
