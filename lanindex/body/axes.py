@@ -37,11 +37,10 @@ _BLOCK = 4096
 def rest_axes(
     parents: Sequence[int], offsets: Any, body: NDArray[np.int16]
 ) -> NDArray[np.float64] | None:
-    """Return which way right and up are at rest.
+    """Return the unit vectors right and up at rest, (2, 3), up along an axis; None if none stands.
 
-    `parents` (J) parents before children, -1 for a root; `offsets` (J, 3) from the parent, at rest;
-    `body` (20,) which joints play the body, as in `Skeleton`; returned (2, 3) unit vectors, up
-    along an axis; None where no body stands at rest.
+    `parents` (J) parents before children, -1 for a root; `offsets` (J, 3) from the parent; `body`
+    (20,) as in `Skeleton`.
     """
     index = _corners(body)
     if min(index) < 0:
@@ -68,12 +67,10 @@ def seen_axes(
     poses: Floats,
     turned: Callable[[int], Floats],
 ) -> Floats | None:
-    """Return which way right and up are where bones lie along one axis at rest.
+    """Return right and up of chest and head, (2, 3), where all bones lie along one axis at rest.
 
-    `parents` (J) parents before children, -1 for a root; `body` (20,) which joints play the body,
-    as in `Skeleton`; `poses` (T, J, 3) places in some frames; returned (2, 3) unit vectors along
-    axes, the same for chest and head; None where the chest has no such axes, or the head plainly
-    others.
+    `parents` and `body` as for `rest_axes`; `poses` (T, J, 3) positions; None where the chest has
+    no such axes, or the head has other ones.
     """
     found, index = _corners(body), int(body[JOINT_CODES["Head"]])
     if min(*found, index) < 0 or (chest := _above(parents, found[2:])) < 0:
@@ -122,10 +119,7 @@ def _unit(vector: Floats) -> Floats:
 def axes_of(
     skeleton: Skeleton, rotations: NDArray[np.float32] | None
 ) -> dict[str, NDArray[np.float32]]:
-    """Return where the axes that point right and up at rest point now, by joint of the body.
-
-    `rotations` (T, J, 4), as in `Motion`.
-    """
+    """Return the axes right and up, (T, 2, 3) by joint of the body, of `rotations` (T, J, 4)."""
     rest = rest_axes(skeleton.parents.tolist(), skeleton.offsets, skeleton.body)
     if rotations is None or rest is None:
         return {}
@@ -137,10 +131,10 @@ def axes_of(
 def turned(
     rest: Mapping[str, tuple[int, Floats]], turns: Callable[[int], NDArray[np.float32]]
 ) -> dict[str, NDArray[np.float32]]:
-    """Return where a pair of axes of some joints points in each frame, (T, 2, 3) each.
+    """Return two axes of some joints in each frame, (T, 2, 3) by joint of the body.
 
-    `rest` by joint of the body: the joint of the file that it turns with, and (2, 3) axes at rest;
-    `turns` gives the unit quaternions (T, 4) of a joint of the file.
+    `rest` the joint of the file and its axes at rest (2, 3), by joint of the body; `turns` gives
+    the unit quaternions (T, 4) of a joint of the file.
     """
     found = {}
     for name, (joint, axes) in rest.items():
@@ -199,10 +193,9 @@ def planes(names: tuple[str, ...]) -> dict[str, Plane]:
 
 
 def facing(hand: str, across: Floats, along: Floats) -> Floats:
-    """Return where a palm faces, and its fingers point.
+    """Return the directions (..., 2, 3) of a palm and its fingers; NaN where they are unknown.
 
-    `across, along` (..., 3) from the little finger's side to the thumb's, and from the wrist to the
-    fingers; returned (..., 2, 3) unit vectors at right angles; NaN where both ways are nearly one.
+    `across` (..., 3) from the little finger's side to the thumb's, `along` from wrist to fingers.
     """
     out = np.cross(across, along) * (1 if hand[0] == "R" else -1)
     size, length = (np.linalg.norm(it, axis=-1, keepdims=True) for it in (out, along))
@@ -220,10 +213,9 @@ def rest_palms(
     body: NDArray[np.int16],
     down: bool = False,
 ) -> dict[str, tuple[int, Floats]]:
-    """Return where palms face at rest, and fingers point.
+    """Return by hand its joint, and the directions of palm and fingers at rest, (2, 3).
 
-    `names` (J) as in the file; `parents` (J) parents before children, -1 for a root; `offsets` (J,
-    3) from the parent, at rest; `body` (20,) which joints play the body, as in `Skeleton`.
+    `names` (J) as in the file; `parents`, `offsets` and `body` as for `rest_axes`.
     """
     knuckles, named, found = planes(names), candidates(names), dict[str, tuple[int, Floats]]()
     stands = rest_axes(parents, offsets, body) if down else None
@@ -267,10 +259,7 @@ def _place(joint: int, parents: Sequence[int], offsets: Any) -> Floats:
 
 
 def _as_drawn(palm: Floats) -> Floats:
-    """Return a palm that a thumb tells, as who drew the skeleton will have meant it.
-
-    A thumb leads from the palm's plane; a hand that is drawn along an axis is drawn flat.
-    """
+    """Return a palm found by a thumb, moved to an axis if the hand lies along one."""
     axis = int(np.argmax(np.abs(palm[0])))
     flat = np.sign(palm[0, axis]) * np.eye(3)[axis]
     if np.abs(palm[1]).max() < ALONG or abs(palm[0, axis]) < 0.5**0.5:
@@ -291,10 +280,7 @@ def seen_palms(
     wrists: Mapping[str, NDArray[np.float32]],
     oriented: Callable[[Floats], NDArray[np.float32]],
 ) -> dict[str, NDArray[np.float32]]:
-    """Return where palms face, and fingers point, of hands whose points are seen.
-
-    `points` (T, M, 3) of the file.
-    """
+    """Return by hand the directions of palm and fingers, (T, 2, 3), from `points` (T, M, 3)."""
     found = {}
     for hand, wrist in wrists.items():
         found[hand] = np.empty((len(wrist), 2, 3), np.float32)
@@ -311,10 +297,7 @@ def measured_palms(
     positions: NDArray[np.float32],
     body: NDArray[np.int16],
 ) -> tuple[dict[str, NDArray[np.float32]], tuple[str, ...]]:
-    """Leave out palms that nobody measured: they turn as the elbow does, and never by themselves.
-
-    `positions` (T, J, 3) of the joints; `body` (20,) which joints play the body.
-    """
+    """Leave out palms that were not measured: they turn exactly as the elbow does."""
     kept, doubts = dict(axes), list[str]()
     for hand in HANDS:
         codes = [int(body[JOINT_CODES[hand[0] + it]]) for it in ("Shoulder", "Elbow", "Wrist")]

@@ -120,10 +120,7 @@ def unit_of(
 
 
 def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:
-    """Return the lengths of leg and arm in poses, of the longer side: a camera may lose one.
-
-    `body` (S, 20, 3) float64, any unit, NaN where absent.
-    """
+    """Return the lengths of leg and arm in poses (S, 20, 3), those of the longer side."""
     middle = _usual(_bones(body).sum(axis=-1)).tolist()
     return {
         " ".join(limb): max(known)
@@ -147,10 +144,7 @@ def _usual(lengths: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def uneven_doubt(body: NDArray[np.float64], scale: float) -> tuple[str, ...]:
-    """Return a warning where a bone is far longer on one side: a marker may have another's name.
-
-    `body` (S, 20, 3) float64, any unit, NaN where absent.
-    """
+    """Return a warning where a bone in poses (S, 20, 3) is far longer on one side."""
     sides = _usual(_bones(body)) * scale
     right, left = sides[:, 0], sides[:, 1]
     uneven = np.maximum(right, left) > _UNEVEN * np.minimum(right, left)
@@ -165,10 +159,7 @@ def uneven_doubt(body: NDArray[np.float64], scale: float) -> tuple[str, ...]:
 def up_of(
     body: NDArray[np.float64], up: str | None, declared: str | None = None
 ) -> tuple[str, tuple[str, ...]]:
-    """Return the vertical axis: where the body points, from the ankles to the neck.
-
-    `body` (S, 20, 3) float64, any unit, NaN where absent.
-    """
+    """Return the vertical axis of poses (S, 20, 3): the body points from the ankles to the neck."""
     if up is not None:
         return up_axis_named(up), ()
     spine = _middle(body, _TOPS) - _middle(body, _BOTTOMS)
@@ -199,10 +190,7 @@ def _middle(body: NDArray[np.float64], choices: tuple[list[int], ...]) -> NDArra
 
 
 def facing_doubt(body: NDArray[np.float64], up: str) -> tuple[str, ...]:
-    """Return a warning where the feet point backwards: left and right are mirrored.
-
-    `body` (S, 20, 3) float64, any unit, axes of the file, NaN where absent.
-    """
+    """Return a warning where feet in poses (S, 20, 3) point backwards, as if mirrored."""
     vertical = "xyz".index(up[-1])
     one, other = (vertical + 1) % 3, (vertical + 2) % 3
     across, feet = (body[:, toes] - body[:, heels] for toes, heels in _FACING)
@@ -215,13 +203,10 @@ def facing_doubt(body: NDArray[np.float64], up: str) -> tuple[str, ...]:
 
 
 def first_frame(wrists: Sequence[Sequence[Sequence[float]]], rate: Fraction) -> int:
-    """Return the first frame that is movement: behind a calibration pose and the fall from it.
+    """Return the first frame of movement, behind a calibration pose; `wrists` (N, W, 3) mm.
 
-    A file begins with such a pose where no arm could be so fast. Some converters smear it over the
-    next frames: as long as the wrists slow down, but are faster than 2 m/s, for a tenth of a second
-    at most.
-
-    `wrists` (N, W, 3) mm: the wrists that are there, in the first frames.
+    No arm is so fast as the jump from such a pose. Some converters smear it over the next frames:
+    the wrists slow down, but are faster than 2 m/s, for a tenth of a second at most.
     """
     few = wrists[: 2 + int(_FALL * rate)]
     steps = [max(map(math.dist, *pair), default=0.0) for pair in pairwise(few)]

@@ -43,10 +43,10 @@ def plan(
     channels: Sequence[Sequence[int]],
     child_first: bool = False,
 ) -> Plan:
-    """Lay out the work; joints whose turn moves nothing do not turn.
+    """Return the plan of a hierarchy; joints whose rotation moves nothing do not rotate.
 
     `parents` (J) parents before children, -1 for a root; `offsets` (J, 3) from the parent;
-    `channels` (J) codes in file order: below 3 a coordinate, else 3 + the axis of a turn.
+    `channels` (J) codes in file order: below 3 a coordinate, else 3 + the axis of a rotation.
     """
     matters = [False] * len(parents)
     for joint in range(len(parents) - 1, -1, -1):
@@ -77,10 +77,7 @@ def plan(
 
 
 def aimed(work: Plan, channels: Sequence[Sequence[int]], joint: int, axes: Array) -> Plan:
-    """Lay out the work for vectors that turn with one joint.
-
-    `channels` (J) as for `plan`; `axes` (K, 3) the vectors at rest.
-    """
+    """Return the plan for vectors `axes` (K, 3) at rest that turn with one joint."""
     chain = [joint]
     while work.parents[chain[-1]] >= 0:
         chain.append(int(work.parents[chain[-1]]))
@@ -125,11 +122,7 @@ def sine_cosine(degrees: Array) -> tuple[Array, Array]:
 
 
 def positions(work: Plan, values: Array) -> Array:
-    """Carry out a plan.
-
-    `values` (T, C) float64, the channels: units of the file, degrees; returned (T, J, 3) float64,
-    units of the file.
-    """
+    """Return the positions (T, J, 3) of `values` (T, C), in units of the file and degrees."""
     if compiled.chosen("numbers", 0):
         from lanindex.body import kinematics_fast
 

@@ -56,11 +56,9 @@ class BodyMapping:
         out: NDArray[np.float32] | None = None,
         kept: NDArray[np.int64] | None = None,
     ) -> NDArray[np.float32]:
-        """Turn places to y up and scale them to millimetres.
+        """Return places (..., 3) of the file as float32 mm with y up, in `out` if given.
 
-        `places` (..., 3) float64, units and axes of the file; `out` (..., 3) float32: where to;
-        `kept` (K,) int64, which joints of (..., J, 3) places; else all; returned (..., 3) float32,
-        mm, y up.
+        `kept` (K,) int64: which joints of (..., J, 3) places; None: all.
         """
         if kept is not None:
             places = places.take(kept, axis=-2)
@@ -106,10 +104,8 @@ def map_body(
 ) -> BodyMapping:
     """Find the body among named joints.
 
-    `names` (J) as in the file; `parents` (J) parents before children, -1 for a root; None where the
-    file has no hierarchy; `poses` (S, J, 3) float64, units and axes of the file: some frames, as
-    `sampled` chooses them; `beginning` (N, J, 3) float64: the first frames, `BEGINNING` or fewer,
-    which tell a calibration pose.
+    `names` (J); `parents` (J) parents before children, -1 for a root; None without a hierarchy;
+    `poses` (S, J, 3) of `sampled` frames; `beginning` (N, J, 3) of the first `BEGINNING` frames.
     """
     if declared.body is None:
         user_joints = joints_by_user(reading, names, path)

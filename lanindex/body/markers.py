@@ -105,11 +105,7 @@ class MarkerSet:
         return {joint: texts[joint] for joint in self.joints}
 
     def places(self, markers: NDArray[Any], scale: float) -> Floats:
-        """Return where the joints are.
-
-        `markers` (T, M, 3) in units of the file, NaN where unknown; returned (T, 20, 3) float64,
-        units of the file; NaN where one of a joint's markers is unknown.
-        """
+        """Return the joints (T, 20, 3) of `markers` (T, M, 3), units of the file."""
         found = self._joint_places(markers, scale, None)
         for joint in _BELOW if self.caps == _CAPPED else ():
             down = _trunk_direction(found, joint)
@@ -121,12 +117,7 @@ class MarkerSet:
     def over(
         self, markers: NDArray[Any], scale: float, block: int
     ) -> tuple[NDArray[np.bool_], Callable[[slice | NDArray[np.int64]], Floats]]:
-        """Return where joints are known, and what gives their places in some frames.
-
-        For many frames: all that `places` returns may be larger than the markers.
-
-        returned (T, J), whether they are known; and what gives (t, J, 3) by some frames.
-        """
+        """Return where joints are known, (T, J), and what gives (t, J, 3) in some frames."""
         sizes = self._sizes(markers) if self.pelvis else ()
         parts = [slice(start, start + block) for start in range(0, len(markers), block)]
         columns = [JOINT_CODES[joint] for joint in self.joints]
@@ -199,10 +190,7 @@ class MarkerSet:
 def marker_set_of(
     names: Sequence[str], body: Mapping[str, tuple[str, ...]] | None = None
 ) -> MarkerSet | Clusters | None:
-    """Return what the joints of a body can be made of, where markers are of a known set.
-
-    `names` (M) as in the file, with or without the subject before a colon.
-    """
+    """Return how the joints of a body are made of markers called `names`, if their set is known."""
     return _marker_set(tuple(names), tuple((body or {}).items()))
 
 
@@ -432,11 +420,7 @@ class Clusters:
         return {joint: joints[joint] for joint in self.joints}
 
     def places(self, markers: NDArray[Any], scale: float) -> Floats:
-        """Return where the joints are: see `lanindex.body.markers.MarkerSet.places`.
-
-        NaN where neither of the two clusters is known, and everywhere where they hold no point in
-        common.
-        """
+        """Return the joints as `MarkerSet.places` does; NaN where clusters share no point."""
         found = np.full((len(markers), len(JOINTS), 3), np.nan)
         shapes = {name: shape_of(markers, indices) for name, indices in self.segments.items()}
         meetings = {joint: _Meeting() for joint in self.between}
@@ -505,10 +489,7 @@ class _Meeting:
 
 
 def clusters_of(keys: Sequence[str], tables: Sequence[Mapping[str, Any]]) -> Clusters | None:
-    """Return the clusters of two legs.
-
-    `keys` (M) names of markers, letters and digits alone, in capitals.
-    """
+    """Return the clusters of two legs, by `keys` (M): letters and digits of names, in capitals."""
     groups: dict[str, list[int]] = {}
     for index, key in enumerate(keys):
         numbered = _NUMBERED.fullmatch(key)
@@ -531,10 +512,7 @@ def clusters_of(keys: Sequence[str], tables: Sequence[Mapping[str, Any]]) -> Clu
 
 
 def shape_of(markers: NDArray[Any], indices: Indices) -> Floats:
-    """Return a cluster's shape: the mean of some frames, turned onto each other.
-
-    returned (m, 3) about its middle; NaN where its markers are never all known, or lie in a line.
-    """
+    """Return a cluster's mean shape about its middle, (m, 3); NaN where it is unknown or a line."""
     shape = np.full((len(indices), 3), np.nan)
     known = np.flatnonzero(np.isfinite(markers[:, list(indices), 0]).all(axis=1))
     if not len(known):
@@ -551,11 +529,7 @@ def shape_of(markers: NDArray[Any], indices: Indices) -> Floats:
 
 
 def turns_of(places: Floats, shape: Floats) -> tuple[Floats, Floats]:
-    """Return how a cluster has turned and moved.
-
-    `places` (T, m, 3) of its markers, NaN where unknown; `shape` (m, 3) of the cluster; returned
-    (T, 3, 3) and (T, 3): ``turn @ point + middle`` is where a point of the shape is.
-    """
+    """Return rotations (T, 3, 3) and shifts (T, 3) from `shape` (m, 3) to `places` (T, m, 3)."""
     known = np.asarray(np.isfinite(places).all(axis=2) & np.isfinite(shape).all())
     shape = np.nan_to_num(shape)
     count = known.sum(axis=1)

@@ -38,11 +38,10 @@ _NOTHING = 0.003  # of the body's extent: two joints in one place
 
 
 class Rig:
-    """A skeleton in a few of its poses.
+    """A skeleton, `names` (J), in a few of its poses (S, J, 3).
 
-    `names` (J) as in the file; `parents` (J) parents before children, -1 for a root; None where
-    there is no hierarchy: joints then lie beyond each other by their distance alone; `poses` (S, J,
-    3) float64, any unit.
+    `parents` (J) parents before children, -1 for a root; None without a hierarchy: joints then lie
+    beyond each other by their distance alone.
     """
 
     def __init__(
@@ -501,11 +500,7 @@ _LIKE = 75  # of 100: how much a misspelt name has to be like the right one
 def find_body(
     rig: Rig, path: str = "", user_joints: Mapping[str, int] | None = None
 ) -> tuple[NDArray[np.int16], tuple[str, ...]]:
-    """Find the body.
-
-    returned (20,) int16, the joint that plays each of ``alphabet.JOINTS``, -1: absent; and
-    warnings.
-    """
+    """Return the joint for each of ``alphabet.JOINTS``, (20,), -1 where absent; and warnings."""
     body = by_name(rig) | dict(user_joints or {})
     warnings: tuple[str, ...] = ()
     named = dict(body)

@@ -53,10 +53,7 @@ def parents_of(joints: Sequence[str]) -> list[int]:
 
 
 def rest_offsets(places: Mapping[str, Floats]) -> Floats:
-    """Return where joints are in the rest pose, each from its parent.
-
-    returned (J, 3) in the order of the joints; 0 for a joint without a parent.
-    """
+    """Return the offsets (J, 3) of joints from their parents in the rest pose; 0 for roots."""
     joints = list(places)
     ups = parents_of(joints)
     frames = {above: _frame(places, joints[above]) for above in {*ups} - {-1}}

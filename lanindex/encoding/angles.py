@@ -26,10 +26,9 @@ INCLINED = 15.0
 
 
 def leaning(upward: Floats, turn: Floats) -> Angles:
-    """Return how far something leans to the right, and (the imaginary part) forward.
+    """Return the lean to the right, and forward as the imaginary part, (N,) complex128, degrees.
 
-    `upward` (N, 3) float64: where it points, in the axes of the capture; `turn` (N,) radians, the
-    heading; returned (N,) complex128, degrees.
+    `upward` (N, 3) in the axes of the capture; `turn` (N,) radians, the heading.
     """
     east, up, south = upward.T
     flat = np.hypot(east, south)
@@ -64,11 +63,7 @@ def trunk_line(places: dict[str, Floats]) -> Floats:
 
 
 def between(first: Floats, second: Floats, about: Floats) -> Angles:
-    """Return by how many degrees lines are turned against others about an axis.
-
-    `first, second, about` (N, 3) float64; returned (N,) complex128, degrees to the right, at most
-    180; to the left they are below 0.
-    """
+    """Return the angles (N,) from lines to others about axes, (N, 3) each; degrees to the right."""
     axis = about.T / np.maximum(np.sqrt(dot(about.T, about.T)), 1e-9)
     one, other = (some.T - dot(some.T, axis) * axis for some in (first, second))
     left = dot(cross(one, other), axis)
@@ -126,10 +121,7 @@ def _angles(stretch: Stretch, parts: Sequence[str]) -> Floats:
 
 
 def leans(body: Body, turn: Floats) -> Iterator[Told]:
-    """Yield where torso_twist and head_turn are turned, and lean, stretch by stretch.
-
-    `turn` (N,) radians, as from `lanindex.encoding.limbs.heading`.
-    """
+    """Yield the events of twists and inclines, by stretch; `turn` (N,) the heading, radians."""
     for over, parts in together(body, _NEEDED):
         front = turn[over.frames.start : over.frames.stop]
         angles = np.empty((len(parts), len(over.frames)), np.complex128)

@@ -36,11 +36,9 @@ def blocks(count: int, neighbours: int = 0, size: int = 0) -> Iterator[Block]:
 
 
 def sizes(vectors: Floats) -> Floats:
-    """Return the sizes of vectors.
+    """Return the sizes (...) of vectors (..., 3): forward, up, right.
 
     The horizontal part is summed first: quarter turns and mirroring then change no bit.
-
-    `vectors` (..., 3) float64: forward, up, right; returned (...) float64, in the vectors' unit.
     """
     size: Floats = np.sqrt(vectors[..., 0] ** 2 + vectors[..., 2] ** 2 + vectors[..., 1] ** 2)
     return size
@@ -68,11 +66,7 @@ def dist(one: Sequence[float], other: Sequence[float]) -> float:
 
 
 def bend(upper: Floats, lower: Floats) -> Floats:
-    """Return by how many degrees lower bones are turned from upper ones, (...); 0: straight on.
-
-    `upper, lower` (3, ...) float64, each bone from the joint nearer to the trunk to the one farther
-    off.
-    """
+    """Return the angles (...) from upper to lower bones (3, ...), degrees; 0: straight."""
     along = upper[0] * lower[0] + upper[2] * lower[2] + upper[1] * lower[1]
     x, y, z = cross(upper, lower)
     angle: Floats = np.degrees(np.arctan2(np.sqrt(x**2 + z**2 + y**2), along))
@@ -99,10 +93,7 @@ def unwrapped(angles: Floats) -> Floats:
 
 
 def smooth(curve: Floats, window: int, fast: bool = False) -> Floats:
-    """Return the centred moving average; at the ends of the frames that exist.
-
-    `curve` (..., N) float64; returned (..., N) float64.
-    """
+    """Return the centred moving average of curves (..., N); shorter at the ends."""
     half = min(window // 2, curve.shape[-1] - 1)
     if half < 1:
         return curve
@@ -129,10 +120,7 @@ def window(seconds: float, rate: Fraction) -> int:
 
 
 def median(values: NDArray[Any]) -> float:
-    """Return the middle value, in a tenth of the time of numpy's median, which checks for NaN.
-
-    `values` (N,) float, one at least, none NaN.
-    """
+    """Return the median of (N,) numbers, none NaN, in a tenth of the time of numpy's."""
     lower, upper = (len(values) - 1) // 2, len(values) // 2
     found = np.partition(values, (lower, upper))
     return float((found[lower] + found[upper]) / 2)

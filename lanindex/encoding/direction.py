@@ -128,11 +128,7 @@ def numbers(around: Sequence[Space]) -> tuple[Borders, Floats]:
 
 
 def course(curves: Floats, around: Sequence[Space]) -> list[Course]:
-    """Tell where each point of each curve lies.
-
-    `curves` (P, N, 3) float64, mm: child minus parent, forward +x, up +y, right +z; `around` (P)
-    divisions, one a limb; returned (P) of (N) points.
-    """
+    """Return the cells of curves (P, N, 3) mm, forward, up, right of the parent joint."""
     shape = curves.shape[:-1]
     cells, apart, angle = np.empty(shape, np.int8), np.empty(shape), np.empty(shape)
     for part in blocks(curves.shape[1]):
@@ -173,12 +169,10 @@ def angles(points: Floats, code: NDArray[np.int64], apart: Floats) -> Floats:
 def margins(
     points: Floats, code: NDArray[np.int64], around: Sequence[Space], limb: NDArray[np.int64]
 ) -> tuple[Floats, NDArray[np.int64]]:
-    """Return how clearly points lie in their cells, and the cell across the nearest border.
+    """Return the margins (N,) of points (N, 3) mm, and the cells (N,) across the nearest borders.
 
-    `points` (N, 3) float64, mm; `code` (N,) int64, the cell of each; `around` (P) divisions, one a
-    limb; `limb` (N,) int64, which of them each point belongs to; `margin` (N,) float64, 0 at a
-    border, 1 at 22.5 degrees or one radius of place from every border; `runner_up` (N,) int64, the
-    cell across the border that is nearest in this measure.
+    `code` (N,) the cells of the points, `limb` (N,) their index in `around`; a margin is 0 at a
+    border, 1 at `FULL` degrees or one radius of place from every border.
     """
     found, borders = numbers(around)
     _, radius, mid, high = borders[:, limb]

@@ -79,10 +79,9 @@ class Feet:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ground:
-    """A body over the ground, over one stretch in which hips and ankles are known.
+    """A body on the ground, over one stretch in which hips and ankles are known.
 
-    All frames are resampled ones, counted from the stretch's first; coordinates are those of the
-    capture, smoothed.
+    Frames are resampled ones, from the stretch's first; coordinates are the capture's, smoothed.
     """
 
     places: Stretch  # Where its joints are
@@ -189,10 +188,7 @@ def _flat(heights: NDArray[np.float32], carries: Flags) -> float | None:
 
 
 def _level(one: Stretch, leg: float, feet: Feet, least: float) -> NDArray[np.float32]:
-    """Return how high joints of the feet are above the floor, (2, K, N), up to a constant.
-
-    The floor may slope: it is the plane nearest to where toes stand, of four stands at least.
-    """
+    """Return the heights (2, K, N) of foot joints over the plane nearest to four or more stands."""
     kinds = _kinds(one)
     toes = np.empty((2, len(one.frames), 3), np.float32)
     for block, places in one.blocks(names=_joints(kinds[-1:])):
@@ -214,10 +210,7 @@ def _level(one: Stretch, leg: float, feet: Feet, least: float) -> NDArray[np.flo
 
 
 def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flags, bool]:
-    """Return which feet carry, (2, N), and whether they stand at heights that no floor explains.
-
-    `heights` (2, K, N) float32: of their joints, up to a constant.
-    """
+    """Return which feet carry, (2, N), and whether no floor explains `heights` (2, K, N)."""
     speed = feet.speed
     height = np.full(speed.shape, np.inf, np.float32)
     for kind in range(heights.shape[1]):
@@ -242,10 +235,9 @@ def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flag
 
 
 def stood(points: NDArray[np.float32], speed: Floats, least: float) -> Floats:
-    """Return where toes, or else ankles, stand for so long: (S, 3), over the ground and up.
+    """Return the stands of `least` frames or more, (S, 3): over the ground, and up.
 
-    `points` (2, N, 3) float32, lengths of a leg: where they are; `speed` (2, N) float64, as of
-    `Feet`.
+    `points` (2, N, 3) of toes or ankles, lengths of a leg; `speed` (2, N) as in `Feet`.
     """
     heights = points[..., 1]
     lower = heights <= heights[::-1] + NEAR

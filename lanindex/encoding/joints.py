@@ -93,11 +93,7 @@ class Body:
         return body(self.motion, self.names)
 
     def at(self, names: Sequence[str], frames: slice) -> Floats:
-        """Return where joints are in some frames of the source.
-
-        `names` (K) of `names`; returned (n, K, 3) float64, mm, gaps filled; NaN where a joint is
-        unknown.
-        """
+        """Return joints in some source frames, (n, K, 3) mm, gaps filled; NaN where unknown."""
         wanted = tuple(names)
         joints, first = (self._all, 0) if self.short else self._read(wanted, frames)
         part = slice(frames.start - first, frames.stop - first)
@@ -106,10 +102,7 @@ class Body:
         return joints.places[part, [joints.names.index(name) for name in wanted]]
 
     def _read(self, names: tuple[str, ...], frames: slice) -> tuple[Joints, int]:
-        """Return these joints in some frames and more, gaps filled, and the number of the first.
-
-        Many frames are read at a time, for the stretches of a long capture may be short.
-        """
+        """Return joints in some frames and more, for stretches to come; and the first frame."""
         begin, end, first, joints = self._some.get(names, (1, 0, 0, None))
         if joints is None or not begin <= frames.start <= frames.stop <= end:
             motion, begin = self.motion, frames.start
@@ -152,10 +145,7 @@ class Body:
         return np.stack((found, stops[stops.searchsorted(found, "right")]), axis=1)
 
     def lengths(self, parts: Sequence[str]) -> Floats:
-        """Return the length of parts: medians over time of the sums of their bones.
-
-        `parts` (P) names; returned (P,) float64, mm; NaN where a part was never seen.
-        """
+        """Return the lengths (P,) of parts, mm: medians over time; NaN where never seen."""
         count = len(self.motion)
         for new in grouped([part for part in parts if part not in self._lengths], count):
             gone = frozenset(name for name, known in self.known.items() if not len(known))
@@ -296,10 +286,7 @@ def _medians(sums: Floats) -> Floats:
 
 
 def unmeasured(body: Body, parts: Sequence[str]) -> list[str]:
-    """Return the parts whose ends are seen together, but whose length is not to be told.
-
-    The joint between is there, yet never in a frame with both of its neighbours.
-    """
+    """Return the parts whose ends are known together, but never with the joint between."""
     found = []
     for name, length in zip(parts, body.lengths(parts).tolist(), strict=True):
         if not math.isnan(length):

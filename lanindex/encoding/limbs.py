@@ -30,10 +30,9 @@ SHORTEST_AXIS = 1.0
 
 
 def heading(motion: Motion, target: Fraction, body: Body | None = None) -> Floats:
-    """Return the turn that brings the hip axis to +z, frame by frame.
+    """Return the rotation (N,) about the vertical that brings the hip axis to +z, radians.
 
-    returned (N,) float64, radians about the vertical; where the axis tells nothing the last turn is
-    kept.
+    Where the axis tells nothing, the last rotation is kept.
     """
     whole = body or Body(motion, load("default"))
     for pair in AXES:
@@ -86,10 +85,7 @@ def limbs(
     turn: Floats,
     parts: Iterable[str] | None = None,
 ) -> Iterator[Limbs]:
-    """Yield the curves of parts, as far as the capture knows them, stretch by stretch.
-
-    `turn` (N,) float64, radians, as from `lanindex.encoding.limbs.heading`.
-    """
+    """Yield the curves of parts, stretch by stretch; `turn` (N,) radians, as from `heading`."""
     names = known_parts(body.motion) if parts is None else list(parts)
     sizes = dict(zip(names, body.lengths(names).tolist(), strict=True))
     ends = {name: (PARTS[name].parent, PARTS[name].child) for name in names if sizes[name] > 0}

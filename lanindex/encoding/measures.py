@@ -34,12 +34,7 @@ _TINY = 1e-9
 def measure(
     rows: Rows, counts: Sequence[int], limbs: Limbs, profile: Profile, fast: bool = False
 ) -> None:
-    """Fill in the measures of rows, in place; a starting position has none.
-
-    `rows` (S,) of `model.SYMBOL`, part by part, start and stop in resampled frames, the first of
-    each its starting position; `counts` (P) rows of each part; `limbs` (P) parts whose symbols they
-    are.
-    """
+    """Fill in the measures of rows (S,) in resampled frames; a starting position has none."""
     limb, frames = np.arange(len(counts)).repeat(counts), limbs.curve.shape[1]
     first = np.maximum(rows["start"].astype(np.int64) - limbs.begin - 1, 0)
     last = np.minimum(
@@ -88,15 +83,12 @@ def _measured(
 def _looked(
     curves: Floats, limb: IntArray, first: IntArray, last: IntArray, lengths: Floats, pace: int
 ) -> tuple[Floats, IntArray, Floats, Floats]:
-    """Return what rows go along their curves.
+    """Return the highest speeds (S,) of rows, mm a frame, and how their parts move between points.
 
-    The way of a row is looked at in points, `pace` frames apart, of which the last may lie nearer.
-
-    `curves` (3, P, N) float64, mm; `limb, first, last` (S,) int64: the part of each row, and its
-    frames, both included; `lengths` (P,) float64, mm; `peaks` (S,) float64: the highest speed, mm a
-    frame, by central differences; `begins` (S,) int64: where the points of each row begin; `turned,
-    gone` (M,) float64: between the directions of each point and the one before it how far their
-    tips are apart; and how much farther away it is, in lengths of the part.
+    `curves` (3, P, N) mm; `limb, first, last` (S,) the part and the frames of each row; `lengths`
+    (P,) mm. Points lie `pace` frames apart, the last perhaps nearer; `begins` (S,) the first point
+    of each row. `turned, gone` (M,): by how much direction and distance, in lengths, differ from
+    the point before; of a first point, from the last one of its row.
     """
     counts = -((first - last) // pace) + 1
     begins = np.cumsum(counts) - counts

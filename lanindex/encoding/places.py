@@ -46,18 +46,11 @@ class Resampling:
         return slice(max(min(first, self.count - 2) - 1, 0), min(last + 3, self.count))
 
     def weights(self, frames: range) -> tuple[NDArray[np.int64], Floats]:
-        """Return what values are made of, beside that they are the points where there is nothing.
-
-        `index` (N,) int64: which of the points of ``sources(frames)`` is the one before each frame;
-        `weights` (4, N) float64: of this point and the next, and of their slopes.
-        """
+        """Return the points before frames, (N,), and weights (4, N): two points, two slopes."""
         return _weights(self, frames)
 
     def values(self, points: Floats, frames: range, fast: bool = False) -> Floats:
-        """Return the values of some frames.
-
-        `points` (S, ...) float64, the points of ``sources(frames)``; returned (N, ...) float64.
-        """
+        """Return the values (N, ...) of frames from the points of ``sources(frames)``, (S, ...)."""
         index, weights = self.weights(frames)
         if not len(index):
             return points
@@ -93,11 +86,7 @@ def _weights(work: Resampling, frames: range) -> tuple[NDArray[np.int64], Floats
 
 
 def resample(points: Floats, start: int, rate: Fraction, target: Fraction) -> tuple[int, Floats]:
-    """Resample all points.
-
-    `points` (T, ...) float64, values at source frames `start` and on; `values` (N, ...) float64; no
-    frame lies after the last of the source.
-    """
+    """Return points (T, ...), from source frame `start` on, at the rate `target`."""
     work = Resampling(start, len(points), rate / target)
     frames = work.frames
     if work.step == 1:

@@ -55,9 +55,9 @@ class Rules:
 
     @cached_property
     def table(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Which rules begin with each two cells, (27 · 27 + 1,) borders, and all of them, (R, 4).
+        """Borders (27 · 27 + 1,) of the rules that begin with two cells; all rules (R, 4).
 
-        Of a rule: how many cells, the third, those that are deleted as bits, and its line.
+        A rule is its number of cells, the third cell, the deleted cells as bits, and its line.
         """
         pairs = [divmod(number, CELLS) for number in range(CELLS * CELLS)]
         those = [self._by_opening.get(pair, []) for pair in pairs]

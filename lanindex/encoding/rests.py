@@ -62,10 +62,7 @@ FEW = 256
 
 
 def lowest(places: Places, leg: float, floor: float) -> slice:
-    """Return the frames between which something may carry, and one more on both sides.
-
-    `places` (N, 3) mm, by joint.
-    """
+    """Return the frames in which something low may carry, and one more on both sides."""
     found = np.zeros(len(places["RHip"]), bool)
     for joint, height in LIMITS.items():
         for name in ("R" + joint, "L" + joint):
@@ -98,10 +95,9 @@ def masses(names: tuple[str, ...]) -> Floats:
 
 
 def carriers(points: Floats, masses: Floats, feet: Flags, rate: float) -> Flags:
-    """Return what may carry: where it begins to, and where it goes on, (2, C, N).
+    """Return where each carrier may begin, and where it may go on, (2, C, N).
 
-    `points` (3, J, N), as from `points`; `masses` (J,), as from the function; `feet` (2, N) bool,
-    whether they carry.
+    `points` (3, J, N) and `masses` (J,) as from the functions; `feet` (2, N) those that carry.
     """
     pace = _pace(points, rate)
     hips, calm = points[1, :2].min(axis=0), pace[:2].min(axis=0)

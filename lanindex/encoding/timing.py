@@ -40,14 +40,11 @@ TOGETHER = 1 << 16
 def to_source(
     rows: Rows, counts: Sequence[int], known: Sequence[Span], rate: Fraction, target: Fraction
 ) -> None:
-    """Replace resampled frames by frames of the source, in place.
+    """Replace resampled frames by source frames in rows (S,), track by track, in place.
 
-    Every row but the first of a track then has a frame at least, none overlap, and a passing row
-    lies inside the row after it. Where a stretch has fewer frames than symbols, the first of them
-    become passing.
-
-    `rows` (S,) of `model.SYMBOL`, track by track in order of time, start and stop in resampled
-    frames; the first of each is its starting position.
+    Every row but a track's first then has a frame at least, none overlap, and a passing row lies
+    inside the row after it. A stretch with fewer frames than symbols makes its first symbols
+    passing.
     """
     owner, ends = np.arange(len(counts)).repeat(counts), np.cumsum(counts)
     first = ends - counts
@@ -80,10 +77,7 @@ def to_source(
 
 
 def _apart(spans: IntArray, counts: IntArray) -> IntArray:
-    """Give every span room of one at least, from 0 on and behind those before it on its track.
-
-    Spans are (2, S), track by track, of which `counts` tells how many each has.
-    """
+    """Give every span (2, S) a length of one or more, behind those before it on its track."""
     place = _places(counts)
     least = np.maximum(np.maximum(spans[1], spans[0] + 1) - place, 1)
     over = np.arange(len(counts)).repeat(counts) * least.max(initial=0)  # no track reaches the next
@@ -103,11 +97,7 @@ def _places(counts: IntArray) -> IntArray:
 def quantise(
     tracks: Iterable[Rows], frames: int, rate: Fraction, meter: Meter, beats: Beats | None = None
 ) -> Meter:
-    """Round the borders of all symbols to the score's grid, in place.
-
-    `tracks` (S,) of `model.SYMBOL` each, start and stop in source frames; ``tick`` and ``ticks``
-    are filled.
-    """
+    """Round the borders of symbols to the score's grid: fill ``tick`` and ``ticks``."""
     few = list(_few(tracks))
     last = np.array([frames])
     while True:

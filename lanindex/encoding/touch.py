@@ -173,10 +173,7 @@ def plan(joints: tuple[str, ...]) -> Plan:
 
 
 def points(places: dict[str, Floats], arm: float, plan: Plan) -> Floats:
-    """Return joints, and room for what `fill` makes of them: (3, P, N), lengths of an arm.
-
-    `places` (N, 3) mm, by joint.
-    """
+    """Return joints, lengths of an arm, with room for what `fill` adds: (3, P, N)."""
     joints, frames = len(plan.joints), len(places[plan.joints[0]])
     flat = np.empty((3, plan.size * frames))
     known = [places[name].T for name in plan.joints]
@@ -207,10 +204,7 @@ def fill(points: Floats, plan: Plan) -> None:
 
 
 def nearest(points: Floats, plan: Plan, rate: float, fast: bool = False) -> Near:
-    """Return what hands are nearest to.
-
-    `points` (3, P, N), as from `points`; it is filled.
-    """
+    """Return what hands are nearest to; `points` (3, P, N) from `points` are filled."""
     fill(points, plan)
     frames = points.shape[2]
     off = np.zeros((5, frames), bool)
@@ -251,11 +245,9 @@ def _nearest(points: Floats, plan: Plan, off: Flags, rate: float) -> Near:
 
 
 def _gaps(points: Floats, plan: Plan, off: Flags) -> tuple[NDArray[np.float32], Floats]:
-    """Return how far palms are from lines, as a part of what touches, and from where on them.
+    """Return distances of palms from lines, divided by reach, and positions on the lines, (L, N).
 
-    `points` (3, P, N); `off` (5, N) bool, when lines do not count; whether hands are clasped is
-    found out; returned (L, N): `FAR` for lines that do not count; and 0 to 1 from one end to the
-    other.
+    `points` (3, P, N); `off` (5, N) when lines do not count: their distance is `FAR`.
     """
     way, start, line = (points.take(row, axis=1) for row in plan.lines[2:5])
     way -= start

@@ -20,9 +20,9 @@ def _size(x, y, z):
 
 @numba.njit(error_model="numpy")
 def _look(points, ends, reach, ways, away, along):
-    """Write how far a palm is from a line, as a part of what touches, and from where on it.
+    """Write a palm's distance from a line, divided by reach, and the position on the line.
 
-    The loops are parted, and divide by nothing as numpy does, so that several frames go at once.
+    Separate loops, and divisions as numpy's, let the processor work on several frames at once.
     """
     palm, one, two = ends
     frames = len(away)

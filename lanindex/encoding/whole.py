@@ -32,10 +32,7 @@ GOES, RESTS = 0.35, 0.2
 
 
 def travel(hips: Stretch, front: Floats, leg: float, profile: Profile) -> Floats:
-    """Return the stretches in which the body goes one way, or stays, as from `table`.
-
-    `front` (N,) radians, the heading, averaged over `STRIDE`.
-    """
+    """Return the travels of a body as from `table`; `front` (N,) the heading, smoothed, radians."""
     rate, count = float(profile.rate), len(front)
     if count < 2:
         return table([Event(0, count, PLACE, -1, 1.0, amount=0)])
@@ -87,10 +84,7 @@ TOGETHER = 1 << 14
 
 
 def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
-    """Write down what the whole body does.
-
-    `turn` (N,) radians, as from `lanindex.encoding.limbs.heading`.
-    """
+    """Return the rows of the whole body's tracks, and doubts; `turn` (N,) the heading, radians."""
     found, tracks, many = list[Written](), list[Told](), 0
     doubts = dict[str, None]()
     for one in _tracks(body, turn, doubts):

@@ -55,10 +55,7 @@ class Segment(NamedTuple):
 
 
 def speeds(curve: Floats, rate: float) -> Floats:
-    """Return the speed: central difference, one-sided at the ends.
-
-    `curve` (..., N, 3) float64, mm; returned (..., N) float64, mm/s.
-    """
+    """Return the speeds (..., N), mm/s, of curves (..., N, 3) mm: central differences."""
     if curve.shape[-2] < 2:
         return np.zeros(curve.shape[:-1])
     speed = np.empty(curve.shape[:-1])
@@ -69,11 +66,7 @@ def speeds(curve: Floats, rate: float) -> Floats:
 
 
 def candidates(speed: Floats, slow: float, prominence: float, still: float) -> NDArray[np.int64]:
-    """Return the frames at which the limb may stop.
-
-    `speed` (N,) float64, mm/s; returned (C,) int64, rising; the first and the last frame are always
-    among them.
-    """
+    """Return the frames at which the limb may stop, the first and the last frame among them."""
     level = np.maximum(speed, still)
     borders = np.ones(len(level) + 1, bool)
     borders[1:-1] = level[1:] != level[:-1]
@@ -108,10 +101,7 @@ def _deep(heights: Floats, lowest: NDArray[np.int64], prominence: float) -> NDAr
 def holds(
     curve: Floats, stops: NDArray[np.int64], distance: float, path_check: float
 ) -> list[Hold]:
-    """Return the holds: successive candidates between which the limb stays near the first one.
-
-    `curve` (N, 3) float64, mm; `stops` (C,) int64, rising.
-    """
+    """Return the holds of a curve (N, 3): successive candidates near the first one of each hold."""
     found: list[Hold] = []
     limit = path_check or np.inf
     within = min(distance, limit)
@@ -133,11 +123,7 @@ def holds(
 def _marks(
     curve: Floats, stops: NDArray[np.int64], path_check: float
 ) -> Iterator[tuple[int, tuple[float, ...], float]]:
-    """Yield the frame and position of each candidate, and how far the limb strays before the next.
-
-    Python numbers take ten times the memory of an array, so each block of candidates is converted
-    separately.
-    """
+    """Yield frame, position and excursion of each candidate, converted in blocks to save memory."""
     strayed = np.zeros(len(stops))
     if path_check:
         strayed[:-1] = _strayed(curve, stops)
@@ -157,10 +143,7 @@ def _strayed(curve: Floats, stops: NDArray[np.int64]) -> Floats:
 
 
 def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -> list[Segment]:
-    """Return the moves between the holds, with the frames at which they visibly begin and end.
-
-    `speed` (N,) float64, mm/s.
-    """
+    """Return the moves between the holds, with the frames at which they visibly begin and end."""
     if not onset:
         return [Segment(a.last, b.first, a.last, b.first) for a, b in pairwise(stops)]
     noise = [
@@ -308,10 +291,7 @@ ROW = np.dtype([(name, np.int64) for name in _NAMES])
 
 
 class Writer:
-    """Writes the symbols of one part, move by move.
-
-    `curve` (N, 3) float64, mm.
-    """
+    """Writes the symbols of one part, `curve` (N, 3) mm, move by move."""
 
     def __init__(
         self, curve: Floats, cell: int, around: Space, distance: float, *, lengthen: bool
@@ -373,10 +353,7 @@ class Writer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trace:
-    """All steps by which the symbols of one part were found, in one stretch of the capture.
-
-    All frames are resampled ones (60 a second by default), counted from the stretch's first.
-    """
+    """All steps from the curve of one part to its symbols, in resampled frames of one stretch."""
 
     part: str  # Its name
     known: Span  # The stretch, in source frames
@@ -430,10 +407,7 @@ def written(limbs: Limbs, profile: Profile, fast: bool = False) -> list[Written]
 
 
 def together(written: Iterable[Written]) -> dict[str, tuple[NDArray[Any], tuple[Span, ...]]]:
-    """Return the rows of each part, slices of one table, and the stretches in which it is known.
-
-    Parts come in the order of their first stretches.
-    """
+    """Return by part, in order of time, the rows, slices of one table, and the known stretches."""
     found: dict[str, list[Written]] = {}
     for one in written:
         found.setdefault(one.part, []).append(one)
@@ -460,10 +434,9 @@ def finished(
     profile: Profile,
     fast: bool = False,
 ) -> list[Written]:
-    """Return the rows of each part with their margins and measures, in source frames.
+    """Return the rows of each part with margins and measures, in source frames.
 
-    `table` (S,) of `ROW`, part by part; `counts` (P) rows of each part; `around` (P) as of
-    `spaces`.
+    `table` (S,) of `ROW`, part by part; `counts` (P) rows of each part; `around` (P) its spaces.
     """
     limb, cells = np.arange(len(counts)).repeat(counts), table["cell"]
     clear, other = margins(limbs.curve[limb, table["achieved"]], cells, around, limb)

@@ -215,15 +215,13 @@ def _nearest(x, y, z, start, stop, length, middle):
 
 @numba.njit(cache=True, nogil=True)
 def moved(curve, rate, onset, numbers, sides, order, cells):
-    """Return the moves of a part, and find out the cells that they pass; and how many are unclear.
+    """Return the moves (M, 5) of a part, and how many cells are unclear; write `cells`.
 
-    `curve` (3, N) float64, mm; `numbers` (10,): the highest speed of a candidate, its prominence,
-    the speed that is still, d_t, how far a part may stray in a hold, the radius of place, cosine
-    and sine of the elevations at which mid and high begin; `sides` (8, 5): cosine and sine of the
-    azimuths where a direction begins and ends, and where it begins in degrees; no cosine and sine
-    where it takes half of the circle or more; `order` (8,): the directions in order of azimuth;
-    `cells` (N,) int8, `UNSEEN`: of the frames that are asked for they are written; `moves` (M, 5)
-    int64: the fields of `Segment`, and room for how many runs it passes.
+    `curve` (3, N) mm; `numbers` (10,): candidate speed, prominence, still, d_t, how far a part may
+    stray in a hold, radius of place, cosine and sine of the elevations at which mid and high begin;
+    `sides` (8, 5): cosine and sine of the azimuths at which a direction begins and ends, 0 if it
+    takes half of the circle or more, and the begin in degrees; `order` (8,): directions by azimuth;
+    `cells` (N,) `UNSEEN`. A move is a `Segment` and room for the number of its runs.
     """
     x, y, z = curve
     slow, prominence, still, distance, limit = numbers[:5]
@@ -244,10 +242,10 @@ def moved(curve, rate, onset, numbers, sides, order, cells):
 
 @numba.njit(cache=True, nogil=True)
 def passed(curve, moves, length, middles, cells):
-    """Return the runs that moves pass, and write how many each does.
+    """Return the runs (R, 4) of moves and their distances (R,) from the middles of cells.
 
-    `length` mm; `middles` (27, 3): the middle of each cell; `runs` (R, 4) int64: the cell, its
-    frames, and the one that is nearest to the middle; `apart` (R,) float64, how far from it.
+    A run is its cell, its frames, and the frame nearest to the middle; `middles` (27, 3) of the
+    cells. The last column of `moves` becomes the number of runs.
     """
     x, y, z = curve
     most = len(cells) + len(moves)
@@ -391,9 +389,8 @@ def written_rows(
 ):
     """Return the rows of a part, (S,) of `ROW`, in frames from the stretch's first.
 
-    `curve` (3, N) float64, mm; `cell` of the first frame; `angle` (R,) float64, degrees from the
-    middle of a run's cell; `distance` d_t, mm; `middles` (27, 3) mm; `openings` and `rules` as of
-    `Rules.table`.
+    `curve` (3, N) mm; `angle` (R,) degrees from the middles of the runs' cells; `distance` d_t, mm;
+    `middles` (27, 3) mm; `openings` and `rules` as of `Rules.table`.
     """
     longest = max(1, moves[:, 4].max()) if len(moves) else 1
     alive, outcome = np.empty(longest, np.int64), np.empty(longest, np.int64)

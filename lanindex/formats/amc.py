@@ -155,10 +155,7 @@ def parse(file: File) -> Bones:
 
 
 def _sections(file: File) -> tuple[Fields, Fields, list[Fields], list[_Line]]:
-    """Return the lines of units, of the root, of each bone, and of the hierarchy.
-
-    A line with a colon in front begins the next part.
-    """
+    """Return the lines of units, root, bones and hierarchy; a colon begins a section."""
     data = file.content[:].removeprefix(b"\xef\xbb\xbf")
     fields: dict[bytes, Fields] = {b":units": {}, b":root": {}}
     bones, hierarchy = list[Fields](), list[_Line]()
@@ -468,11 +465,7 @@ class Numbers:
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
-    """Return what cuts clips out of an AMC file, which is looked through once.
-
-    The header and the lines of the frames are the source's; frames count from 1. The skeleton is
-    no part of a clip: `beside` gives it.
-    """
+    """Return what cuts clips out of an AMC file: its own lines, with frames numbered from 1."""
     layout = scan(file.content, file.name)
 
     def pieces(span: Span) -> Iterator[bytes | tuple[int, int]]:
@@ -577,10 +570,7 @@ def _local_transform(
     turn: float,
     joint: int,
 ) -> tuple[Floats, Floats, Floats]:
-    """Return where a joint stands within its parent: shift (T, 3), rotation (T, 4), scale.
-
-    Takes `offsets` (J, 3), `values` (T, W), `turn` radians in a unit of the angles.
-    """
+    """Return shift (T, 3), rotation (T, 4) and scale of a joint within its parent."""
     shift, turned = offsets[[joint]], UNTURNED
     if joint >= len(bones):
         return shift, turned, UNSCALED

@@ -105,10 +105,7 @@ def axes_at_rest(
     poses: Floats,
     turned: Callable[[int], Floats],
 ) -> dict[str, tuple[int, Floats]]:
-    """Return by hand and head the joint that it turns with, and its axes at rest, (2, 3).
-
-    `offsets` (J, 3); `poses` (S, J, 3), in which `turned` gives a joint's rotations (S, 3, 3).
-    """
+    """Return by hand and head the joint that it turns with, and its axes at rest, (2, 3)."""
     found = rest_palms(names, parents, offsets, body)
     played = {name: int(body[JOINT_CODES[name]]) for name in TURNING}
     if min(played.values()) >= 0:

@@ -39,10 +39,7 @@ def is_archive(path: str) -> bool:
 
 
 def native(path: str) -> str:
-    r"""Return a path as the system spells it.
-
-    Names that are no UTF-8 are shown, and kept in libraries, with ``\xff`` for such a byte.
-    """
+    r"""Return a path as the system spells it: a byte that is no UTF-8 is shown as ``\xff``."""
     if "\\x" not in path or os.path.lexists(path):
         return path
     return _BYTE.sub(lambda found: chr(0xDC00 + int(found[1], 16)), path)
@@ -102,10 +99,7 @@ _open: list[_Archive] = []
 
 
 def members(path: str) -> list[str]:
-    """Return the names of the files in an archive, in the order in which to read them.
-
-    Of a tar that is its own: what is read in another is unpacked again and again.
-    """
+    """Return the names of an archive's files, a tar's in stored order: it is unpacked once."""
     return list(_archive(path).members)
 
 

@@ -497,11 +497,9 @@ POSITIONS = "Xposition Yposition Zposition"
 
 
 def write(motion: Motion) -> bytes:
-    """Write a motion as BVH, in centimetres, with the motion's own axes.
+    """Write a motion as BVH, in centimetres, from the skeleton's rest pose.
 
-    Joints turn from the rest pose of the skeleton (see `lanindex.rotation`). Where bones change
-    their lengths every joint has position channels too, which stand in for its OFFSET; only an
-    End Site cannot have them.
+    Where bones change their lengths, every joint but End Sites has position channels, too.
     """
     skeleton, points = motion.skeleton, motion.positions.astype(np.float64)
     _check(motion, points)

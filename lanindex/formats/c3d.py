@@ -333,10 +333,7 @@ def _choices(values: Iterable[float | None]) -> list[float]:
 def _declared_counts(
     words: list[int], parameters: Parameters
 ) -> tuple[int, dict[str, int], list[int]]:
-    """Return the number of the first frame, counts of frames by who says them, and vague ones.
-
-    A vague count is the largest that has room: there may be more.
-    """
+    """Return the first frame's number, counts by who says them, and counts that are minima."""
     first, last = words[3:5]
     counts = {who: parameters.count(f"POINT:{who}") or 0 for who in ("LONG_FRAMES", "FRAMES")}
     start, stop = (parameters.count(f"TRIAL:ACTUAL_{end}_FIELD") for end in ("START", "END"))
@@ -395,12 +392,7 @@ def _error(file: File, found: str) -> CaptureError:
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read a C3D file: joints made of its markers, or its points where these are joints.
-
-    Of a file that has only rotations of segments, the joints are where the segments begin. Of
-    several subjects, the one that the file's name tells behind ``#`` is read, else the first that
-    makes a body.
-    """
+    """Read a C3D file: joints of its markers, points that are joints, or origins of segments."""
     layout = file.once(scan)
     rate, _ = rate_by(options, file.name, "" if layout.rate is None else str(layout.rate))
     every = names_of(layout)
@@ -536,11 +528,9 @@ def _take_out(out: NDArray[np.float32], unknown: NDArray[np.bool_]) -> None:
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a C3D file, whose header is looked through once.
 
-    Frames keep the numbers that they have in the source: the header tells the first one, and so
-    does TRIAL:ACTUAL_START_FIELD. Times of events count from the trial's frame 1, so that all
-    events stay as they are, those outside the clip too. Only where the numbers of frames have no
-    room, beyond 65,535 in a file without ACTUAL_END_FIELD, do they begin with 1, and the events'
-    times with them.
+    Frames keep their numbers, so that times of events, which count from the trial's frame 1, stay
+    as they are. Only if a number beyond 65,535 has no room (no ACTUAL_END_FIELD) do frames begin
+    with 1, and the times of events with them.
     """
     content, layout = file.content, scan(file)
 
@@ -617,10 +607,7 @@ def _frames(content: Content, start: int, size: int, span: Span) -> bytes:
 
 
 def write(motion: Motion) -> bytes:
-    """Write a motion as C3D: its markers where it has them, else its joints.
-
-    Floats of an Intel processor, millimetres, y up.
-    """
+    """Write a motion as C3D, Intel floats, mm, y up: its markers, or else its joints."""
     points = motion.markers
     names = points.names if points else motion.skeleton.names
     places = points.positions if points else motion.positions

@@ -126,11 +126,7 @@ def _scene(answer: Mapping[str, Any], numbers: Floats, file: File) -> Scene:
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read an FBX file: the bones and the nodes below them, in frames of the file's rate.
-
-    Of several people, the one that the file's name tells behind ``#`` is read, else the first; of
-    several takes the one that is named, else the first that moves something.
-    """
+    """Read an FBX file: the bones of one person and the nodes below them, at the file's rate."""
     scene = file.once(_first_take) if options.take is None else run_child(file, options.take)
     found = _people(scene)
     if not found:
@@ -201,10 +197,10 @@ def _unit(metres: float) -> str | None:
 
 
 def _people(scene: Scene) -> dict[str, JointTree]:
-    """Return the skeletons by their names; what is not human only where nobody is.
+    """Return the skeletons by their names; those that are not human only if none is.
 
-    Bones under one node are one skeleton, under the root each top one its own. Where nothing is
-    called a bone, all nodes that show nothing stand in for them.
+    Bones under one node are one skeleton, under the root each top bone its own. Without bones, all
+    nodes that show nothing take their place.
     """
     nodes, parents = scene.answer["nodes"], scene.parents
     kinds = [kind for *_, kind in nodes]

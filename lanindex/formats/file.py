@@ -118,8 +118,8 @@ class Wanted:
 class _OnDisk:
     """A file's bytes, fetched from the disk slice by slice.
 
-    It is opened for each slice, so that nothing has to be closed; a file that another program
-    changes meanwhile is refused, for its slices would not belong together.
+    It is opened for each slice, so that nothing has to be closed; if another program changes it
+    meanwhile, it is refused.
     """
 
     def __init__(self, path: str, status: os.stat_result) -> None:

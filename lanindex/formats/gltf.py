@@ -63,12 +63,7 @@ class Performance:
 
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
-    """Read a glTF or GLB file: the joints of a skin, or the nodes that move.
-
-    Of several people, the one that the file's name tells behind ``#`` is read, else the first; of
-    several animations the one that is named, else the first that moves them. The rest pose is that
-    of the nodes without animation. A GLB that LanIndex wrote tells where joints were unknown.
-    """
+    """Read a glTF or GLB file: the joints of a skin, or the nodes that move."""
     found, doubts = chosen(file, options.take)
     whose, ticks = found.person, found.clock
     rate = rate_of(found) if options.rate is None else given_rate(options.rate)
@@ -247,11 +242,9 @@ def placed(
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
-    """Return what cuts clips out of a glTF or GLB file, which is looked through once.
+    """Return what cuts clips out of a glTF or GLB file, in the same form.
 
-    A clip holds the animation that is read, in keys for each of its frames from second 0 on, and
-    everything else of the file but its other animations. A GLB makes a GLB, a glTF file a glTF
-    file with its numbers in it.
+    A clip has one animation, with a key for each frame from second 0 on, and all else of the file.
     """
     found, _ = chosen(file, options.take if options else None)
     return _Cutter(found).cut
@@ -388,16 +381,12 @@ TIP = 0.02  # metres that the last joint of a limb is shown by
 
 
 def write(motion: Motion) -> bytes:
-    """Write a motion as GLB: one skeleton, m, y up, its joints called as they are.
+    """Write a motion as GLB: one skeleton, m, y up, an octahedron for each bone.
 
-    A joint turns as the motion says or, where that has positions alone, from the rest pose of its
-    skeleton (see `lanindex.rotation`); where the lengths of its bones contradict that (points
-    that were measured have no rest), from its first frame. The root moves, and each joint that
-    does not stay where it is within its parent. An octahedron shows each bone.
-
-    A joint whose place is unknown keeps the way from its parent that it had last, as a viewer has
-    to show something; the file tells in the animation's ``extras`` in which frames, and is read
-    back as unknown.
+    A joint rotates as the motion says, else from the rest pose (`lanindex.rotation`), or from the
+    first frame if lengths of bones contradict the rest pose. An unknown joint keeps its last
+    offset, as a viewer has to show something; the animation's ``extras`` name the frames, which are
+    read as unknown.
     """
     skeleton = motion.skeleton
     parents = skeleton.parents.astype(int)

@@ -104,9 +104,9 @@ def _standing(node: Value) -> tuple[Floats, Floats, Floats]:
 def people(document: Document, nodes: Nodes, moved: set[int]) -> list[tuple[str, JointTree]]:
     """Return the skeletons of a file, each by the name of its skin or, without one, topmost node.
 
-    The joints of a skin are one skeleton; skins that share joints, or hang on each other's, are
-    clothes of one person. Nodes between joints and below them are joints too, unless they show a
-    mesh. Without a skin, nodes that move under one root are a skeleton.
+    Skins that share joints, or hang on each other's, are clothes of one person. Nodes between and
+    below joints are joints, unless they show a mesh. Without skins, moving nodes under one root are
+    one.
     """
     groups = list[tuple[str, set[int]]]()
     skinned = _skins(document, nodes)
@@ -208,10 +208,7 @@ class Track:
     keys: Floats  # (K,) the times in frames
 
     def at(self, frames: NDArray[np.int64], *, exactly: bool = False) -> Floats:
-        """Return the values (T, W) in some frames; turns are (w, x, y, z), of length 1.
-
-        Where turns are wanted exactly they are of the length that their keys have.
-        """
+        """Return values (T, W) in frames; rotations (w, x, y, z), unit or `exactly` as keys."""
         keys = self.keys
         last = len(keys) - 1
         before = np.clip(np.searchsorted(keys, frames, side="right") - 1, 0, last)
@@ -336,11 +333,9 @@ def _track(
 
 
 def clock(times: Sequence[Floats], path: str) -> Clock:
-    """Return the frames of an animation.
+    """Return the frames of an animation, at the times of the keys of its densest track.
 
-    They are at the times of its keys: so many a second as the track of most keys has, and where
-    keys are left out on a way that is even, between them. Keys that are rare, as where an
-    animator sets them, or at uneven times are read between too.
+    Frames without keys lie between even keys; sparse or uneven keys are read between, too.
     """
     densest = max(times, key=len)
     first = min(float(one[0]) for one in times)

@@ -426,10 +426,7 @@ def _checked_numbers(
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
-    """Return what cuts clips out of arrays, which are looked through once.
-
-    Kinds, orders and packing are the source's; numbers are its numbers, byte for byte.
-    """
+    """Return what cuts clips out of arrays: kinds, orders, packing and numbers are the source's."""
     found = arrays(file)
     movement = movement_of(found)
     if "" in found.headers:
@@ -476,11 +473,10 @@ def _cut_array(arrays: Arrays, name: str, axis: int, span: Span) -> bytes:
 
 
 def write(motion: Motion) -> bytes:
-    """Write a motion as ``.npz``: metres, y up.
+    """Write a motion as ``.npz``: m, y up.
 
-    Keys: ``joints`` (T, J, 3) float32, NaN where unknown; ``joint_names`` (J); ``fps``; ``unit``,
-    ``m``; ``up``, ``y``; of a motion that has markers ``markers`` (T, M, 3) and ``marker_names``
-    (M) too.
+    Keys: ``joints`` (T, J, 3) float32, NaN where unknown; ``joint_names`` (J); ``fps``; ``unit``;
+    ``up``; of a motion with markers ``markers`` (T, M, 3) and ``marker_names`` (M), too.
     """
     arrays: dict[str, Any] = {
         "joints": motion.positions / np.float32(1000),

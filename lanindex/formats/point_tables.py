@@ -291,11 +291,11 @@ SEGMENT = ["RX", "RY", "RZ", "TX", "TY", "TZ", "SX", "SY", "SZ"]
 def segment_joints(
     names: list[str], axes: list[str]
 ) -> tuple[tuple[str, ...], list[int], Callable[[NDArray[Any]], NDArray[Any]]]:
-    """Return the joints of Plug-in Gait's segments: names, hips last; columns; what makes places.
+    """Return names, columns and a `Finish` of the joints of Plug-in Gait's segments, hips last.
 
-    Of each segment an export gives a turn (RX, RY, RZ: axis times angle, degrees), the origin (TX,
-    TY, TZ) and its length (SX, SY, SZ). Origins are the joints at the lower ends; the hips lie at
-    the upper ends of the thighs, along their z axes.
+    A segment has a rotation (RX, RY, RZ: axis times angle, degrees), an origin (TX, TY, TZ), the
+    joint at its lower end, and a length (SX, SY, SZ): hips lie that far along the z axes of the
+    thighs.
     """
     joints: list[str] = []
     origins: list[int] = []

@@ -172,11 +172,10 @@ def place(
     turned: NDArray[Any],
     rest: Floats | None = None,
 ) -> None:
-    """Fill in where joints are in some frames, and how they are turned, from rest if it is given.
+    """Write positions `points` (T, J, 3) and rotations `turned` (T, J, 4) from `rest` (J, 4).
 
-    `order` holds the joints and the nodes above them, parents before children; `standing` gives
-    where a node stands within its parent: shift (T, 3), rotation (T, 4), scale (T, 3). Takes `rest`
-    (J, 4); fills `points` (T, J, 3), `turned` (T, J, 4).
+    `order` holds the joints and the nodes above them, parents before children; `standing` gives a
+    node's shift (T, 3), rotation (T, 4) and scale (T, 3) within its parent.
     """
     numbers = {node: number for number, node in enumerate(joints)}
     back = None if rest is None else inverse(rest)
