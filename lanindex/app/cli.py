@@ -1,4 +1,4 @@
-"""The command ``lanindex``: a table of verbs, each imported only when it is called."""
+"""The command ``lanindex``: the table of verbs, how they are called, how errors are reported."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ VERBS = {
     "language": ("learn.language", "Show the pattern language on one page"),
     "guide": ("learn.guide", "Read the guide, a topic at a time"),
 }
-"""By name: the function in `lanindex.app.commands`, and what the verb does."""
+"""For each verb, its function in `lanindex.app.commands` and a summary for the help."""
 
 SETTINGS: dict[str, Any] = {
     "add_completion": False,
@@ -52,24 +52,24 @@ SETTINGS: dict[str, Any] = {
 }
 
 GARBAGE_THRESHOLD = 100_000
-"""New objects before Python collects garbage: rows and hits by the thousand hold no cycles."""
+"""How many new objects start a garbage collection: thousands of rows and hits hold no cycles."""
 
 _ParserError: Any = typer.BadParameter.__base__
-"""What the argument parser raises; only its child has a public name."""
+"""The base class of the argument parser's errors, which typer exports only by its subclass."""
 
 
 class Verbs(TyperGroup):
-    """The group of all verbs; imports a verb when it is called."""
+    """The group of all verbs, which imports the module of a verb only when the verb is called."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the verbs in the order of the table."""
         return list(VERBS)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the verb; refuse an unknown one and suggest the nearest."""
+        """Return the verb; for an unknown one, raise an error that suggests the most similar."""
         if args and args[0] not in VERBS and not ctx.resilient_parsing:
             remedy = did_you_mean(args[0].lower(), VERBS) or "All are shown by: lanindex --help"
-            raise UsageError(f'"{args[0]}" is no verb', remedy=remedy)
+            raise UsageError(f'"{args[0]}" is not a verb', remedy=remedy)
         return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
@@ -81,7 +81,7 @@ class Verbs(TyperGroup):
         app = typer.Typer(**SETTINGS)
         for name, run in verb.items() if isinstance(verb, dict) else [(cmd_name, verb)]:
             app.command(name)(ungrouped(run))
-        if isinstance(verb, dict):  # verbs below this one
+        if isinstance(verb, dict):  # a group of verbs, such as db
             app.info.no_args_is_help = True
             app.info.help = VERBS[cmd_name][1] + "."
         command = typer.main.get_command(app)
@@ -89,17 +89,17 @@ class Verbs(TyperGroup):
         return command
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write the table of verbs without importing any."""
+        """Write the table of verbs, without importing their modules."""
         with formatter.section("Verbs"):
             formatter.write_dl([(verb, summary) for verb, (_, summary) in VERBS.items()])
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the options before the verb."""
+        """Parse the options before the verb."""
         with _errors_reported(ctx):
             return list(super().parse_args(ctx, args))
 
     def invoke(self, ctx: Any) -> Any:
-        """Run a verb; turn errors into one message and an exit code."""
+        """Run a verb; turn an error into one message and an exit code."""
         with _errors_reported(ctx):
             _refuse_empty_arguments(ctx.args)
             result = super().invoke(ctx)
@@ -109,11 +109,11 @@ class Verbs(TyperGroup):
 
 @contextmanager
 def _errors_reported(ctx: Any) -> Iterator[None]:
-    """Report an error in one message, and escape what the parser repeats of the arguments."""
+    """Report an error as one message; escape the arguments that the parser's message repeats."""
     try:
         yield
     except _ParserError as error:
-        lines = (error.message or "").split("\n")  # without arguments, the help is in it
+        lines = (error.message or "").split("\n")  # the help, if there are no arguments
         error.message = "\n".join(map(escaped, lines))
         raise
     except BrokenPipeError:
@@ -128,7 +128,7 @@ def _errors_reported(ctx: Any) -> Iterator[None]:
 
 
 def _message(error: BaseException, ctx: Any, progress: str) -> str:
-    """Return what stopped a verb."""
+    """Return the message for an error that is not one of LanIndex."""
     if isinstance(error, MemoryError):
         return f"out of memory{progress}. Do it in parts: --in, --where or fewer files."
     if isinstance(error, OSError):
@@ -138,12 +138,12 @@ def _message(error: BaseException, ctx: Any, progress: str) -> str:
 
 
 def _refuse_empty_arguments(arguments: Sequence[str]) -> None:
-    """Refuse an empty argument: usually an unset variable of the shell."""
+    """Refuse an empty argument, which usually comes from an unset variable of the shell."""
     for before, word in pairwise(["", *arguments]):
         if not word or (word.startswith("--") and word.find("=") == len(word) - 1):
             option = (word or before).rstrip("=")
             place = option if option.startswith("-") else ""
-            raise UsageError("an empty argument", place=place, wanted="something in it")
+            raise UsageError("an empty argument", place=place, wanted="a value")
 
 
 app = typer.Typer(cls=Verbs, no_args_is_help=True, invoke_without_command=True, **SETTINGS)
@@ -152,8 +152,8 @@ app = typer.Typer(cls=Verbs, no_args_is_help=True, invoke_without_command=True, 
 @app.callback()
 def lanindex(
     version: bool = flag("--version", "Print the version."),
-    install_completion: bool = flag("--install-completion", "Let your shell complete the command."),
-    show_completion: bool = flag("--show-completion", "Print what that installs."),
+    install_completion: bool = flag("--install-completion", "Install completion for your shell."),
+    show_completion: bool = flag("--show-completion", "Print the script for completion."),
 ) -> None:
     """Find human movement by what it is.
 
@@ -174,27 +174,28 @@ def lanindex(
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Run the command in this process, and return its exit code."""
+    """Run the command in this process and return its exit code."""
+    # a pattern that begins with an arrow is not an option
     words = (f" {word}" if word.startswith("->") else word for word in arguments)
     try:
-        app(list(words), prog_name="lanindex")  # a pattern may begin with an arrow: no option
+        app(list(words), prog_name="lanindex")
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     return 0
 
 
 def main() -> None:
-    """Run the command as a process of its own."""
+    """Run the command as the entry point of a process."""
     if sys.getfilesystemencoding() == "ascii" and "utf8" not in sys._xoptions:
-        # the locale cannot spell names beyond ASCII, which archives hold: start again with UTF-8
+        # this locale cannot encode the non-ASCII file names of archives: restart with UTF-8
         os.execv(sys.executable, [sys.executable, "-X", "utf8", *sys.orig_argv[1:]])
     gc.set_threshold(GARBAGE_THRESHOLD)
-    if completion.VARIABLE in os.environ:  # a shell asks for completions
+    if completion.VARIABLE in os.environ:  # the shell calls for completions
         from typer._completion_classes import completion_init
 
         completion_init()
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # the caller has closed it
-            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 (lasts as long as we do)
+        if getattr(sys, name) is None:  # the caller closed the stream
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 (open until the process ends)
         getattr(sys, name).reconfigure(errors="backslashreplace")
     sys.exit(run(sys.argv[1:]))

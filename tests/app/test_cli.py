@@ -76,8 +76,8 @@ class TestHelp:
         assert run("--version").stdout.startswith("lanindex 0.")
 
     def test_a_misspelt_verb(self, run) -> None:
-        refused(run("serch", "r_arm high"), '"serch" is no verb. Did you mean search?')
-        refused(run("xyzzy"), '"xyzzy" is no verb. All are shown by: lanindex --help')
+        refused(run("serch", "r_arm high"), '"serch" is not a verb. Did you mean search?')
+        refused(run("xyzzy"), '"xyzzy" is not a verb. All are shown by: lanindex --help')
 
 
 class TestIngest:
@@ -636,7 +636,7 @@ class TestOddCalls:
         ],
     )
     def test_an_empty_argument(self, filled, words: list[str], where: str) -> None:
-        said = f"lanindex: {where}an empty argument, wanted something in it\n"
+        said = f"lanindex: {where}an empty argument, wanted a value\n"
         done = filled(*words)
         assert (done.returncode, done.stderr) == (2, said)
 
