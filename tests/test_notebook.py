@@ -93,6 +93,7 @@ def test_gaps_are_left_open(library) -> None:
     shown = notebook.of_motion(replace(motion, positions=places))
     (drawn,) = drawings(shown)
     whole = drawings(notebook.of_motion(motion))[0]
+    assert notebook.of_motion(motion).count("<text") == notebook.POSES
     assert 0 < len(drawn.findall(".//*")) < len(whole.findall(".//*"))
     assert "nan" not in shown
     assert "nothing" not in shown

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from lanindex.film.figure import Figure
-    from lanindex.model import Hit, Motion, Score
+    from lanindex.model import Hit, Motion, Score, Symbol
     from lanindex.search.hits import Hits
 
 SYMBOLS = 400  # symbols of a staff that is shown
@@ -20,24 +20,14 @@ SYMBOLS = 400  # symbols of a staff that is shown
 POSES, TALL = 5, 96
 """Poses of a figure that are shown, and how high each is, in pixels."""
 
-LARGE = 100_000_000  # bytes of a file that is not read just to be looked at
+LARGE = 100_000_000  # bytes from which on a file is too large to be read for a picture
 
 
 def of_score(score: Score) -> str:
-    """Return the staff of a score as HTML; of a long one the beginning.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.app.notebook import of_score
-    >>> of_score(lanindex.read_lnd("corpus/jumping_jacks.lnd")).count("<svg")
-    1
-    """
+    """Return the staff of a score as HTML, or its beginning if the score is long."""
     from lanindex.draw import draw, svg
 
-    starts = sorted(
-        int(start) for track in score.tracks.values() for start in track.symbols["start"]
-    )
+    starts = sorted(start for it in score.tracks.values() for start in it.symbols["start"].tolist())
     title, stop = escape(repr(score)), None
     if not starts:
         return f"<p>{title}</p>"
@@ -48,15 +38,7 @@ def of_score(score: Score) -> str:
 
 
 def of_motion(motion: Motion) -> str:
-    """Return some poses of a motion as HTML.
-
-    Examples
-    --------
-    >>> import lanindex
-    >>> from lanindex.app.notebook import of_motion
-    >>> of_motion(lanindex.read("corpus/compass.bvh")).count("<text")
-    5
-    """
+    """Return some poses of a motion as HTML."""
     from lanindex.errors import LanindexError
     from lanindex.film.figure import figure
 
@@ -68,7 +50,7 @@ def of_motion(motion: Motion) -> str:
 
 
 def of_hit(hit: Hit) -> str:
-    """Return a hit as HTML: some poses, if its file is there as it was, and what matched."""
+    """Return a hit as HTML: some poses, if its file is unchanged, and the symbols that matched."""
     return f"<p>{escape(repr(hit)[1:-1])}</p>{_poses_or_reason(hit, {})}{_strip(hit)}"
 
 
@@ -84,7 +66,7 @@ def of_hits(hits: Hits) -> str:
 
 
 def _poses_or_reason(hit: Hit, figures: dict[str, Figure | str]) -> str:
-    """Return poses of a hit; what stands in the way if its file cannot be shown."""
+    """Return poses of a hit, or the reason why its file cannot be shown."""
     from lanindex.errors import LanindexError
 
     place = hit.capture.location
@@ -101,7 +83,7 @@ def _poses_or_reason(hit: Hit, figures: dict[str, Figure | str]) -> str:
 
 
 def _figure(hit: Hit) -> Figure | str:
-    """Return the figure of a hit's capture; a text where it cannot be shown truly."""
+    """Return the figure of a hit's capture, or the reason why it cannot be shown."""
     from lanindex import formats
     from lanindex.errors import LanindexError
     from lanindex.film.figure import figure
@@ -126,7 +108,7 @@ def _figure(hit: Hit) -> Figure | str:
 
 
 def _poses(body: Figure, start: int, stop: int, parts: Iterable[str]) -> str:
-    """Return poses of a stretch side by side, bones of parts coloured; what is unknown is left."""
+    """Return poses of a stretch side by side, bones of parts coloured, unknown bones left out."""
     import numpy as np
 
     from lanindex.film.figure import view
@@ -172,11 +154,13 @@ def _strip(hit: Hit) -> str:
     from lanindex.model import Score, Span, Track
     from lanindex.model.symbol import FIELDS, blank
 
-    by_part: dict[str, list[Any]] = {}
+    if not hit.symbols:
+        return ""
+    by_part: dict[str, list[Symbol]] = {}
     for symbol in sorted(hit.symbols[:SYMBOLS], key=lambda one: one.start):
         by_part.setdefault(symbol.part, []).append(symbol)
-    first = min((it.start for it in hit.symbols), default=hit.start)
-    last = max(hit.stop, *(it.stop for it in hit.symbols), first + 1) if hit.symbols else hit.stop
+    first = min(it.start for it in hit.symbols)
+    last = max(hit.stop, first + 1, *(it.stop for it in hit.symbols))
     tracks = {}
     for part, symbols in by_part.items():
         rows = blank(len(symbols))
@@ -189,7 +173,7 @@ def _strip(hit: Hit) -> str:
             row["ticks"] = np.int32(symbol.stop > symbol.start)
         tracks[part] = Track(part, rows, (Span(0, last - first),))
     score = Score(hit.capture.rate, last - first, hit.capture.meter, tracks)
-    return _scrollable(svg.write(draw(score, bars=None, seconds=True))) if tracks else ""
+    return _scrollable(svg.write(draw(score, bars=None, seconds=True)))
 
 
 def _scrollable(drawn: str) -> str:

@@ -97,7 +97,7 @@ Timeout = Annotated[float | None, option(..., "SECONDS", "Give up after this man
 
 
 class Group:
-    """An annotation: the options of `make` that are not `fixed` arrive as the value it returns."""
+    """An annotation of a parameter: `make` returns its value from options, some of them `fixed`."""
 
     def __init__(self, make: Callable[..., Any], **fixed: Any) -> None:
         self.make = partial(make, **fixed)
@@ -187,8 +187,8 @@ def _matching(
 ) -> dict[str, Any]:
     """Return how patterns match, as the methods of a library take it."""
     choice("--overlaps", overlaps, ("none", "all"))
-    how = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
-    return {**how, "near": near, "fuzzy": fuzzy}
+    timing = {"tolerance": tolerance, "overlaps": overlaps, "strict": strict}
+    return {**timing, "near": near, "fuzzy": fuzzy}
 
 
 Out = Annotated[Output, Group(_output)]
