@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,13 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 from lanindex.app import completion, options
 from lanindex.app.commands.search import pattern_of
 from lanindex.app.options import argument, option
-from lanindex.app.output import Output, counted, duration, end_progress
+from lanindex.app.output import Output, counted, duration
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
     from lanindex.library.selection import Selection
     from lanindex.pipeline import Library
-    from lanindex.pipeline.dataset import ClipGroup, WrittenDataset
+    from lanindex.pipeline.dataset import ClipGroup, DatasetOptions, WrittenDataset
     from lanindex.pipeline.named import Request
 
 
@@ -37,7 +38,7 @@ class Source:
     begin: int | None = option(None, "FRAME", "First frame.", "--from", min=0)
     end: int | None = option(None, "FRAME", "Frame after the last.", "--to", min=1)
 
-    def requests(self, library: Library) -> list[Request] | None:
+    def requests(self, library: Library) -> Iterable[Request] | None:
         """Return a stretch of a capture or the hits on standard input; None: of a pattern."""
         from lanindex.pipeline.named import from_lines, from_range
 
@@ -74,6 +75,14 @@ class Dataset:
     split_by: str | None = option(None, "COLUMN", "What must stay in one split: performer.")
     seed: int | None = option(None, "N", "Seed of the splits.")
 
+    def form(self, **values: Any) -> DatasetOptions:
+        """Return how the data set is written: `values`, and the options that are not defaults."""
+        from lanindex.pipeline.dataset import DatasetOptions
+
+        values |= {"layout": self.layout, "rate": self.fps and options.rate(self.fps)}
+        values |= {"shares": self.split, "split_by": self.split_by, "seed": self.seed}
+        return DatasetOptions(**{key: it for key, it in values.items() if it is not None})
+
 
 def run(
     *,
@@ -99,25 +108,43 @@ def run(
     hits become arrays of joints, symbols and words, in splits, with a card; without a pattern,
     whole captures do.
     """
-    if folder is None:
-        wanted = "--dataset beside it"
-        given = [name for name, value in vars(dataset).items() if value is not None]
-    else:
+    from lanindex.pipeline.export import ClipOptions, export
+    from lanindex.pipeline.named import from_hits
+    from lanindex.search.hits import hits_in
+    from lanindex.search.language.score import pattern_in
+
+    unfit, wanted = vars(dataset), "--dataset beside it"
+    if folder is not None:
+        unfit = {**vars(clips), "format": clips.format != "native"}
         wanted = "nothing of the kind beside --dataset"
-        of_clips = {**vars(clips), "format": clips.format != "native"}
-        given = [name for name, value in of_clips.items() if value]
-    if given:
-        raise UsageError(f"--{given[0].replace('_', '-')}", wanted=wanted)
+    for name, value in unfit.items():
+        if value is not None and value is not False:
+            raise UsageError(f"--{name.replace('_', '-')}", wanted=wanted)
     _check_source(source, dataset.patterns, selection, captures_allowed=folder is not None)
     search_options = {**matching, "selection": selection}
     with options.opened(db, out, words) as library:
         if folder is None:
-            count = _clips(out, library, source, clips, search_options, pad, force)
-        else:
-            groups = _groups(out, library, source, dataset.patterns, search_options)
-            end_progress()
-            count = _dataset(out, library, groups, folder, dataset, search_options, pad, force)
-    return 2 if library.refused else not count
+            requests = source.requests(library)
+            if requests is None:
+                query = pattern_in(str(source.pattern))
+                pattern = pattern_of(out, library, query, library.words)
+                hits = hits_in(library.search(pattern, **search_options))
+                requests = from_hits(hits, hits.pattern)
+            folder = clips.output or Path("clips")
+            form = ClipOptions(pad, clips.format, clips.origin, clips.preview)
+            manifest = export(library.store, requests, folder, form, force=force)
+            for clip in manifest:
+                out.row([folder / clip["clip"]], clip)
+            out.note(f"{counted(len(manifest), 'clip')} in {folder}")
+            return 2 if library.refused else not manifest
+        from lanindex.pipeline.dataset import write
+
+        groups = _groups(out, library, source, dataset.patterns, search_options)
+        card_options = _card_options(search_options)
+        how = dataset.form(pad=pad, force=force, search_options=card_options)
+        written = write(library.store, groups, folder, how)
+    _report(out, written, folder)
+    return 2 if library.refused else not written.clips
 
 
 def _check_source(
@@ -134,45 +161,8 @@ def _check_source(
     if source.capture is None and not (source.begin is None and source.end is None):
         raise UsageError("--from and --to", wanted="--capture beside them")
     if selection.globs and (source.capture is not None or source.pattern == "-"):
-        wanted = (
-            "patterns, or whole captures, beside them"
-            if captures_allowed
-            else "a pattern beside them"
-        )
-        raise UsageError("--in and --where", wanted=wanted)
-
-
-def _clips(
-    out: Output,
-    library: Library,
-    source: Source,
-    clips: Clips,
-    search_options: dict[str, Any],
-    pad: str,
-    force: bool,
-) -> int:
-    """Write clips, and return how many."""
-    from lanindex.pipeline.export import ClipOptions, export
-    from lanindex.pipeline.named import from_hits
-    from lanindex.search.hits import hits_in
-    from lanindex.search.language.score import pattern_in
-
-    requests: Iterable[Request] | None = source.requests(library)
-    if requests is None:
-        pattern = pattern_of(out, library, pattern_in(str(source.pattern)), library.words)
-        hits = hits_in(library.search(pattern, **search_options))
-        end_progress()
-        requests = from_hits(hits, hits.pattern)
-    folder = clips.output or Path("clips")
-    form = ClipOptions(pad, clips.format, clips.origin, clips.preview)
-    manifest = export(library.store, requests, folder, form, force=force)
-    for row in manifest:
-        if out.json:
-            out.record(row)
-        else:
-            out.line(str(folder / row["clip"]))
-    out.note(f"{counted(len(manifest), 'clip')} in {folder}")
-    return len(manifest)
+        searched = "patterns, or whole captures," if captures_allowed else "a pattern"
+        raise UsageError("--in and --where", wanted=f"{searched} beside them")
 
 
 def _groups(
@@ -194,19 +184,19 @@ def _groups(
         labels, groups = library.store.texts("label"), []
         for label in read_patterns(patterns):
             text = pattern_in(label.text, patterns.parent)
-            group = of_hits(
-                hits_in(library.search(text, **search_options)), label.name, sentence_of(text)
-            )
+            hits = hits_in(library.search(text, **search_options))
             wanted = frozenset(number for number, it in labels.items() if label.wants(it))
+            group = of_hits(hits, label.name, sentence_of(text))
             groups.append(replace(group, expected=wanted))
         return groups
     requests = source.requests(library)
     if requests is not None:
+        by_pattern: dict[str, list[Request]] = defaultdict(list)
+        for request in requests:
+            by_pattern[request.pattern].append(request)
         return [
-            of_requests(
-                (it for it in requests if it.pattern == pattern), sentence=sentence_of(pattern)
-            )
-            for pattern in dict.fromkeys(request.pattern for request in requests)
+            of_requests(clips, sentence=sentence_of(pattern))
+            for pattern, clips in by_pattern.items()
         ]
     if source.pattern is None:
         return [of_captures(library.captures(search_options["selection"]))]
@@ -216,36 +206,6 @@ def _groups(
     hits = hits_in(library.search(pattern, **search_options))
     sentence = sentence_of(pattern, named_patterns(pattern, library.words))
     return [of_hits(hits, sentence=entry.sentence if entry else sentence)]
-
-
-def _dataset(
-    out: Output,
-    library: Library,
-    groups: list[ClipGroup],
-    folder: Path,
-    dataset: Dataset,
-    search_options: dict[str, Any],
-    pad: str,
-    force: bool,
-) -> int:
-    """Write a data set, and return its size in bytes."""
-    from lanindex.pipeline.dataset import DatasetOptions, write
-
-    values: dict[str, Any] = {
-        "layout": dataset.layout,
-        "rate": dataset.fps and options.rate(dataset.fps),
-        "shares": dataset.split,
-        "split_by": dataset.split_by,
-        "seed": dataset.seed,
-    }
-    values = {name: value for name, value in values.items() if value is not None}
-    dataset_options = DatasetOptions(
-        pad=pad, force=force, search_options=_card_options(search_options)
-    )
-    written = write(library.store, groups, folder, replace(dataset_options, **values))
-    end_progress()
-    _report(out, written, folder)
-    return len(written.clips)
 
 
 def _card_options(search_options: dict[str, Any]) -> dict[str, str]:
