@@ -1,4 +1,4 @@
-"""How hits, traces and staves are printed: on a terminal, to a pipe, as JSON lines."""
+"""How hits and staves are printed: on a terminal, to a pipe, as JSON lines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from lanindex.draw.text import TextStaff
     from lanindex.model import Capture, Hit, Track
     from lanindex.pipeline import Library
-    from lanindex.search.explain import Trace
 
 NARROW = 24  # least cells for the symbols of a hit to be wrapped below each other
 
@@ -47,25 +46,6 @@ def hits(out: Output, hits: Iterable[Hit], pattern: str) -> None:
         out.line(out.paint(time, "place"), "  ", out.paint(frames, "dim"), fit, first)
         for other in others:
             out.line(indent, other)
-
-
-def trace(out: Output, trace: Trace) -> None:
-    """Print how a pattern met one capture: the steps of its hits, or where it failed."""
-    from lanindex.search.explain.why import doubts
-
-    out.line(out.paint(trace.capture.path, "path"))
-    for hit, steps in trace.hits:
-        out.line(out.paint(hit.when, "place"), f"  fit {hit.fit:.2f}")
-        width = max(len(it.step) for it in steps)
-        for matched in steps:
-            symbols = "; ".join(f"{it}, {doubts(it)}" for it in matched.symbols)
-            step = matched.step.ljust(width)
-            out.line("  ", step, "  " if width else "", symbols or "left out")
-    for stop in trace.stops:
-        if stop.reached:
-            out.line("found:      ", stop.reached)
-        out.line("not found:  ", stop.wanted)
-        out.line("  ", stop.reason)
 
 
 def staff(

@@ -50,14 +50,7 @@ class Painted(str):
 
 
 def escaped(text: str) -> str:
-    r"""Return text that is safe to print: what would steer a terminal is escaped.
-
-    Examples
-    --------
-    >>> from lanindex.app.output import escaped
-    >>> print(escaped("walk\x1b[31m.bvh"))
-    walk\x1b[31m.bvh
-    """
+    """Return text that is safe to print: what would steer a terminal is escaped."""
     return text if isinstance(text, Painted) or text.isprintable() else text.translate(ESCAPED)
 
 
@@ -102,17 +95,14 @@ class Output:
 
     def content(self, text: str) -> None:
         """Print a file: unchanged to a pipe, escaped to a terminal."""
-        if self.terminal:
-            self.text(text.removesuffix("\n"))
-        else:
-            _say(text.removesuffix("\n"), sys.stdout)
+        text = text.removesuffix("\n")
+        self.text(text) if self.terminal else _say(text, sys.stdout)
 
     def record(self, values: dict[str, Any]) -> None:
         """Print a result as a JSON line."""
         line = _encode(ascii=not self.unicode)(values)
-        plain = line.isascii() and "\x7f" not in line  # JSON escapes all before the space
-        if not plain and not line.isprintable():
-            line = line.translate(_IN_JSON)
+        if "\x7f" in line or not (line.isascii() or line.isprintable()):
+            line = line.translate(_IN_JSON)  # JSON escapes all before the space
         _say(line, sys.stdout)
 
     def records(self, values: Iterable[dict[str, Any]]) -> None:
@@ -120,8 +110,10 @@ class Output:
         for value in values:
             self.record(value)
 
-    def row(self, values: Iterable[Any]) -> None:
-        """Print a result as tab-separated fields."""
+    def row(self, values: Iterable[Any], record: dict[str, Any] | None = None) -> None:
+        """Print a result as tab-separated fields, or its `record` as JSON."""
+        if self.json and record is not None:
+            return self.record(record)
         texts = list(map(str, values))
         if not "".join(texts).isprintable():
             texts = list(map(escaped, texts))
@@ -142,15 +134,22 @@ class Output:
         if self.verbose:
             _say(escaped(line), sys.stderr)
 
-    def table(self, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-        """Print rows: as columns that fit the terminal, tab-separated to a pipe."""
-        lines = [[escaped(str(cell)) for cell in row] for row in [head, *rows]]
-        if not self.terminal:
-            for line in lines:
-                self.row(line)
-            return
-        for index, text in enumerate(aligned(lines)):
-            self.line(self.paint(text, "dim") if index == 0 else text)
+    def table(
+        self,
+        head: Sequence[str],
+        rows: Iterable[Sequence[Any]],
+        records: Iterable[dict[str, Any]] = (),
+    ) -> None:
+        """Print rows as columns that fit the terminal or tab-separated, or `records` as JSON."""
+        if self.json:
+            self.records(records)
+        elif not self.terminal:
+            for row in (head, *rows):
+                self.row(row)
+        else:
+            lines = [[escaped(str(cell)) for cell in row] for row in (head, *rows)]
+            for index, text in enumerate(aligned(lines)):
+                self.line(self.paint(text, "dim") if index == 0 else text)
 
     def watch(self, noun: str, done: int, total: int) -> None:
         """Note how far a job is; show it on a terminal if the job takes a while."""
@@ -160,8 +159,7 @@ class Output:
         if not self.watched or now - _job.begun < PATIENCE:
             return
         if _job.bar is None or is_new:
-            if _job.bar is not None:
-                _remove_bar(_job.bar)
+            _remove_bar(_job.bar)
             _job.bar = self._bar(total, noun)
         # the end of a job is drawn at once
         _job.bar.update(_job.bar.task_ids[0], completed=done, refresh=done >= total)
@@ -227,18 +225,7 @@ _job = _Job()
 
 
 def how_far() -> str:
-    """Return how far the running job is: `` after 12 of 300 captures``; empty if there is none.
-
-    Examples
-    --------
-    >>> from lanindex.app.output import Output, end_progress, how_far
-    >>> Output(quiet=True).watch("captures", 12, 1300)
-    >>> how_far()
-    ' after 12 of 1,300 captures'
-    >>> end_progress()
-    >>> how_far()
-    ''
-    """
+    """Return how far the running job is: `` after 12 of 300 captures``; empty if there is none."""
     return f" after {_job.done:,} of {_job.total:,} {_job.noun}" if _job.total > 1 else ""
 
 
@@ -287,10 +274,10 @@ def end_progress() -> None:
     _job = _Job()
 
 
-def _remove_bar(bar: Progress) -> None:
+def _remove_bar(bar: Progress | None) -> None:
     """Remove a progress bar from the terminal."""
-    bar.stop()
     if bar in _bars:
+        bar.stop()
         _bars.remove(bar)
 
 
@@ -301,7 +288,12 @@ def choice(name: str, value: str, choices: Sequence[str]) -> None:
 
 
 def _say(line: str, stream: TextIO) -> None:
-    for bar in _bars:  # bars step aside
+    """Print a line; it ends the display of the job that was watched, and other bars step aside."""
+    global _job
+    if _job.noun:
+        _remove_bar(_job.bar)
+        _job = _Job()
+    for bar in _bars:
         bar.stop()
     print(line, file=stream, flush=stream is sys.stderr or bool(_bars))
     for bar in _bars:
@@ -317,14 +309,7 @@ def _encode(*, ascii: bool) -> Callable[[Any], str]:
 
 
 def width(text: str) -> int:
-    """Return how many cells of a terminal a text takes: wide characters take two.
-
-    Examples
-    --------
-    >>> from lanindex.app.output import width
-    >>> width("walk"), width("歩く"), width("e\u0301")
-    (4, 4, 1)
-    """
+    """Return how many cells of a terminal a text takes: wide characters take two."""
     return len(text) if text.isascii() else sum(map(_cells, text))
 
 
@@ -335,14 +320,7 @@ def _cells(character: str) -> int:
 
 
 def cut(text: str, most: int) -> str:
-    """Return a text of at most `most` cells, with ``…`` for its middle if it is longer.
-
-    Examples
-    --------
-    >>> from lanindex.app.output import cut
-    >>> cut("archive/1998/walk.bvh", 13)
-    'archiv…lk.bvh'
-    """
+    """Return a text of at most `most` cells, with ``…`` for its middle if it is longer."""
     if width(text) <= most:
         return text
     room = most - 1
@@ -362,14 +340,7 @@ def _prefix(text: str, most: int) -> str:
 
 
 def wrapped(pieces: Iterable[str], most: int) -> list[str]:
-    """Return pieces joined by commas, on lines of at most `most` cells if possible.
-
-    Examples
-    --------
-    >>> from lanindex.app.output import wrapped
-    >>> wrapped(["r_arm high", "mid", "low"], 16)
-    ['r_arm high, mid,', 'low']
-    """
+    """Return pieces joined by commas, on lines of at most `most` cells if possible."""
     lines = [""]
     for piece in pieces:
         longer = f"{lines[-1]}, {piece}" if lines[-1] else piece
@@ -399,11 +370,8 @@ def _column_widths(columns: Sequence[Sequence[str]]) -> list[int]:
     words = [at for at, column in enumerate(columns) if any(map(str.isalpha, "".join(column[1:])))]
     over = sum(widths) + 2 * (len(widths) - 1) - room()
     while over > 0 and (wide := [at for at in words if widths[at] > LEAST]):
-        widest, *others = sorted(wide, key=lambda at: -widths[at])
-        least = max([LEAST, *(widths[at] for at in others[:1])])
-        less = max(1, min(over, widths[widest] - least))
-        widths[widest] -= less
-        over -= less
+        widths[max(wide, key=widths.__getitem__)] -= 1
+        over -= 1
     return widths
 
 

@@ -77,6 +77,15 @@ def test_one_thing_has_no_middle(total: int, text: str) -> None:
     Output(quiet=True).watch("captures", 1, total)
     assert how_far() == text
     end_progress()
+    assert how_far() == ""
+
+
+def test_a_line_ends_the_job(capsys: pytest.CaptureFixture[str]) -> None:
+    out = Output()
+    out.watch("captures", 1, 3)
+    out.line("found")
+    assert how_far() == ""
+    assert capsys.readouterr().out == "found\n"
 
 
 def test_what_is_broken_off_says_how_far_it_came(place: Path) -> None:

@@ -90,6 +90,7 @@ def test_every_control_is_escaped() -> None:
     assert escaped("".join(map(chr, range(0x3000)))).isascii() is False
     assert STEERING.findall(escaped("".join(map(chr, range(0x3000))))) == []
     assert escaped("plain 歩く é") == "plain 歩く é"
+    assert escaped("walk\x1b[31m.bvh") == "walk\\x1b[31m.bvh"
 
 
 def test_what_is_painted_stands_alone(capsys: pytest.CaptureFixture[str]) -> None:
@@ -151,6 +152,11 @@ class TestWidth:
         seen = screen(shown("list", cwd=place, columns=80))
         assert re.search(r"a/longlong\w*…\w*/bow\.bvh", seen)
         assert re.search(r"a/(歩く)+歩?…く?(歩く)+\.bvh", seen)
+
+    def test_wide_and_combining_characters_count_as_cells(self) -> None:
+        assert [output.width(it) for it in ("walk", "歩く", "e\u0301")] == [4, 4, 1]
+        assert output.cut("archive/1998/walk.bvh", 13) == "archiv…lk.bvh"
+        assert output.wrapped(["r_arm high", "mid", "low"], 16) == ["r_arm high, mid,", "low"]
 
     def test_cut_leaves_no_half_character(self) -> None:
         for text in ("歩く" * 9, "e\u0301" * 30, "walk" * 9, "歩e\u0301" * 12):

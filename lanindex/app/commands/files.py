@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lanindex.model import Motion
     from lanindex.pipeline.prepare import Outcome
 
-MANY = 16  # files from which on several processes are worth their start
+MANY = 16  # number of files that is worth the start of several processes
 
 
 def ingest(
@@ -111,7 +111,7 @@ def _left_out(paths: list[str], *read_paths: str | None) -> str:
 
 
 def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
-    tally.update({outcome.status: 1, "frames": outcome.frames, "symbols": outcome.symbols})
+    tally.update({outcome.status: 1, "symbols": outcome.symbols})
     tally["milliseconds"] += round(1000 * outcome.seconds)
     tally["warnings"] += len(outcome.warnings)
     tally["anew"] += outcome.was_stored and outcome.status == "added"
@@ -308,7 +308,7 @@ def _facts(motion: Motion) -> dict[str, Any]:
 
 
 def _height(motion: Motion) -> float:
-    """Return the median height; joint by joint, for long captures have too many to hold."""
+    """Return the median height, mm; one joint at a time, because long captures need much memory."""
     import numpy as np
 
     from lanindex.alphabet import JOINTS

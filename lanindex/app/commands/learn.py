@@ -149,13 +149,14 @@ def words(
 def _entry(entries: Mapping[str, Entry], word: str) -> Entry:
     from lanindex.search.dictionary import absent, spelled
 
-    entry = entries.get(spelled(word))
-    if entry is None:
-        if why := absent(spelled(word)):
-            raise UsageError(f'no word "{word}" in the dictionary of movement: {why}')
-        remedy = did_you_mean(spelled(word), entries) or "All are shown by: lanindex words"
-        raise UsageError(f'no word "{word}" in the dictionary of movement', remedy=remedy)
-    return entry
+    name = spelled(word)
+    if name in entries:
+        return entries[name]
+    found = f'no word "{word}" in the dictionary of movement'
+    if why := absent(name):
+        raise UsageError(f"{found}: {why}")
+    remedy = did_you_mean(name, entries) or "All are shown by: lanindex words"
+    raise UsageError(found, remedy=remedy)
 
 
 def _record(entry: Entry, entries: Mapping[str, Entry]) -> dict[str, Any]:

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from lanindex.model import Capture, Track
     from lanindex.pipeline import Library
 
-    Captures = Iterable[tuple[Capture, dict[str, Track]]]
-
 MEASURES_WIDTH = 94  # columns of a terminal that has room for measures
 
 
@@ -37,9 +35,7 @@ def list_captures(
     if doubts:
         captures = [capture for capture in captures if capture.warnings]
     seconds = [float(capture.frames / capture.rate) for capture in captures]
-    if out.json:
-        out.records(map(records.of_capture, captures))
-    elif doubts:
+    if doubts and not out.json:
         for capture in captures:
             if out.terminal:
                 out.line(out.paint(capture.path, "path"))
@@ -49,11 +45,12 @@ def list_captures(
                 else:
                     out.row([capture.id, capture.path, warning])
     elif captures:
-        rows = [
+        rows = (
             (it.id, it.path, it.label, f"{float(it.rate):g}", it.frames, f"{length:.2f}")
             for it, length in zip(captures, seconds, strict=True)
-        ]
-        out.table(("id", "path", "label", "fps", "frames", "seconds"), rows)
+        )
+        head = ("id", "path", "label", "fps", "frames", "seconds")
+        out.table(head, rows, map(records.of_capture, captures))
     out.note(f"{counted(len(captures), 'capture')}, {duration(sum(seconds))}")
     return not captures
 
@@ -102,19 +99,19 @@ def show(
             if not symbols:
                 return 1
         for found, tracks in captures:  # none is left where they were saved
-            if staff:
-                shown = [it for it in tracks if len(tracks[it]) and it in (part or tracks)]
-                if shown:
-                    formatting.staff(out, found, tracks, part and shown)
-                symbols += sum(len(tracks[it]) for it in shown)
-            else:
+            shown = [it for it in tracks if len(tracks[it]) and it in (part or tracks)]
+            symbols += sum(len(tracks[it]) for it in shown)
+            if not staff:
                 _show(out, found, tracks)
-                symbols += sum(map(len, tracks.values()))
+            elif shown:
+                formatting.staff(out, found, tracks, part and shown)
     out.note(counted(symbols, "symbol"))
     return not symbols
 
 
-def _save(output: Path, form: str, captures: Captures, force: bool) -> int:
+def _save(
+    output: Path, form: str, captures: Iterable[tuple[Capture, dict[str, Track]]], force: bool
+) -> int:
     """Write symbols into a table as they come, and return their number; none: no file."""
     from lanindex.notation import TABLES
     from lanindex.notation.tables import rows_in
@@ -138,13 +135,13 @@ def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
     """List the symbols of a capture's tracks."""
     from lanindex.alphabet import MEASURES
 
+    symbols = [symbol for track in tracks.values() for symbol in track.listed()]
+    if out.json:
+        return out.records(records.of_row(capture, symbol) for symbol in symbols)
     more = MEASURES if not out.terminal or room() >= MEASURES_WIDTH else ()
     rows = []
-    for symbol in (symbol for track in tracks.values() for symbol in track.listed()):
+    for symbol in symbols:
         record = records.of_row(capture, symbol)
-        if out.json:
-            out.record(record)
-            continue
         words = f"{symbol.words}{'*' if symbol.passing else ''}"
         frames = f"{symbol.span.start}-{symbol.span.stop}"
         seconds = f"{record['start']:.2f}-{record['end']:.2f}"
@@ -153,10 +150,8 @@ def _show(out: Output, capture: Capture, tracks: dict[str, Track]) -> None:
         for measure in (getattr(symbol, name) for name in more):
             row.append(f"{measure:.2f}" if isinstance(measure, float) else measure)
         rows.append(["" if cell is None else cell for cell in row])
-    if not out.json:
-        out.line(out.paint(capture.path, "path"))
-        head = ("part", "symbol", "frames", "seconds", "margin", "swings", "else", *more)
-        out.table(head, rows)
+    out.line(out.paint(capture.path, "path"))
+    out.table(("part", "symbol", "frames", "seconds", "margin", "swings", "else", *more), rows)
 
 
 def remove(
@@ -187,10 +182,9 @@ def remove(
             chosen = [it for it in found if it.id in wanted or not (captures or missing)]
         if not dry_run:
             library.remove(*damaged, *(capture.id for capture in chosen))
-    if out.json:
-        out.records(map(records.of_capture, chosen))
-    elif chosen:
-        out.table(("id", "path"), [(capture.id, capture.path) for capture in chosen])
+    if chosen:
+        rows = ((capture.id, capture.path) for capture in chosen)
+        out.table(("id", "path"), rows, map(records.of_capture, chosen))
     gone = len(chosen) + len(damaged)
     out.note(f"{counted(gone, 'capture')} {'would be ' if dry_run else ''}removed")
     return not gone
@@ -235,10 +229,7 @@ def check(db: options.Db = options.DB, *, out: options.DbOut) -> int:
 
     damage = migrate.check(db)
     for sentence in damage:
-        if out.json:
-            out.record({"damage": sentence})
-        else:
-            out.line(sentence)
+        out.row([sentence], {"damage": sentence})
     out.note(f"{db}: {len(damage) or 'no'} damage{'s' if len(damage) > 1 else ''} found")
     return bool(damage)
 

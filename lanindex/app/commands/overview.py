@@ -12,7 +12,7 @@ import lanindex
 from lanindex import records
 from lanindex.app import options
 from lanindex.app.options import argument, dependent, exclusive, flag, option
-from lanindex.app.output import Output, counted, cut_note, duration, end_progress, say_error
+from lanindex.app.output import Output, counted, cut_note, duration, say_error
 from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
@@ -169,7 +169,6 @@ def motifs(
             sample=sample,
             timeout=timeout,
         )
-    end_progress()
     motifs = result.found
     shown = motifs[: limit or (MOTIFS_ON_TERMINAL if out.terminal else None)]
     for motif in shown:
@@ -189,26 +188,25 @@ def _note_sample(out: Output, result: Motifs | Groups, remedy: str) -> None:
 
 
 def _motif(out: Output, motif: Recurring, result: Motifs) -> None:
-    first = motif.places[0]
-    span = f"[{first.span.start}, {first.span.stop})"
-    if out.json:
-        places = [
-            {
-                **records.of_name(place.capture),
-                "start_frame": place.span.start,
-                "end_frame": place.span.stop,
-            }
-            for place in motif.places
-        ]
-        counts = {"hits": len(places), "captures": motif.captures, "places": places}
-        sample = {"sampled": result.captures, "of": result.of}
-        out.record({"pattern": motif.pattern, "part": motif.part, **counts, **sample})
-    elif out.terminal:
+    path, span = motif.places[0].capture.path, motif.places[0].span
+    frames = f"[{span.start}, {span.stop})"
+    if out.terminal:
         times = f"{counted(motif.hits, 'hit')} in {counted(motif.captures, 'capture')}"
         out.line(out.paint(motif.pattern, "match"))
-        out.line(out.paint(f"    {times}, first {first.capture.path} {span}", "dim"))
-    else:
-        out.row([motif.hits, motif.captures, motif.pattern, first.capture.path, span])
+        out.line(out.paint(f"    {times}, first {path} {frames}", "dim"))
+        return
+    places = [
+        {
+            **records.of_name(place.capture),
+            "start_frame": place.span.start,
+            "end_frame": place.span.stop,
+        }
+        for place in motif.places
+    ]
+    counts = {"hits": len(places), "captures": motif.captures, "places": places}
+    sample = {"sampled": result.captures, "of": result.of}
+    record = {"pattern": motif.pattern, "part": motif.part, **counts, **sample}
+    out.row([motif.hits, motif.captures, motif.pattern, path, frames], record)
 
 
 def similar(
@@ -234,29 +232,25 @@ def similar(
         result = library.similar(
             selection, groups=groups, alike=least, sample=sample, timeout=timeout
         )
-    end_progress()
-    rows = []
-    for number, group in enumerate(result.groups, 1):
-        if out.json:
-            out.record(
-                {
-                    "group": number,
-                    "count": len(group.captures),
-                    "likeness": round(group.likeness, 3),
-                    **records.of_name(group.captures[0]),
-                    "label": group.captures[0].label,
-                    "captures": [capture.path for capture in group.captures],
-                    "sampled": result.captures,
-                    "of": result.of,
-                }
-            )
-        elif out.terminal and len(group.captures) == 1:
-            break  # so are all that follow; the summary counts them
-        else:
-            rows.append(_group(out, group))
-    if rows:
-        out.table(("captures", "alike", "labels", "most like all", "others"), rows)
     alone = sum(len(group.captures) == 1 for group in result.groups)
+    # on a terminal the summary counts those of one capture, which come last
+    shown = result.groups[: len(result.groups) - alone] if out.terminal else result.groups
+    if shown:
+        group_records = (
+            {
+                "group": number,
+                "count": len(group.captures),
+                "likeness": round(group.likeness, 3),
+                **records.of_name(group.captures[0]),
+                "label": group.captures[0].label,
+                "captures": [capture.path for capture in group.captures],
+                "sampled": result.captures,
+                "of": result.of,
+            }
+            for number, group in enumerate(shown, 1)
+        )
+        head = ("captures", "alike", "labels", "most like all", "others")
+        out.table(head, (_group(out, group) for group in shown), group_records)
     out.detail(f"{result.pairs:,} pairs were compared: {'all' if result.every else 'the nearest'}")
     _note_sample(out, result, "were compared: --all compares all")
     if not result.every:
@@ -324,7 +318,6 @@ def evaluate(
     results = evaluate(
         clips, expectations, near=near, fuzzy=fuzzy, timeout=timeout, progress=out.watch
     )
-    end_progress()
     for result in results:
         for line in too_rich(result.refused):
             say_error(f"{result.expectation.name}: {line}; it counts as not found")
@@ -345,17 +338,15 @@ def _results(out: Output, results: list[Result], misses: bool) -> None:
     """Print the figures of each pattern, and the clips that were judged wrongly if `misses`."""
     from lanindex.model.capture import in_words
 
-    records = [result.record(misses=misses and out.json) for result in results]
-    if out.json:
-        return out.records(records)
+    lines = [result.record(misses=misses and out.json) for result in results]
     figures, counts = ("precision", "recall", "f1"), ("found_rightly", "found_wrongly", "missed")
     rows = []
-    for record in records:
+    for record in lines:
         values = ("-" if record[key] is None else f"{record[key]:.3f}" for key in figures)
         rows.append((record["name"], *values, *(record[key] for key in counts)))
-    out.table(("pattern", *figures, "right", "wrong", "missed"), rows)
-    for result in results if misses else ():
-        for miss in result.misses:
+    out.table(("pattern", *figures, "right", "wrong", "missed"), rows, lines)
+    for result in results:
+        for miss in result.misses if misses and not out.json else ():
             kind, capture = "wrongly" if miss.hit else "missed", miss.capture
             out.line(f"{result.expectation.name}: {kind} {capture.path} ({capture.label})")
             if miss.hit:

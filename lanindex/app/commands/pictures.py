@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -21,7 +19,7 @@ if TYPE_CHECKING:
     from lanindex.model import Reading, Symbol
     from lanindex.pipeline.named import Named
 
-TRACKS_NAMED = 6  # tracks that only one score has, as many as `diff` names
+TRACKS_NAMED = 6  # how many of the tracks that only one score has `diff` names
 
 
 def score(
@@ -150,9 +148,12 @@ def play(
     if file_fps is not None:
         reading = replace(reading, rate=options.rate(file_fps))
     library = partial(Store.open, db, readonly=True)
-    with _file_fps():
+    try:
         named = resolve(options.one_line(capture), library, reading, profile=profile)
         motion = motion_of(named, library, reading, rate)
+    except LanindexError as error:
+        error.found, error.remedy = _with_file_fps(error.found), _with_file_fps(error.remedy)
+        raise
     if not named.capture:
         warnings = dict.fromkeys((*named.score.warnings, *motion.warnings))
         out.notes(map(_with_file_fps, warnings), named.path)
@@ -175,17 +176,8 @@ def play(
     out.note(f"{target}: {len(film)} frames at {float(rate):g} Hz, {seconds:.2f} s")
 
 
-@contextmanager
-def _file_fps() -> Iterator[None]:
-    """Rename the option in errors of readers: their ``--fps`` is ``--file-fps`` here."""
-    try:
-        yield
-    except LanindexError as error:
-        error.found, error.remedy = _with_file_fps(error.found), _with_file_fps(error.remedy)
-        raise
-
-
 def _with_file_fps(text: str) -> str:
+    """Rename the option in a message of a reader: its ``--fps`` is ``--file-fps`` here."""
     return text.replace("--fps", "--file-fps")
 
 
@@ -239,11 +231,10 @@ def diff(
         out.notes(picture.warnings)
         content = rendered(picture, form, scale or 1.0)
         write_all([(output, content)], force=force, sources=[it.path for it in named])
-    if out.json:
-        out.records(map(records.of_difference, differences))
-    elif differences:
-        rows = [(it.part, *_cells(it.one), *_cells(it.other), _change(it)) for it in differences]
-        out.table(("part", "A", "seconds", "B", "seconds", "B is"), rows)
+    if differences:
+        rows = ((it.part, *_cells(it.one), *_cells(it.other), _change(it)) for it in differences)
+        head = ("part", "A", "seconds", "B", "seconds", "B is")
+        out.table(head, rows, map(records.of_difference, differences))
     for it, only in zip(named, compared.only, strict=True):
         if only:
             more = f" and {len(only) - TRACKS_NAMED} more" if len(only) > TRACKS_NAMED else ""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from lanindex import records
 from lanindex.app import completion, formatting, options
 from lanindex.app.options import argument, exclusive, flag, option
-from lanindex.app.output import Output, choice, counted, cut_note, end_progress
+from lanindex.app.output import Output, choice, counted, cut_note
 from lanindex.errors import UsageError, shown
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 ON_TERMINAL = 20  # hits that a terminal shows without --limit
 LIKE_LIMIT = 100  # captures that --like shows in a pipe without --limit
-TROUBLES = 10  # hits that cannot be drawn, as many as are named
+TROUBLES = 10  # how many of the hits that cannot be drawn are named
 TIER = "hits"  # the default name of a tier
 
 
@@ -144,7 +144,6 @@ def run(
         hits = library.search(
             pattern, selection, best=best, timeout=timeout, memory=memory, **matching
         )
-        end_progress()
         if isinstance(hits, Counts):
             _counts(out, hits, view)
         elif view.into is not None and hits:
@@ -222,31 +221,23 @@ def _count(out: Output, library: Library, hits: Hits) -> None:
     """Print the number of hits in each capture."""
     tally = dict(hits.tally())
     for number, path in library.store.texts("path", tally).items():
-        if out.json:
-            out.record({"capture": path, "capture_id": number, "count": tally[number]})
-        else:
-            out.row([path, tally[number]])
+        count = tally[number]
+        out.row([path, count], {"capture": path, "capture_id": number, "count": count})
     out.note(_numbers(hits))
 
 
 def _counts(out: Output, counts: Counts, view: View) -> None:
     """Print what a pattern that ends in ``| count`` counted."""
-    for name, value in (
-        ("--into", view.into),
-        ("--context", view.context),
-        ("--preview", view.preview),
-    ):
-        exclusive(name, value, {"| count": True})
-    rows = counts.dicts()[: view.limit]
-    if out.json:
-        out.records(rows)
-    elif counts.by is None:
-        out.row([counts.total])
+    for name in ("into", "context", "preview"):
+        exclusive(f"--{name}", getattr(view, name), {"| count": True})
+    dicts = counts.dicts()[: view.limit]
+    if counts.by is None:
+        out.row([counts.total], dicts[0])
     else:
-        values = (("-" if row["value"] is None else row["value"], row["count"]) for row in rows)
-        out.table((str(counts.by), "hits"), list(values))
+        rows = (("-" if it["value"] is None else it["value"], it["count"]) for it in dicts)
+        out.table((str(counts.by), "hits"), rows, dicts)
     by = f" by {counted(len(counts), 'value')}" if counts.by else ""
-    out.note(f"{counted(counts.total, 'hit')}{by}{cut_note(len(rows), len(counts))}")
+    out.note(f"{counted(counts.total, 'hit')}{by}{cut_note(len(dicts), len(counts))}")
 
 
 def _draw(out: Output, library: Library, hits: Hits, path: Path, force: bool) -> None:
@@ -267,7 +258,6 @@ def _draw(out: Output, library: Library, hits: Hits, path: Path, force: bool) ->
             yield file, content
 
     write_all(files(), force=force, suspects=partial(suspects, library.store))
-    end_progress()
     out.notes(troubles[:TROUBLES], "not drawn")
     if len(troubles) > TROUBLES:
         out.note(f"and {len(troubles) - TROUBLES} more, each with its reason in the picture")
@@ -297,15 +287,27 @@ def _write_tier(out: Output, hits: Hits, view: View, pattern: str) -> None:
 
 
 def _print_trace(out: Output, trace: Trace) -> bool:
-    """Print how a pattern met one capture, and return whether it has no hits there."""
-    from lanindex.search.explain.why import records_of
+    """Print the steps of a pattern's hits in one capture, or where matching failed."""
+    from lanindex.search.explain.why import doubts, records_of
 
     if trace.refused:
         raise trace.refused
     if out.json:
         out.records(records_of(trace))
-    else:
-        formatting.trace(out, trace)
+        return not trace.hits
+    out.line(out.paint(trace.capture.path, "path"))
+    for hit, steps in trace.hits:
+        out.line(out.paint(hit.when, "place"), f"  fit {hit.fit:.2f}")
+        width = max(len(it.step) for it in steps)
+        for matched in steps:
+            symbols = "; ".join(f"{it}, {doubts(it)}" for it in matched.symbols)
+            step = matched.step.ljust(width)
+            out.line("  ", step, "  " if width else "", symbols or "left out")
+    for stop in trace.stops:
+        if stop.reached:
+            out.line("found:      ", stop.reached)
+        out.line("not found:  ", stop.wanted)
+        out.line("  ", stop.reason)
     return not trace.hits
 
 
@@ -322,7 +324,6 @@ def _print_alike(
     most = limit or (ON_TERMINAL if out.terminal else LIKE_LIMIT)
     reach = max(most, LIKE_LIMIT) if rerank else most
     alike = library.like(clip, selection, limit=reach, rerank=rerank, timeout=timeout)
-    end_progress()
     hits = alike.hits[:most]
     if out.terminal:
         rows = []
