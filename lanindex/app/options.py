@@ -132,15 +132,6 @@ def ungrouped(verb: Callable[..., int | None]) -> Callable[..., None]:
     return call
 
 
-def _output(
-    json: bool = flag("--json", "Print JSON lines."),
-    quiet: bool = option(False, None, "Print results and errors only.", "-q", "--quiet"),
-    verbose: bool = option(False, None, "Print more on standard error.", "-v", "--verbose"),
-    color: str = option("auto", "auto|always|never", "When to use colour."),
-) -> Output:
-    return Output(json, quiet, verbose, color)
-
-
 def _reading(
     unit: str | None = option(None, "mm|cm|m|inch|cmu", "Unit of the file, if you know it."),
     up: str | None = option(None, "x|y|z|-x|-y|-z", "Vertical axis of the file."),
@@ -191,10 +182,10 @@ def _matching(
     return {**timing, "near": near, "fuzzy": fuzzy}
 
 
-Out = Annotated[Output, Group(_output)]
-PlainOut = Annotated[Output, Group(_output, json=False)]
-ColorOut = Annotated[Output, Group(_output, json=False, quiet=False, verbose=False)]
-DbOut = Annotated[Output, Group(_output, verbose=False)]
+Out = Annotated[Output, Group(Output)]
+PlainOut = Annotated[Output, Group(Output, json=False)]
+ColorOut = Annotated[Output, Group(Output, json=False, quiet=False, verbose=False)]
+DbOut = Annotated[Output, Group(Output, verbose=False)]
 Reading = Annotated[Any, Group(_reading)]
 FilmReading = Annotated[Any, Group(_reading, fps=None)]  # where --fps is that of a film
 Selected = Annotated[Selection, Group(_selection)]

@@ -14,7 +14,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from time import monotonic
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
+
+from typer import Option
 
 from lanindex.errors import PatternError, UsageError
 
@@ -56,12 +58,14 @@ def escaped(text: str) -> str:
 
 @dataclass(frozen=True)
 class Output:
-    """What the user asked to see."""
+    """What the user asked to see, by options of every verb."""
 
-    json: bool = False
-    quiet: bool = False
-    verbose: bool = False
-    color: str = "auto"
+    json: Annotated[bool, Option("--json", help="Print JSON lines.")] = False
+    quiet: Annotated[bool, Option("-q", "--quiet", help="Print results and errors only.")] = False
+    verbose: Annotated[bool, Option("-v", "--verbose", help="Print more on standard error.")] = (
+        False
+    )
+    color: Annotated[str, Option(metavar="auto|always|never", help="When to use colour.")] = "auto"
 
     def __post_init__(self) -> None:
         """Check the choice of colour."""
