@@ -6,7 +6,7 @@ from motions import motion_of, swung
 
 import lanindex
 from lanindex.film.figure import figure
-from lanindex.film.hits import HitPreviews
+from lanindex.film.hits import preview_of
 from lanindex.model import Capture, Hit, Score, Span
 
 BODY = swung(1, 240, Fraction(60), 0.0)
@@ -26,4 +26,4 @@ def hit_of(score: Score, span: Span, *parts: str, path: str = "swing.bvh") -> Hi
 
 
 def shot_of(hit: Hit, body=BODY, score: Score = SCORE, rate: int = 60):
-    return HitPreviews(score).shot(hit, figure(motion_of(body, Fraction(rate))))
+    return preview_of(score, hit, figure(motion_of(body, Fraction(rate))))

@@ -146,13 +146,13 @@ class TimeAxis:
         """Counts in a bar."""
         return FIVE if self.seconds else self.score.meter.beats
 
-    def symbols(self, rows: NDArray[np.void]) -> tuple[list[float], list[float]]:
-        """Return the counts at which rows begin and end."""
+    def symbols(self, rows: NDArray[np.void]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the counts at which rows, (S,), begin and end."""
         if self.seconds:
             rate = float(self.score.rate)
-            return (rows["start"] / rate).tolist(), (rows["stop"] / rate).tolist()
+            return rows["start"] / rate, rows["stop"] / rate
         beats = self.score.meter.beats / self.score.meter.division
-        return (rows["tick"] * beats).tolist(), ((rows["tick"] + rows["ticks"]) * beats).tolist()
+        return rows["tick"] * beats, (rows["tick"] + rows["ticks"]) * beats
 
     def at(self, seconds: float) -> float:
         """Return the count at a time; where beats are uneven, from the symbols around it."""
@@ -202,17 +202,18 @@ class Piece:
 
 @dataclass(frozen=True, slots=True)
 class PageLayout:
-    """Staves on paper."""
+    """The staves of a score on paper."""
 
+    clock: TimeAxis
     start: float  # First and last count
     stop: float
     # Heights at which the staves begin and the last one ends
     edges: tuple[int, ...]
     columns: StaffColumns  # Of each staff
     base: int  # Where all staves begin, counted from the top
-    score: int = 0  # Number of this score among those side by side
-    scores: int = 1
     beat: int = BEAT  # Height of a count
+    number: int = 0  # Of this score among those side by side
+    scores: int = 1
 
     @property
     def pitch(self) -> int:
@@ -233,7 +234,7 @@ class PageLayout:
 
     def centre(self, staff: int) -> int:
         """Return x of a staff's centre line."""
-        place = staff * self.scores + self.score
+        place = staff * self.scores + self.number
         return MARGIN + NUMBERS + self.columns.left + place * self.pitch
 
     def up(self, count: float) -> int:
@@ -270,7 +271,8 @@ def page_layout(
             at += step
     edges.append(max(round((stop - start) * beat), beat))
     base = 2 * MARGIN + max(high - low for low, high in pairwise(edges))
-    return PageLayout(start, start + max(stop - start, 1.0), tuple(edges), columns, base, beat=beat)
+    stop = start + max(stop - start, 1.0)
+    return PageLayout(clock, start, stop, tuple(edges), columns, base, beat)
 
 
 def spread_heights(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:
@@ -313,19 +315,19 @@ def draw(
     hidden = sorted({it.part for it in marked} - {*drawn, STEP})
     missing += [f"{part} is marked and not drawn: ask for it among the parts" for part in hidden]
     clock = TimeAxis(score, seconds)
-    columns = staff_columns(drawn)
-    layout = page_layout(clock, clock.at(start), clock.at(last), bars, columns, beat)
-    marks, symbols = _staff(score, drawn, clock, layout, marked)
-    number = f"{symbols} symbols" if symbols != 1 else "1 symbol"
-    summary = f"Labanotation, time upwards: {short(last - start)} s, {number} of {', '.join(drawn)}"
+    ends = clock.at(start), clock.at(last)
+    layout = page_layout(clock, *ends, bars, staff_columns(drawn), beat)
+    marks, symbols = _staff(layout, drawn, marked)
+    stretch = f"{short(last - start)} s, {symbols}"
+    summary = f"Labanotation, time upwards: {stretch} of {', '.join(drawn)}"
     width, height = layout.size
     if legend:
         kinds = {kind_of(part) for part in drawn}
         rows = legend_rows(kinds, width, MARGIN, marked=bool(marked))
         marks += rows
         width, height = width + LEGEND_WIDTH, max(height, len(rows) * _PITCH + 2 * MARGIN)
-    named = title or "score"
-    return Picture(width, height, named, summary, tuple(marks), tuple(missing), layout.staves)
+    title = title or "score"
+    return Picture(width, height, title, summary, tuple(marks), tuple(missing), layout.staves)
 
 
 def draw_pair(
@@ -351,15 +353,15 @@ def draw_pair(
     columns = staff_columns([part for own in drawn for part in own])
     paper = replace(page_layout(clocks[0], begin, end, bars, columns), scores=len(scores))
     marks, counts = list[Mark](), list[str]()
-    for number, (score, own, clock) in enumerate(zip(scores, drawn, clocks, strict=True)):
-        layout = replace(paper, score=number)
+    for number, (clock, own, letter) in enumerate(zip(clocks, drawn, LETTERS, strict=True)):
+        layout = replace(paper, clock=clock, number=number)
         letters = [
-            Label(layout.centre(staff), MARGIN + C // 4, LETTERS[number], C // 2)
+            Label(layout.centre(staff), MARGIN + C // 4, letter, C // 2)
             for staff in range(len(layout.edges) - 1)
         ]
-        staff, symbols = _staff(score, own, clock, layout, marked[number], letters)
+        staff, symbols = _staff(layout, own, marked[number], letters)
         marks += staff
-        counts.append(f"{LETTERS[number]}: {symbols} symbol{'s' * (symbols != 1)}")
+        counts.append(f"{letter}: {symbols}")
     summary = f"{', '.join(counts)}; Labanotation, time upwards: {short(last)} s"
     warnings = tuple(dict.fromkeys(text for own in missing for text in own))
     title = ", ".join(f"{name}: {it}" for name, it in zip(LETTERS, titles, strict=True))
@@ -396,19 +398,17 @@ def _chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], list[
 
 
 def _staff(
-    score: Score,
-    parts: Sequence[str],
-    clock: TimeAxis,
     layout: PageLayout,
+    parts: Sequence[str],
     marked: Iterable[Symbol],
     letters: Sequence[Label] = (),
-) -> tuple[list[Mark], int]:
-    """Return the marks of a score's staves, and how many symbols are among them."""
-    painter = SymbolPainter(score, clock, layout, keys_of(score, marked))
+) -> tuple[list[Mark], str]:
+    """Return the marks of a score's staves, and how many symbols are among them, in words."""
+    painter = SymbolPainter(layout, keys_of(layout.clock.score, marked))
     symbols = [it for part in parts if part not in STANCES for it in painter.track(part)]
-    held = _holds(score, clock, layout) if STANCES & {*parts} else []
-    empty = [*_lines(layout, clock), *_names(layout)]
-    return [*painter.bands, *held, *empty, *letters, *symbols], len(symbols)
+    held = _holds(layout) if STANCES & {*parts} else []
+    marks = [*painter.bands, *held, *_lines(layout), *_names(layout), *letters, *symbols]
+    return marks, f"{len(symbols)} symbol{'s' * (len(symbols) != 1)}"
 
 
 _DOUBLE = C // 5
@@ -417,9 +417,9 @@ _EPS = 1e-6
 _TICKS = C // 4  # height of a count from which on each has its tick
 
 
-def _lines(layout: PageLayout, clock: TimeAxis) -> list[Mark]:
+def _lines(layout: PageLayout) -> list[Mark]:
     """Return the lines of all staves, the ticks of beats, and the numbers of bars."""
-    marks: list[Mark] = []
+    marks, clock = list[Mark](), layout.clock
     last, inner, base = len(layout.edges) - 2, layout.columns.inner, layout.base
     bars = ceil(C / (clock.bar * layout.beat))  # that share a number, where they stand close
     for staff in range(last + 1):
@@ -466,13 +466,13 @@ ONE, BOTH = round(0.55 * C), round(0.8 * C)
 _LASTS = 0.5  # least counts without a symbol of support that are drawn as a hold of weight
 
 
-def _holds(score: Score, clock: TimeAxis, layout: PageLayout) -> list[MarkGroup]:
+def _holds(layout: PageLayout) -> list[MarkGroup]:
     """Return a circle wherever feet hold the weight and supports have no symbol."""
     changes: list[tuple[float, str, int]] = []
-    for part, track in score.tracks.items():
+    for part, track in layout.clock.score.tracks.items():
         key = {"stance": part[0], "support": "+", "jump": "+"}.get(kind_of(part))
         if key:
-            for start, stop in zip(*clock.symbols(track.symbols), strict=True):
+            for start, stop in zip(*layout.clock.symbols(track.symbols), strict=True):
                 if start < stop:
                     changes += [(start, key, 1), (stop, key, -1)]
     changes.sort()
@@ -529,52 +529,46 @@ def keys_of(score: Score, symbols: Iterable[Symbol]) -> frozenset[Key]:
 class SymbolPainter:
     """Symbols as they come to paper, and the bands below those that are marked."""
 
-    def __init__(
-        self, score: Score, clock: TimeAxis, layout: PageLayout, marked: frozenset[Key]
-    ) -> None:
-        self.score, self.clock, self.layout, self.marked = score, clock, layout, marked
+    def __init__(self, layout: PageLayout, marked: frozenset[Key]) -> None:
+        self.layout, self.marked, self.score = layout, marked, layout.clock.score
         self.bands: list[Mark] = []
-        jump = score.tracks.get("jump")
-        self.flights = clock.symbols(jump.symbols) if jump is not None else ([], [])
+        jump = self.score.tracks.get("jump")
+        self.flights = layout.clock.symbols(jump.symbols if jump is not None else blank(0))
 
     def track(self, part: str) -> list[MarkGroup]:
         """Return the symbols of a track: the one in force at the beginning, and those behind."""
+        layout, kind = self.layout, KINDS[kind_of(part)]
         rows = self.score.tracks[part].symbols
         rows = rows[~rows["passing"]]
-        begins, ends = (np.array(it) for it in self.clock.symbols(rows))
-        start, stop = self.layout.start, self.layout.stop
-        lasts = KINDS[kind_of(part)].lasts
-        before = listed(part, rows[(ends <= start) & (lasts | (begins == ends))][-1:])
-        seen = (ends > start) & (begins < stop)
+        begins, ends = layout.clock.symbols(rows)
+        over = ends <= layout.start
+        before = listed(part, rows[over & (kind.lasts | (begins == ends))][-1:])
+        seen = ~over & (begins < layout.stop)
         symbols = listed(part, rows[seen])
-        up = self.layout.up
         heights = [
-            (up(self._begin(part, low, high)), up(high))
-            for low, high in zip(begins[seen].tolist(), ends[seen].tolist(), strict=True)
+            (layout.up(self._begin(kind.name, *times)), layout.up(times[1]))
+            for times in zip(begins[seen].tolist(), ends[seen].tolist(), strict=True)
         ]
-        if part not in self.layout.columns.places:
-            happen = [(it, 0, 0) for it in before]
-            happen += [(it, *ends) for it, ends in zip(symbols, heights, strict=True)]
-            return [self._beside(*it) for it in happen]
+        if part not in layout.columns.places:
+            happen = zip([*before, *symbols], [(0, 0)] * len(before) + heights, strict=True)
+            return [self._beside(symbol, *ends) for symbol, ends in happen]
         groups = []
         for symbol in before:
-            base, centre = self.layout.base + MARGIN // 2, self.layout.centre(0)
+            base, centre = layout.base + MARGIN // 2, layout.centre(0)
             marks = self._sign(symbol, centre, base + START, START, (0, START))
             groups.append(_group(symbol, self.score, marks))
-            self._band(symbol, centre + self.layout.columns.places[part], base + START, base)
-        for symbol, (low, high), own in zip(
-            symbols, heights, spread_heights(heights, LEAST), strict=True
-        ):
+            self._band(symbol, centre + layout.columns.places[part], base + START, base)
+        spread = spread_heights(heights, LEAST)
+        for symbol, (low, high), own in zip(symbols, heights, spread, strict=True):
             groups.append(self._placed(symbol, *own, seen_again=low == high))
         return groups
 
-    def _begin(self, part: str, start: float, stop: float) -> float:
+    def _begin(self, kind: str, start: float, stop: float) -> float:
         """Return when a symbol begins on paper: before a landing both columns of support rest."""
         begins, ends = self.flights
-        if kind_of(part) == "support" and begins:
-            at = bisect_right(begins, stop - 1e-9) - 1
-            if at >= 0 and begins[at] < stop <= ends[at] + 1e-9:
-                return max(start, (begins[at] + stop) / 2)
+        at = np.searchsorted(begins, stop - 1e-9, "right") - 1
+        if kind == "support" and at >= 0 and begins[at] < stop <= ends[at] + 1e-9:
+            return max(start, float(begins[at] + stop) / 2)
         return start
 
     def _placed(self, symbol: Symbol, low: int, high: int, *, seen_again: bool) -> MarkGroup:

@@ -22,15 +22,6 @@ if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageDraw import ImageDraw
 
-_LIMBS = (
-    ("Shoulder", "Elbow", "upper_arm"),
-    ("Elbow", "Wrist", "forearm"),
-    ("Wrist", "Hand", "hand"),
-    ("Hip", "Knee", "thigh"),
-    ("Knee", "Ankle", "shank"),
-    ("Ankle", "Toe", "foot"),
-)
-
 BONES: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ("Chest", ("Pelvis",), "torso"),
     ("Neck", ("Chest", "Pelvis"), "torso"),
@@ -38,9 +29,9 @@ BONES: tuple[tuple[str, tuple[str, ...], str], ...] = (
     *((side + "Shoulder", ("Neck", "Chest", "Pelvis"), "torso") for side in "RL"),
     *((side + "Hip", ("Pelvis",), "torso") for side in "RL"),
     *(
-        (side + outer, (side + inner,), f"{side.lower()}_{part}")
-        for inner, outer, part in _LIMBS
-        for side in "RL"
+        (PARTS[part].child, (PARTS[part].parent,), part)
+        for group in ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")
+        for part in (f"r_{group}", f"l_{group}")
     ),
 )
 """By joint: the candidates for its bone's inner joint, best first, and the bone's part."""
@@ -112,10 +103,6 @@ class Figure:
                 if side + end in parts and side + end not in self.parts:
                     parts.add(side + before)
         return np.array([part in parts for part in self.parts], bool)
-
-    def joints(self, tracks: Iterable[str]) -> NDArray[np.int64]:
-        """Return the joints of the bones that show tracks, (K,), in order."""
-        return np.unique(self.bones[self.shown(tracks)])
 
 
 def figure(motion: Motion) -> Figure:
@@ -193,7 +180,7 @@ def view(
     turn = ahead = _front(places)
     moves = []
     for track in tracks or ("body_travel",):
-        joints = figure.joints([track])
+        joints = np.unique(figure.bones[figure.shown([track])])
         moves.append(places[:, joints])
         if kind_of(track) in _STAYS:  # relative to where a limb hangs
             part = PARTS.get(track.removesuffix("_bend"))

@@ -7,7 +7,6 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache
 from io import BytesIO
 from math import floor, inf
 from typing import TYPE_CHECKING, Any
@@ -249,29 +248,21 @@ def turned_of(view: str | float) -> float:
     return degrees
 
 
-class DrawnRows:
-    """What is drawn of each track, in order."""
-
-    def __init__(self, score: Score) -> None:
-        self.score, self._held = score, {}
-        for part, track in score.tracks.items():
+def stretch_of(
+    score: Score, start: float, stop: float, parts: Collection[str] | None = None
+) -> Score:
+    """Return a score with the rows drawn of a stretch, seconds, and one more on either side."""
+    tracks, rate = {}, float(score.rate)
+    for part, track in score.tracks.items():
+        if parts is None or part in parts:
             rows = track.symbols[~track.symbols["passing"]]
-            ends = np.maximum.accumulate(rows["stop"])  # when it and all before it are over
-            self._held[part] = rows, np.ascontiguousarray(rows["start"]), ends
-
-    def around(self, start: float, stop: float, parts: Collection[str] | None = None) -> Score:
-        """Return the score with the rows of a stretch alone, seconds: one more on either side."""
-        tracks, rate = {}, float(self.score.rate)
-        for part, (rows, begins, ends) in self._held.items():
-            if parts is None or part in parts:
-                first = int(np.searchsorted(ends, start * rate, "right"))
-                last = int(np.searchsorted(begins, stop * rate, "left"))
-                some = rows[max(first - 1, 0) : max(last, first) + 1]
-                tracks[part] = Track(part, some, self.score.tracks[part].known)
-        return replace(self.score, tracks=tracks)
+            ends = np.maximum.accumulate(rows["stop"])  # when a row and all before it are over
+            first = int(np.searchsorted(ends, start * rate, "right"))
+            last = int(np.searchsorted(rows["start"], stop * rate, "left"))
+            tracks[part] = Track(part, rows[max(first - 1, 0) : max(last, first) + 1], track.known)
+    return replace(score, tracks=tracks)
 
 
-_rows_of = lru_cache(maxsize=1)(DrawnRows)  # for many films of one capture
 # Usual and largest scale of symbols; the usual one where one page cannot hold a film
 USUAL_SCALE, LARGEST_SCALE = 1.0, 1.6
 _BELOW = MARGIN + START + NAMES + MARGIN  # the staff's beginning, in units
@@ -307,7 +298,6 @@ class FilmStaff:
         counts = floor((PIXEL * self.height / self.scale - _AROUND) / BEAT + 1e-9)
         self.lasts = max(counts, 1) / self.rate
         self.warnings: dict[str, None] = {}
-        self._rows = _rows_of(score)
         self._marked = defaultdict[int, list[Symbol]](list)
         for symbol in settled(score, marked):
             first, last = (self._page(float(it / score.rate)) for it in (symbol.start, symbol.stop))
@@ -333,7 +323,7 @@ class FilmStaff:
 
         start = self.start + number * self.lasts
         stop = min(start + self.lasts, self.stop)
-        score = self._rows.around(start, stop)
+        score = stretch_of(self.score, start, stop)
         picture = draw(
             score,
             parts=self.parts,

@@ -20,7 +20,7 @@ from lanindex.draw.staff import BEAT, MARGIN, NAMES, START, keys_of
 from lanindex.draw.svg import INK
 from lanindex.errors import UsageError
 from lanindex.film.figure import Figure, View, view
-from lanindex.film.film import DrawnRows
+from lanindex.film.film import stretch_of
 from lanindex.model import Hit, Score
 from lanindex.model.capture import in_words
 
@@ -77,89 +77,83 @@ class HitPreview:
         return " \u00b7 ".join(filter(None, (self.when, self.label, self.words)))
 
 
-class HitPreviews:
-    """Makes the previews of hits of one capture."""
+def preview_of(score: Score, hit: Hit, body: Figure | None, trouble: str = "") -> HitPreview:
+    """Return the preview of a hit: of its capture's score, and of its body if there is one."""
+    rate = hit.capture.rate
+    start, stop, whole = (float(it / rate) for it in (hit.start, hit.stop, hit.capture.frames))
+    begin = min(start - (LEAST - (stop - start)) / 2, start, whole - LEAST)  # at least a second
+    begin = max(begin, 0.0)
+    end = max(stop, min(begin + LEAST, whole))
+    beat = max(round(STAFF / max(end - begin, LEAST)), 1)
+    staff = _staff(score, hit, begin, end, beat)
+    shot = HitPreview(
+        hit.path,
+        hit.capture.label,
+        f"{start:.2f}-{stop:.2f} s",
+        ", ".join(in_words(hit.symbols)),
+        staff,
+        staff.height - _BELOW if staff else 0,
+        beat,
+        trouble=trouble,
+    )
+    if body is None:
+        return shot
+    frames = _frames(body, start, stop)
+    if np.isnan(body.places[frames]).all():
+        return replace(shot, trouble="no joint is known meanwhile")
+    parts = [part for part in dict.fromkeys(it.part for it in hit.symbols) if part in TRACKS]
+    kinds = [
+        ("lit" if lit else "") + ("far" if part.startswith("l_") else "bone")
+        for lit, part in zip(body.shown(parts).tolist(), body.parts, strict=True)
+    ]
+    eye = view(body, parts or None, int(frames[0]), int(frames[-1]) + 1)
+    own = np.unique(body.bones)
+    numbers = {joint: number for number, joint in enumerate(own.tolist())}
+    bones = tuple(
+        (numbers[inner], numbers[outer], kind)
+        for (inner, outer), kind in zip(body.bones.tolist(), kinds, strict=True)
+    )
+    places = body.places[_frames(body, begin, end)]
+    upon = _upon(places)
+    origin = upon[np.flatnonzero(~np.isnan(upon[:, 0]))[0]].copy()
+    origin[1] = np.nanmin(places[..., 1])
+    moved = (places[:, own] - origin).clip(UNKNOWN + 1, -UNKNOWN - 1)
+    joints = np.where(np.isnan(moved), UNKNOWN, moved.round()).astype(np.int16)
+    played = Playback(
+        joints,
+        bones,
+        numbers.get(_TOP, -1),
+        begin,
+        end - begin,
+        (start - begin, stop - begin),
+        eye.turn,
+    )
+    poses = _poses(body, body.places[frames], kinds, eye, hit.path)
+    return replace(shot, poses=poses, played=played)
 
-    def __init__(self, score: Score) -> None:
-        self._score = score
-        self._rows = DrawnRows(score)
 
-    def shot(self, hit: Hit, body: Figure | None, trouble: str = "") -> HitPreview:
-        """Return the preview of a hit."""
-        rate = hit.capture.rate
-        start, stop, whole = (float(it / rate) for it in (hit.start, hit.stop, hit.capture.frames))
-        begin = min(start - (LEAST - (stop - start)) / 2, start, whole - LEAST)  # at least a second
-        begin = max(begin, 0.0)
-        end = max(stop, min(begin + LEAST, whole))
-        beat = max(round(STAFF / max(end - begin, LEAST)), 1)
-        staff = self._staff(hit, begin, end, beat)
-        shot = HitPreview(
-            hit.path,
-            hit.capture.label,
-            f"{start:.2f}-{stop:.2f} s",
-            ", ".join(in_words(hit.symbols)),
-            staff,
-            staff.height - _BELOW if staff else 0,
-            beat,
-            trouble=trouble,
+def _staff(score: Score, hit: Hit, begin: float, end: float, beat: int) -> Picture | None:
+    """Return the staff of the matched symbols; None where they have no column."""
+    keys = keys_of(score, hit.symbols)
+    score = stretch_of(score, begin, end, {part for part, *_ in keys})
+    marked = [it for it in score.symbols() if (it.part, it.start, it.stop) in keys]
+    try:
+        picture = draw(
+            score,
+            title=hit.path,
+            parts=list(score.tracks),
+            start=begin,
+            stop=end,
+            bars=None,
+            seconds=True,
+            marked=marked,
+            beat=beat,
         )
-        if body is None:
-            return shot
-        frames = _frames(body, start, stop)
-        if np.isnan(body.places[frames]).all():
-            return replace(shot, trouble="no joint is known meanwhile")
-        parts = [part for part in dict.fromkeys(it.part for it in hit.symbols) if part in TRACKS]
-        kinds = [
-            ("lit" if lit else "") + ("far" if part.startswith("l_") else "bone")
-            for lit, part in zip(body.shown(parts).tolist(), body.parts, strict=True)
-        ]
-        eye = view(body, parts or None, int(frames[0]), int(frames[-1]) + 1)
-        own = np.unique(body.bones)
-        numbers = {joint: number for number, joint in enumerate(own.tolist())}
-        bones = tuple(
-            (numbers[inner], numbers[outer], kind)
-            for (inner, outer), kind in zip(body.bones.tolist(), kinds, strict=True)
-        )
-        places = body.places[_frames(body, begin, end)]
-        upon = _upon(places)
-        origin = upon[np.flatnonzero(~np.isnan(upon[:, 0]))[0]].copy()
-        origin[1] = np.nanmin(places[..., 1])
-        moved = (places[:, own] - origin).clip(UNKNOWN + 1, -UNKNOWN - 1)
-        joints = np.where(np.isnan(moved), UNKNOWN, moved.round()).astype(np.int16)
-        played = Playback(
-            joints,
-            bones,
-            numbers.get(_TOP, -1),
-            begin,
-            end - begin,
-            (start - begin, stop - begin),
-            eye.turn,
-        )
-        poses = _poses(body, body.places[frames], kinds, eye, hit.path)
-        return replace(shot, poses=poses, played=played)
-
-    def _staff(self, hit: Hit, begin: float, end: float, beat: int) -> Picture | None:
-        """Return the staff of the matched symbols; None where they have no column."""
-        keys = keys_of(self._score, hit.symbols)
-        score = self._rows.around(begin, end, {part for part, *_ in keys})
-        marked = [it for it in score.symbols() if (it.part, it.start, it.stop) in keys]
-        try:
-            picture = draw(
-                score,
-                title=hit.path,
-                parts=list(score.tracks),
-                start=begin,
-                stop=end,
-                bars=None,
-                seconds=True,
-                marked=marked,
-                beat=beat,
-            )
-        except UsageError:
-            return None
-        # what each column is for is said beside it
-        marks = tuple(it for it in picture.marks if not isinstance(it, Label) or not it.turned)
-        return replace(picture, height=picture.height - NAMES, marks=marks)
+    except UsageError:
+        return None
+    # what each column is for is said beside it
+    marks = tuple(it for it in picture.marks if not isinstance(it, Label) or not it.turned)
+    return replace(picture, height=picture.height - NAMES, marks=marks)
 
 
 def _frames(body: Figure, begin: float, end: float) -> NDArray[np.int64]:

@@ -12,7 +12,7 @@ from lanindex.errors import LanindexError, UsageError
 from lanindex.film.figure import Figure, figure
 from lanindex.film.film import RATE as FILM_RATE
 from lanindex.film.film import RATES, Film
-from lanindex.film.hits import PAGE_HITS, RATE, SHEET_HITS, HitPreview, HitPreviews, page, sheet
+from lanindex.film.hits import PAGE_HITS, RATE, SHEET_HITS, HitPreview, page, preview_of, sheet
 from lanindex.library.connect import Progress, no_progress
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Motion, Reading, Score, Span
@@ -66,10 +66,10 @@ def _shots(store: Store, hits: Sequence[Hit]) -> Iterator[tuple[int, HitPreview]
         places[hit.capture.id].append(place)
     for own in places.values():
         capture = hits[own[0]].capture
-        shots = HitPreviews(_score(store, capture, [hits[place] for place in own]))
+        score = _score(store, capture, [hits[place] for place in own])
         body, trouble = _body(store, capture)
         for place in own:
-            yield place, shots.shot(hits[place], body, trouble)
+            yield place, preview_of(score, hits[place], body, trouble)
 
 
 def _score(store: Store, capture: Capture, hits: Sequence[Hit]) -> Score:

@@ -15,7 +15,7 @@ from lanindex.alphabet import JOINT_CODES
 from lanindex.draw import draw
 from lanindex.errors import ExportError, UsageError
 from lanindex.film.figure import INK, LEAST, LEFT, LIT, PAPER, Figure, View, figure, scene
-from lanindex.film.film import FORMS, RATES, SIZE, Film, FilmStaff, film_bytes, form_of
+from lanindex.film.film import FORMS, RATES, SIZE, Film, FilmStaff, film_bytes, form_of, stretch_of
 from lanindex.model import Motion, Score
 
 SMALL = (320, 240)
@@ -130,7 +130,7 @@ def test_pages_show_what_the_whole_staff_shows() -> None:
     start, stop = staff.lasts, 2 * staff.lasts
     whole, page = (
         draw(it, parts=staff.parts, start=start, stop=stop, bars=None, seconds=True)
-        for it in (score, staff._rows.around(start, stop))
+        for it in (score, stretch_of(score, start, stop))
     )
     assert page.marks == whole.marks
 

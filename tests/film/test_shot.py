@@ -12,7 +12,7 @@ import lanindex
 from lanindex.alphabet import JOINT_CODES
 from lanindex.draw import draw, svg
 from lanindex.draw.picture import Circle, Label, Polyline
-from lanindex.film.hits import FRAMES, KINDS, LEAST, POSES, RATE, UNKNOWN, HitPreviews
+from lanindex.film.hits import FRAMES, KINDS, LEAST, POSES, RATE, UNKNOWN, preview_of
 from lanindex.model import Capture, Hit, Span
 
 
@@ -111,7 +111,7 @@ def test_a_staff_says_what_the_whole_score_says() -> None:
 def test_what_has_no_column_has_no_staff() -> None:
     hit = hit_of(SCORE, Span(60, 120), "r_arm")
     odd = [replace(it, part="tail") for it in hit.symbols]
-    shot = HitPreviews(SCORE).shot(replace(hit, lines=(tuple(odd),)), None, "is gone")
+    shot = preview_of(SCORE, replace(hit, lines=(tuple(odd),)), None, "is gone")
     assert (shot.staff, shot.poses, shot.played, shot.trouble) == (None, None, None, "is gone")
 
 
@@ -120,5 +120,5 @@ def test_what_is_only_passed_is_shown_on_its_way() -> None:
     passed = next(it for it in score.symbols("r_arm") if it.passing)
     span = Span(passed.start, passed.stop)
     capture = Capture(1, "jacks.bvh", "bvh", "0" * 64, "", score.rate, score.frames)
-    staff = HitPreviews(score).shot(Hit(capture, span, 1.0, ((passed,),)), None).staff
+    staff = preview_of(score, Hit(capture, span, 1.0, ((passed,),)), None).staff
     assert staff.marks[0].style == "band"
