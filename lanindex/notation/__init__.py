@@ -2,7 +2,7 @@
 
 A notation is a line in `NOTATIONS` and a module with
 
-- ``read(content, place) -> Score``, and
+- ``read(content, place) -> Score``, or of a table ``rows(content, place)``, and
 - ``write(score) -> str or bytes``, or of a table ``save(rows, file) -> int``.
 
 Nothing else knows one from another. Beside them stand borders (LPD) and rules (LDD), which are
@@ -74,7 +74,12 @@ def notation_of(path: str) -> Notation | None:
 def read(path: str, content: bytes | None = None) -> Score:
     """Read a score from a file in any notation."""
     form = notation_of(path) or NOTATIONS["lnd"]
-    score: Score = form.member("read")(content_of(path) if content is None else content, place=path)
+    content = content_of(path) if content is None else content
+    if form.table:
+        from lanindex.notation.tables import score_of
+
+        return score_of(form.member("rows")(content, path), path)
+    score: Score = form.member("read")(content, place=path)
     return score
 
 

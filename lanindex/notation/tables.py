@@ -53,11 +53,16 @@ def rows_in(capture: Capture, tracks: Mapping[str, Track]) -> Iterator[dict[str,
             yield records.of_row(capture, symbol)
 
 
-def score_of(rows: Iterable[tuple[str, Mapping[str, Any]]], place: str) -> Score:
+Rows = Iterator[tuple[str, Mapping[str, Any]]]
+"""The rows of a file, each with its place."""
+
+
+def score_of(rows: Rows, place: str) -> Score:
     """Return the score that rows tell."""
-    parts: dict[str, list[_Row]] = defaultdict(list)
+    parts: dict[str, list[dict[str, Any]]] = defaultdict(list)
     wholes: dict[str, dict[Any, None]] = {name: {} for name in ("capture", "fps", "frames")}
-    for where, row in rows:
+    for where, values in rows:
+        row = _typed(values, where)
         if absent := [name for name in _FEWEST if row.get(name) is None]:
             refuse(where, f"no {absent[0]}", f"the columns {', '.join(_FEWEST)}")
         for name, found in wholes.items():
@@ -65,12 +70,11 @@ def score_of(rows: Iterable[tuple[str, Mapping[str, Any]]], place: str) -> Score
             if len(found) > 1:
                 both = " and ".join(shown(str(it)) for it in found)
                 refuse(where, f"{name} {both}", "one score")
-        one = _Row(where, row)
-        parts[one.part].append(one)
+        parts[row["part"]].append({**_fields(row, where), "where": where})
     rate, declared = (next(iter(wholes[name]), None) for name in ("fps", "frames"))
     if rate is not None and not 0 < rate < 100_000:
         refuse(place, f"{rate:g} frames a second", "more than 0")
-    last = max((one.stop for own in parts.values() for one in own), default=0)
+    last = max((one["stop"] for own in parts.values() for one in own), default=0)
     frames = max(declared or 0, last)
     exact = Fraction(str(rate)) if rate is not None else Meter().tick_rate
     try:
@@ -80,60 +84,48 @@ def score_of(rows: Iterable[tuple[str, Mapping[str, Any]]], place: str) -> Score
     return Score(exact, frames, Meter(), tracks)
 
 
-class _Row:
-    """A row that has been understood."""
-
-    __slots__ = ("part", "passing", "start", "stop", "values", "where")
-
-    def __init__(self, where: str, row: Mapping[str, Any]) -> None:
-        self.where = where
-        self.part: str = row["part"]
-        if not PART.fullmatch(self.part):
-            refuse(where, f'the part "{shown(self.part)}"', "one like r_arm")
-        self.start, self.stop = row["start_frame"], row["end_frame"]
-        if not 0 <= self.start <= self.stop <= _MOST:
-            refuse(where, f"frames {self.start} to {self.stop}", "from 0, and an end behind it")
-        self.passing = bool(row.get("passing"))
-        self.values: dict[str, float] = {}
-        kind = KINDS[kind_of(self.part)]
-        runner_up = (row.get("runner_up") or "").split()
-        for name, codes in _CODES.items():
-            word = row.get(name)
-            known = kind.directions if name == "direction" else tuple(codes)
-            wanted = " ".join(known) if name in kind.fields else f"none of a {kind.name}"
-            if (word in known) != (name in kind.fields) or (word and name not in kind.fields):
-                refuse(where, f'the {name} "{shown(str(word))}" of {self.part}', wanted)
-            self.values[name] = codes[word] if word else -1
-            self.values[f"runner_{name}"] = next((codes[it] for it in runner_up if it in codes), -1)
-        amount = row.get("amount")
-        most = len(kind.amounts) - 1 if kind.amounts else MOST_AMOUNT
-        if (amount is None and "amount" in kind.fields) or not -1 < (amount or 0) <= most:
-            refuse(where, f"the amount {amount} of {self.part}", f"0 to {most}")
-        self.values["amount"] = -1 if amount is None else amount
-        for name in _MEASURED:
-            value, limit = row.get(name), FIELDS[name].most / FIELDS[name].scale
-            if value is None:
-                continue
-            if not 0 <= value <= limit:
-                refuse(where, f"{name} {value:g}", f"0 to {limit:g}")
-            self.values[name] = value
+def _fields(row: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return what a row tells of a symbol, by field of `SYMBOL`."""
+    part, start, stop = row["part"], row["start_frame"], row["end_frame"]
+    if not PART.fullmatch(part):
+        refuse(where, f'the part "{shown(part)}"', "one like r_arm")
+    if not 0 <= start <= stop <= _MOST:
+        refuse(where, f"frames {start} to {stop}", "from 0, and an end behind it")
+    fields = {"start": start, "stop": stop, "passing": bool(row.get("passing")), "margin": 1}
+    kind, runner_up = KINDS[kind_of(part)], (row.get("runner_up") or "").split()
+    for name, codes in _CODES.items():
+        word = row.get(name)
+        known = kind.directions if name == "direction" else tuple(codes)
+        wanted = " ".join(known) if name in kind.fields else f"none of a {kind.name}"
+        if (word in known) != (name in kind.fields) or (word and name not in kind.fields):
+            refuse(where, f'the {name} "{shown(str(word))}" of {part}', wanted)
+        fields[name] = codes[word] if word else -1
+        fields[f"runner_{name}"] = next((codes[it] for it in runner_up if it in codes), -1)
+    amount = row.get("amount")
+    most = len(kind.amounts) - 1 if kind.amounts else MOST_AMOUNT
+    if (amount is None and "amount" in kind.fields) or not -1 < (amount or 0) <= most:
+        refuse(where, f"the amount {amount} of {part}", f"0 to {most}")
+    fields["amount"] = -1 if amount is None else amount
+    for name in _MEASURED:
+        value, limit = row.get(name), FIELDS[name].most / FIELDS[name].scale
+        if value is not None and not 0 <= value <= limit:
+            refuse(where, f"{name} {value:g}", f"0 to {limit:g}")
+        if value is not None:
+            fields[name] = value
+    return fields
 
 
-def _track(part: str, entries: list[_Row], frames: int, rate: Fraction) -> Track:
+def _track(part: str, symbols: list[dict[str, Any]], frames: int, rate: Fraction) -> Track:
     """Return a track; passing symbols stand before the one that they lead to."""
-    entries.sort(key=lambda one: (one.stop, not one.passing, one.start))
-    for one, two in pairwise(one for one in entries if not one.passing):
-        if two.start < one.stop or two.stop == one.start:
-            found = f"{part} from frame {two.start}, where one from {one.start} is not over"
-            refuse(two.where, found, "one at a time")
-    rows = blank(len(entries))
-    rows["margin"] = 1
-    rows["start"] = [one.start for one in entries]
-    rows["stop"] = [one.stop for one in entries]
-    rows["passing"] = [one.passing for one in entries]
-    for at, one in enumerate(entries):
-        for name, value in one.values.items():
-            rows[name][at] = value
+    symbols.sort(key=lambda it: (it["stop"], not it["passing"], it["start"]))
+    for one, two in pairwise(it for it in symbols if not it["passing"]):
+        if two["start"] < one["stop"] or two["stop"] == one["start"]:
+            found = f"{part} from frame {two['start']}, where one from {one['start']} is not over"
+            refuse(two["where"], found, "one at a time")
+    rows = blank(len(symbols))
+    for at, symbol in enumerate(symbols):
+        for name in symbol.keys() - {"where"}:
+            rows[name][at] = symbol[name]
     ends = ticks_at(np.stack((rows["start"], rows["stop"])).astype(np.int64), Meter(), rate)
     rows["tick"], rows["ticks"] = ends[0], ends[1] - ends[0]
     return track_of(part, rows, frames)
@@ -143,7 +135,7 @@ _WANTED = {str: "a text", int: "a whole number", float: "a number", bool: "true 
 _FLAGS = {"true": True, "false": False, "1": True, "0": False}
 
 
-def typed(values: Mapping[str, Any], place: str) -> dict[str, Any]:
+def _typed(values: Mapping[str, Any], place: str) -> dict[str, Any]:
     """Return a row with values of its columns' types; other columns are left out."""
     row: dict[str, Any] = {}
     for name, value in values.items():
@@ -167,11 +159,10 @@ def typed(values: Mapping[str, Any], place: str) -> dict[str, Any]:
     return row
 
 
-def read_csv(content: bytes, place: str) -> Score:
-    """Read the score that a table tells."""
+def rows_csv(content: bytes, place: str) -> Rows:
+    """Yield the rows of a file."""
     lines = csv.reader(StringIO(decoded(content, place, "a table of symbols"), newline=""))
-
-    def rows() -> Iterator[tuple[str, Mapping[str, Any]]]:
+    try:
         names: list[str] = next(lines, [])
         if absent := [name for name in ("part", "start_frame") if name not in names]:
             wanted = f"a line of names, as {', '.join(COLUMNS)}"
@@ -182,10 +173,7 @@ def read_csv(content: bytes, place: str) -> Score:
             where = f"{place}:{lines.line_num}"
             if len(values) != len(names):
                 refuse(where, f"{len(values)} values", f"{len(names)}, as in the first line")
-            yield where, typed(dict(zip(names, values, strict=True)), where)
-
-    try:
-        return score_of(rows(), place)
+            yield where, dict(zip(names, values, strict=True))
     except csv.Error as error:
         refuse(f"{place}:{lines.line_num}", str(error))
 
@@ -203,23 +191,19 @@ def save_csv(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
     return count
 
 
-def read_jsonl(content: bytes, place: str) -> Score:
-    """Read the score that lines tell."""
-
-    def rows() -> Iterator[tuple[str, Mapping[str, Any]]]:
-        for number, line in enumerate(decoded(content, place, "JSON lines").split("\n"), 1):
-            where = f"{place}:{number}"
-            if not line.strip():
-                continue
-            try:
-                row = json.loads(line, object_pairs_hook=unique_keys)
-            except (ValueError, RecursionError) as error:
-                refuse(where, shown(f"damaged JSON ({error})", 200), "an object a line")
-            if not isinstance(row, dict):
-                refuse(where, shown(line.strip()), "an object a line")
-            yield where, typed(row, where)
-
-    return score_of(rows(), place)
+def rows_jsonl(content: bytes, place: str) -> Rows:
+    """Yield the rows of a file."""
+    for number, line in enumerate(decoded(content, place, "JSON lines").split("\n"), 1):
+        if not line.strip():
+            continue
+        where = f"{place}:{number}"
+        try:
+            row = json.loads(line, object_pairs_hook=unique_keys)
+        except (ValueError, RecursionError) as error:
+            refuse(where, shown(f"damaged JSON ({error})", 200), "an object a line")
+        if not isinstance(row, dict):
+            refuse(where, shown(line.strip()), "an object a line")
+        yield where, row
 
 
 def save_jsonl(rows: Iterable[Mapping[str, Any]], file: IO[bytes]) -> int:
@@ -236,22 +220,17 @@ GROUP = 1 << 15  # rows that are in memory at once
 _TYPES = {str: "string", int: "int64", float: "float64", bool: "bool"}
 
 
-def read_parquet(content: bytes, place: str) -> Score:
-    """Read the score that a table tells."""
+def rows_parquet(content: bytes, place: str) -> Rows:
+    """Yield the rows of a file."""
     with extra("tables", place, NotationError):
         import pyarrow as pa
         from pyarrow import parquet
-
-    def rows() -> Iterator[tuple[str, Mapping[str, Any]]]:
+    try:
         file = parquet.ParquetFile(pa.BufferReader(content))
         columns = [name for name in COLUMNS if name in file.schema_arrow.names]
         batches = file.iter_batches(GROUP, columns=columns)
         for number, row in enumerate((it for own in batches for it in own.to_pylist()), 1):
-            where = f"{place}: row {number}"
-            yield where, typed(row, where)
-
-    try:
-        return score_of(rows(), place)
+            yield f"{place}: row {number}", row
     except (pa.ArrowException, OSError, ValueError, KeyError, TypeError) as error:
         refuse(place, f"damaged Parquet ({shown(str(error), 100)})", "a whole file")
 
