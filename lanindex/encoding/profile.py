@@ -26,8 +26,8 @@ from lanindex.alphabet import GROUPS, PARTS
 from lanindex.encoding.direction import CELLS
 from lanindex.errors import NotationError, quoted, shown
 from lanindex.model import Meter
-from lanindex.notation.lpd_ldd import Ranges, Rule, read_ldd, read_lpd
-from lanindex.notation.text import read_toml
+from lanindex.notation.lpd_ldd import Ranges, Rule, parse_ldd, parse_lpd
+from lanindex.notation.text import read_text, read_toml
 
 BUILT_IN = Path(__file__).parent / "profiles"
 
@@ -262,8 +262,8 @@ def load(name: str | Path = "default") -> Profile:
         part: (_of_part(folder, part, ".lpd"), _of_part(folder, part, ".ldd")) for part in PARTS
     }
     used = {path for pair in paths.values() for path in pair} | {folder / "profile.toml"}
-    ranges = {path: read_lpd(path) for path in used if path.suffix == ".lpd"}
-    rules = {path: Rules(read_ldd(path)) for path in used if path.suffix == ".ldd"}
+    ranges = {it: parse_lpd(read_text(it), str(it)) for it in used if it.suffix == ".lpd"}
+    rules = {it: Rules(parse_ldd(read_text(it), str(it))) for it in used if it.suffix == ".ldd"}
     return Profile(
         **values,
         digest=_digest(used),

@@ -168,13 +168,10 @@ def view(
     start: int = 0,
     stop: int | None = None,
 ) -> View:
-    """Return the view in which the moving parts spread widest.
+    """Return the view in which the parts that move spread widest, or else the front.
 
-    Of all turns about the vertical it is the one in which the places of the joints spread widest
-    on the picture. What limbs do is counted from where they hang; steps, supports and ways, and
-    the body as a whole, on the floor. The front is kept where no other view shows a tenth more:
-    of what moves up and down, or all round. Of the two sides of a line the one nearer to the
-    front is taken; of left and right the right, but the left for parts of the left alone.
+    The front is kept where no other view shows a tenth more. Of the two sides of a line the one
+    nearer to the front is taken; of left and right the right, but the left for parts of the left.
     """
     places = _sampled(figure, start, stop)
     turn = ahead = _front(places)

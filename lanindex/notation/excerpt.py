@@ -23,18 +23,12 @@ Rows = NDArray[Any]
 
 
 def excerpt(score: Score, span: Span) -> Score:
-    """Cut a stretch out of a score.
-
-    Its starting positions are the directions in force at its first frame: what each part
-    arrived at last. Symbols across an edge are cut there, passing ones left out. Frames and
-    ticks count from the stretch's beginning, which begins unit 1; so do the values of its heading,
-    each the nearest there is. Of the lines that were not understood the header's stay. All of a
-    score is the score itself.
-    """
+    """Cut a stretch, frames, out of a score; frames and ticks count from its beginning."""
     start = min(max(span.start, 0), score.frames)
     span = Span(start, max(start, min(span.stop, score.frames)))
     if span == Span(0, score.frames):
         return score
+    # symbols across an edge are cut there; of the lines not understood only the header's stay
     tracks = [cut for track in score.tracks.values() if (cut := _cut(track, span)).known]
     most = max((np.count_nonzero(cut.symbols["ticks"]) for cut in tracks), default=0)
     meter, beats = score.meter, Beats.of(score.other)
@@ -73,6 +67,7 @@ def _cut(track: Track, span: Span) -> Track:
             continue
         known.append(Span(max(one.start - span.start, 0), min(one.stop, span.stop) - span.start))
         here = shown[(shown["start"] >= one.start) & (shown["start"] < one.stop)]
+        # what the part arrived at last is its starting position
         in_force = here[here["stop"] <= span.start][-1:].copy()
         if not KINDS[track.kind].lasts:  # what is over is nowhere any more
             in_force = in_force[:0]

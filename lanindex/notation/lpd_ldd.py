@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, LEVELS, PLACE
 from lanindex.errors import shown
-from lanindex.notation.text import read_text, refuse, words_of
+from lanindex.notation.text import refuse, words_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +78,6 @@ def parse_lpd(text: str, name: str = "LPD") -> Ranges:
     return Ranges(numbers["place"][0], relative, starts, mid, high)
 
 
-def read_lpd(path: Path) -> Ranges:
-    """Read an LPD file; see `parse`."""
-    return parse_lpd(read_text(path), str(path))
-
-
 @dataclass(frozen=True, slots=True)
 class Rule:
     """A row of symbols of which some are deleted."""
@@ -129,8 +123,3 @@ def parse_ldd(text: str, name: str = "LDD") -> tuple[Rule, ...]:
     if begin:
         refuse(f"{name}:{begin}", "a rule without an end", "#rule_end#")
     return tuple(rules)
-
-
-def read_ldd(path: Path) -> tuple[Rule, ...]:
-    """Read an LDD file; see `parse`."""
-    return parse_ldd(read_text(path), str(path))

@@ -80,17 +80,13 @@ DECIMAL = re.compile(r"\d{1,9}(\.\d{0,30})?|\.\d{1,30}")
 
 @lru_cache(maxsize=4096)
 def fraction(text: str) -> Fraction:
-    """Read a decimal exactly, seeing the fraction behind a rounded one.
-
-    Thirds have no decimals: a number of six places or more that lies less than one unit of its
-    last place from a fraction with a small denominator means that fraction. The largest
-    denominator is 100 at six places and grows tenfold with every two more, so that fractions
-    stay a hundred times further apart than the numbers that are written for them.
-    """
+    """Read a decimal exactly, or as the fraction that it was rounded from, such as a third."""
     value = Fraction(text)
     places = len(text.partition(".")[2])
     if places < 6:
         return value
+    # the more places the larger the denominators: fractions then stay a hundred times further
+    # apart than the numbers that are written for them
     near = value.limit_denominator(10 ** (places // 2 - 1))
     return near if abs(near - value) * 10**places < 1 else value
 

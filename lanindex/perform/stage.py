@@ -267,12 +267,9 @@ def _across(vector: Floats, directions: Floats) -> Floats:
 def _transported(across: Floats, ends: Floats, directions: Floats, share: Floats) -> Floats:
     """Return directions at right angles to a great circle, (T, 3), from the first to the last.
 
-    They go along with `directions`, and turn about them by as much as is missing at the end: none
-    leaps where these come past where the limb's joint would go.
-
-    `across, ends`: (3, 3) such directions, and ways, at the beginning, half-way and at the end;
-    `directions, share`: (T, 3), and (T,) how much of it is done.
+    `across, ends` (3, 3) at the beginning, half-way and at the end; `share` (T,) is what is done.
     """
+    # they turn about the way by as much as is missing at the end, and never leap
     axis = np.cross(ends[0], ends[1])
     sine = float(np.linalg.norm(axis))
     axis, whole = axis / max(sine, _SLIGHT), 2 * np.arctan2(sine, ends[0] @ ends[1])

@@ -10,7 +10,7 @@ import pytest
 from lanindex.alphabet import PARTS
 from lanindex.encoding.profile import BUILT_IN
 from lanindex.notation import lnd
-from lanindex.notation.lpd_ldd import parse_ldd, parse_lpd, read_ldd, read_lpd
+from lanindex.notation.lpd_ldd import parse_ldd, parse_lpd
 
 PAGE = BUILT_IN.parent / "METHOD.md"
 PACKAGE = BUILT_IN.parents[1]
@@ -61,7 +61,7 @@ def test_borders_are_those_of_the_lpd_files() -> None:
         )
         for row in table("profile")
     }
-    read = {path: read_lpd(path) for path in BUILT_IN.glob("*/*.lpd")}
+    read = {path: parse_lpd(path.read_text()) for path in BUILT_IN.glob("*/*.lpd")}
     assert said == {
         (path.parent.name, path.name): (
             f"{ranges.place:g} {'L' if ranges.relative else 'mm'}",
@@ -90,7 +90,9 @@ def test_examples_of_formats_are_read() -> None:
     assert lnd.write(lnd.read(score)).count("direction ") == score.count("direction ")
     assert parse_lpd(ranges).relative
     (rule,) = parse_ldd(rules)
-    assert rule.cells in {one.cells for one in read_ldd(BUILT_IN / "default" / "all.ldd")}
+    assert rule.cells in {
+        one.cells for one in parse_ldd((BUILT_IN / "default" / "all.ldd").read_text())
+    }
 
 
 def stages(words: str) -> set[str]:

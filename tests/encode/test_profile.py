@@ -6,7 +6,7 @@ import pytest
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES, PARTS, PLACE
 from lanindex.encoding.profile import BUILT_IN, Measure, load
 from lanindex.errors import NotationError
-from lanindex.notation.lpd_ldd import read_ldd
+from lanindex.notation.lpd_ldd import parse_ldd
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def test_every_part_has_ranges_and_rules() -> None:
 
 
 def test_default_rules_are_the_pages() -> None:
-    rules = read_ldd(BUILT_IN / "default" / "all.ldd")
+    rules = parse_ldd((BUILT_IN / "default" / "all.ldd").read_text())
     low, mid, high = (LEVEL_CODES[name] for name in ("low", "mid", "high"))
     wanted = set()
     for direction in range(PLACE):
