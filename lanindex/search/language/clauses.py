@@ -8,13 +8,10 @@ from fractions import Fraction
 
 from lanindex.alphabet import MEASURES
 from lanindex.errors import PatternError, guess
-from lanindex.model.columns import GRADES
-from lanindex.search.language.lexer import COUNT, Cursor, Token, unknown_word
+from lanindex.search.language.lexer import COUNT, Cursor, Token, remedies, unknown_word
 from lanindex.search.language.times import Time, decimal
 from lanindex.search.language.words import (
-    ANY,
     LANGUAGE,
-    RELATIVE,
     THINGS,
     UNITS,
     VALUES,
@@ -135,23 +132,6 @@ _FIELD_ALIASES = {
 }
 
 _TWO_LABELS = "Two labels: a mirrors b"
-_NO_TERM = {
-    "not": "A condition is not denied but turned round: a.level != high",
-    "(": "Conditions stand without brackets; + and - add times up from left to right.",
-    "-": "Times and numbers are 0 or more; turn it round: a.start - b.end < 1s",
-    "'": 'Double quotation marks, please: clip.label = "wave"',
-}
-"""By text that stands where a term should, the remedy."""
-
-_OF_OTHERS = "compares with others of its kind. A condition has a number:"
-_NO_VALUE = {
-    "pace": f"{_OF_OTHERS} a.{GRADES['pace']} > 3",
-    "extent": f"{_OF_OTHERS} a.{GRADES['extent']} > 90",
-    "change": "compares with the symbol before. A condition speaks of what is: a.level = high",
-    **dict.fromkeys(RELATIVE, "is a direction for each side: say right or left here."),
-    ANY: "is every direction: there is nothing to compare.",
-}
-"""By kind or value of a word that cannot be compared, the reason."""
 
 
 def _type(term: Term) -> str:
@@ -327,7 +307,8 @@ def _term_at(cursor: Cursor) -> Term:
         return _reference_at(cursor)
     if token.kind == "word" and token.text in VALUES:
         kind, value = VALUES[cursor.advance().text]
-        if found := _NO_VALUE.get(kind) or _NO_VALUE.get(value):
+        reasons = remedies("incomparable")
+        if found := reasons.get(kind) or reasons.get(value):
             raise cursor.error(f'"{value}" {found}', token)
         return Constant(kind, value)
     if mover := cursor.mover():
@@ -342,8 +323,8 @@ def _term_at(cursor: Cursor) -> Term:
 
 
 def _no_term(cursor: Cursor, token: Token) -> PatternError:
-    if token.text in _NO_TERM:
-        return cursor.error(_NO_TERM[token.text])
+    if remedy := remedies("no_term").get(token.text):
+        return cursor.error(remedy)
     if token.text in (*cursor.labels, *FIELDS, *_COLUMNS, CLIP, MATCH):
         return cursor.error(_no_reference(token.text, cursor.labels))
     if token.kind == "word" and token.text not in LANGUAGE and not COUNT.fullmatch(token.text):

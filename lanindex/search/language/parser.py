@@ -15,6 +15,7 @@ from lanindex.search.language.lexer import (
     Token,
     is_unknown,
     no_step,
+    remedies,
     stray,
     tokens,
     unknown,
@@ -69,23 +70,6 @@ _MOST_WORDS = 10_000
 _ANYONE = Mover("any part", "one", ("r_any",))
 """Stands for the part that each use of a named pattern will give."""
 
-_EDGES = "--tolerance tells how far the edges may lie apart."
-_UNLIMITED = {
-    "during": "one lies inside the other.",
-    "overlapping": "half of the other line is shared.",
-    "never": "it looks at all of the capture.",
-    **{f"{word} with": _EDGES for word in TWO_WORD_RELATIONS},
-}
-"""Relations that take no time, and why."""
-
-_ONE_COMPARISON = "One comparison in each condition: a.length > 1s and a.length < 2s"
-_NOT_IN_WHERE = {
-    "or": '"and" joins conditions. "or" joins lines, before "where".',
-    "/": 'A condition has one word: a.level >= mid. "/" is for steps.',
-    **dict.fromkeys(("<", "<=", ">", ">=", "=", "!="), _ONE_COMPARISON),
-}
-"""By text that seems to go on behind a condition, the remedy."""
-
 
 def parse(
     text: str,
@@ -126,7 +110,7 @@ class _Parser(Cursor):
         self.lets: dict[str, tuple[str, list[Token]]] = {}  # text and tokens by name
         self.open_names: list[str] = []  # of the patterns that are being read
         self.words_named = self.depth = 0
-        self.mirror = self.timed = False
+        self.timed = False
 
     def query(self) -> Query:
         begin = self.token
@@ -181,8 +165,8 @@ class _Parser(Cursor):
             raise self.error(f"A time goes into square brackets: {example}")
         if opening is None:
             return None
-        if relation in _UNLIMITED:
-            found = f'No time goes with "{relation}": {_UNLIMITED[relation]}'
+        if reason := remedies("unlimited").get(relation.split()[0]):
+            found = f'No time goes with "{relation}": {reason}'
             raise self.error(found, begin, opening)
         if not self.at_length:
             raise self.error(f"A time goes into the brackets: {example}", opening)
@@ -342,19 +326,16 @@ class _Parser(Cursor):
         if word := self.take("word", "mirror"):
             if not self.stands("mark", "("):
                 raise self.error("Brackets follow: mirror(r_arm right)", word)
-            self.mirror = not self.mirror
-            bracket = self.bracket(carried)
-            self.mirror = not self.mirror
-            return bracket, None
+            # who carries into the bracket stays who it is: mirrored twice
+            return mirrored(self.bracket(frozenset(it.mirrored() for it in carried))), None
         if self.stands("mark", "("):
             return self.bracket(carried), None
         if self.stands("mark", "@"):
             return self.named(carried), None
         if is_lnd(self):
             self.timed = True
-            unit, timed = score_at(self, self.strict)
-            return mirrored(unit) if self.mirror else unit, timed
-        return _step_at(self, carried, after, self.mirror), None
+            return score_at(self, self.strict)
+        return _step_at(self, carried, after), None
 
     def bracket(self, carried: frozenset[Mover]) -> Bracket:
         opening = self.advance()
@@ -476,8 +457,9 @@ class _Parser(Cursor):
             return query
         if query.stages:
             raise self.error('Behind a stage comes another one, with a "|", or nothing.')
-        if seen[-1:] == ["where"] and token.text in _NOT_IN_WHERE:
-            raise self.error(_NOT_IN_WHERE[token.text])
+        remedy = remedies("behind_condition").get(token.text)
+        if seen[-1:] == ["where"] and remedy:
+            raise self.error(remedy)
         if not seen or is_unknown(self) or token.kind in ("unknown", "string"):
             raise stray(self)
         raise self.error(f'"{seen[-1]}" ends the pattern: steps and lines stand before it.')
@@ -531,16 +513,16 @@ _NO_PART = {
 _EXAMPLES = {"feet": "jump", "bend": "r_arm"}  # by kind of words, a part to name
 
 
-def _step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool) -> Step:
+def _step_at(cursor: Cursor, carried: frozenset[Mover], after: str) -> Step:
     """Read a step.
 
     `carried` is who moved last, one or several alternatives; `after` is what comes before the
-    step: ``->``, a relation, ``or``, ``start`` or nothing; `mirror`: return its mirror image.
+    step: ``->``, a relation, ``or``, ``start`` or nothing.
     """
     _check_meant(cursor, carried)
     named = cursor.mover()
     if named:
-        mover = named.mirrored() if mirror else named
+        mover = named
     elif cursor.stands("word", *MANNERS, "not", *_values(*carried)) or cursor.at_angle:
         mover = _carried(cursor, carried, after)
     else:
@@ -554,8 +536,6 @@ def _step_at(cursor: Cursor, carried: frozenset[Mover], after: str, mirror: bool
     words = _words(cursor, mover, manner)
     if manner in _NO_WORDS and not words:
         raise cursor.error(_NO_WORDS[manner], cursor.before)
-    if mirror:
-        words = tuple(word.mirrored() for word in words)
     return Step(mover, bool(named or bending), manner, words)
 
 

@@ -233,8 +233,9 @@ class Mover:
 
     def mirrored(self) -> Mover:
         """Return who moves in the mirror."""
-        name = mirrored_part(self.name)
-        return Mover(name, "one", (name,)) if self.form == "one" else self
+        if self.form != "one":
+            return self
+        return Mover(mirrored_part(self.name), "one", tuple(map(mirrored_part, self.members)))
 
 
 def _place(part: str) -> tuple[bool, bool, str]:
