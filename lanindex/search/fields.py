@@ -64,9 +64,8 @@ Amount = TypeVar("Amount", int, NDArray[np.int64])
 
 def names_in(conditions: Collection[Condition]) -> frozenset[str]:
     """Return the names that conditions speak of: labels, ``clip`` and ``match``."""
-    mirrored = [it for it in conditions if isinstance(it, Mirrors)]
-    labels = {name for it in mirrored for name in (it.first, it.second)}
-    return frozenset(labels | {it.name for it in references_in(conditions)})
+    mirrored = ((it.first, it.second) for it in conditions if isinstance(it, Mirrors))
+    return frozenset().union(*mirrored, (it.name for it in references_in(conditions)))
 
 
 def measures_in(query: Query) -> frozenset[str]:
@@ -85,12 +84,7 @@ def extras_in(query: Query) -> frozenset[str]:
 
 
 def value_of(reference: Reference, hit: Hit) -> Value:
-    """Return a field of a hit: of a label, of all that matched, or of the capture.
-
-    Times are seconds from the clip's first frame; None stands for what is missing. Of several
-    symbols: where the first begins, where the last ends, and what the last one is; of all that
-    matched, the frames of the hit and what its first line ends with.
-    """
+    """Return a field of a hit, None where it is missing; times are seconds from its start."""
     if is_of_span(reference):
         return value_of_span(reference, hit.capture, hit.span)
     symbols = hit.lines[0] if reference.name == MATCH else hit.labels.get(reference.name, ())

@@ -360,9 +360,11 @@ def piped(stages: Sequence[Stage], result: Hits | Counts) -> Hits | Counts:
     for stage in stages:
         if stage.verb == "first":
             result = result[: stage.most]
+        elif isinstance(result, Hits) and stage.verb == "sort" and stage.by:
+            orders = [order(stage.by, value) for value in _values(result, stage.by)]
+            result = result.arranged(sorted(range(len(orders)), key=orders.__getitem__))
         elif isinstance(result, Hits):
-            by = stage.by
-            result = _sorted(result, by) if by and stage.verb == "sort" else _counts(result, by)
+            result = _counts(result, stage.by)
     return result
 
 
@@ -378,11 +380,6 @@ def _values(hits: Hits, by: Reference) -> Iterator[Value]:
     if is_of_span(by):
         return (value_of_span(by, capture, span) for capture, span in hits.spans())
     return (value_of(by, hit) for hit in hits)
-
-
-def _sorted(hits: Hits, by: Reference) -> Hits:
-    orders = [order(by, value) for value in _values(hits, by)]
-    return hits.arranged(sorted(range(len(orders)), key=orders.__getitem__))
 
 
 def _counts(hits: Hits, by: Reference | None) -> Counts:

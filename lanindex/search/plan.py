@@ -126,7 +126,7 @@ def plan(query: Query) -> tuple[Program, ...]:
         program
         for pattern in query.patterns
         for lines in pattern.alternatives
-        for program in planner.leading(lines)
+        for program in planner.programs(lines)
     )
 
 
@@ -134,8 +134,7 @@ def counts(pattern: Choice) -> bool:
     """Return whether a pattern counts anywhere, with ``x`` or ``?``."""
     return any(
         item.repeat != ONCE or (isinstance(item.unit, Bracket) and counts(item.unit.pattern))
-        for lines in pattern.alternatives
-        for line in (lines.first, *(beside.line for beside in lines.others))
+        for line in pattern.lines
         for item in line.items
     )
 
@@ -193,57 +192,29 @@ class _Planner:
         self._planned: dict[Line, tuple[Program, ...]] = {}
         self._exact = _Planner() if near else self
 
-    def leading(self, lines: Lines) -> tuple[Program, ...]:
+    def programs(self, lines: Lines) -> tuple[Program, ...]:
+        """Return the program of the first line for each side."""
         group = Group(None, self.companions(lines))
-        return tuple(_program(self, lines.first, side, group) for side in _sides(lines.first))
+        sides = SIDES if _either(lines.first) else SIDES[:1]
+        return tuple(_Builder(self, side).program(lines.first, group) for side in sides)
 
     def companions(self, lines: Lines) -> tuple[Companion, ...]:
-        return tuple(
-            Companion(it.relation, planner.free(it.line), it.within)
-            for it in lines.others
-            for planner in [self._exact if it.relation in NEGATIONS else self]
-        )
-
-    def free(self, line: Line) -> tuple[Program, ...]:
-        if line not in self._planned:
-            sides = _sides(line)
-            self._planned[line] = tuple(_program(self, line, side, Group()) for side in sides)
-        return self._planned[line]
+        found = []
+        for it in lines.others:
+            planner = self._exact if it.relation in NEGATIONS else self
+            if it.line not in planner._planned:
+                planner._planned[it.line] = planner.programs(Lines(it.line))
+            found.append(Companion(it.relation, planner._planned[it.line], it.within))
+        return tuple(found)
 
 
-def _leading_steps(line: Line) -> Iterator[Step]:
-    for item in line.items:
-        if isinstance(item.unit, Step):
-            yield item.unit
-        else:
-            for lines in item.unit.pattern.alternatives:
-                yield from _leading_steps(lines.first)
-
-
-def _sides(line: Line) -> tuple[str, ...]:
-    unsided = any(step.mover.form == "either" for step in _leading_steps(line))
-    return SIDES if unsided else SIDES[:1]
-
-
-def _program(planner: _Planner, line: Line, side: str, group: Group) -> Program:
-    builder = _Builder(planner, side)
-    inner = builder.line(line)
-    if group.companions:
-        inner = inner.inside(group)
-    edges: list[list[Edge]] = [[] for _ in builder.states]
-    for edge in builder.edges:
-        edges[edge.exit.state].append(edge)
-    exits: list[list[Exit]] = [[] for _ in builder.states]
-    for leaving in inner.exits:
-        exits[leaving.state].append(leaving)
-    return Program(
-        tuple(builder.states),
-        tuple(inner.entries),
-        tuple(map(tuple, edges)),
-        tuple(map(tuple, exits)),
-        group,
-        tuple(builder.groups),
-        any(ends and goes_on for ends, goes_on in zip(exits, edges, strict=True)),
+def _either(line: Line) -> bool:
+    """Return whether a part that leads in a line is of either side."""
+    return any(
+        item.unit.mover.form == "either"
+        if isinstance(item.unit, Step)
+        else any(_either(lines.first) for lines in item.unit.pattern.alternatives)
+        for item in line.items
     )
 
 
@@ -279,8 +250,25 @@ class _Builder:
     side: str
     groups: list[Group] = field(default_factory=list)
     states: list[State] = field(default_factory=list)
-    edges: list[Edge] = field(default_factory=list)
+    edges: list[list[Edge]] = field(default_factory=list)  # by the state that they leave
     labels: tuple[str, ...] = ()
+
+    def program(self, line: Line, group: Group) -> Program:
+        piece = self.line(line)
+        if group.companions:
+            piece = piece.inside(group)
+        exits: list[list[Exit]] = [[] for _ in self.states]
+        for leaving in piece.exits:
+            exits[leaving.state].append(leaving)
+        return Program(
+            tuple(self.states),
+            tuple(piece.entries),
+            tuple(map(tuple, self.edges)),
+            tuple(map(tuple, exits)),
+            group,
+            tuple(self.groups),
+            any(ends and goes_on for ends, goes_on in zip(exits, self.edges, strict=True)),
+        )
 
     def line(self, line: Line) -> _Piece:
         pieces = [self.item(item) for item in line.items]
@@ -294,7 +282,7 @@ class _Builder:
             members = self.states[leaving.state].members
             for entry in after.entries:
                 same = members == self.states[entry.state].members
-                self.edges.append(Edge(leaving, arrow, entry, same))
+                self.edges[leaving.state].append(Edge(leaving, arrow, entry, same))
 
     def beginnings(self, pieces: list[_Piece], line: Line) -> list[Entry]:
         """Return the entries; a step that is left out takes the arrow before it along."""
@@ -326,6 +314,7 @@ class _Builder:
             return self.bracket(item.unit.pattern, item.length)
         number = len(self.states)
         self.states.append(self.state(number, item.unit, item.length))
+        self.edges.append([])
         return _Piece([Entry(number)], [Exit(number)])
 
     def bracket(self, pattern: Choice, length: Length | None) -> _Piece:

@@ -80,8 +80,8 @@ def spelled(text: str) -> str:
 
 def load(extra: str | PathLike[str] | None = None) -> dict[str, Entry]:
     """Return all words by each of their names; those of the file `extra` come before ours."""
-    shipped = _entries(_shipped("dictionary.toml"), "dictionary.toml")
-    entries = [*shipped, *(_read(Path(extra)) if extra is not None else ())]
+    entries = _entries(_shipped("dictionary.toml"), "dictionary.toml")
+    entries += _read(Path(extra)) if extra is not None else []
     words = {entry.name: entry for entry in entries}
     also = {other: entry for entry in entries for other in entry.names}
     return words | {other: entry for other, entry in also.items() if other not in words}
@@ -174,22 +174,20 @@ def _entry(name: str, values: Any, place: str) -> Entry:
     for listed in ("names", "labels"):
         if not all(isinstance(text, str) for text in values.get(listed, ())):
             raise UsageError(f"{listed} = {quoted(values[listed])}", place=place, wanted="texts")
+    counts, numbers = values.get("measured"), list(Measured.__dataclass_fields__)
+    if counts is not None and (
+        list(counts) != numbers or not all(type(count) is int for count in counts.values())
+    ):
+        place, wanted = f"{place}: {shown(name)}", f"whole numbers: {numbers}"
+        raise UsageError(f"measured = {quoted(counts)}", place=place, wanted=wanted)
     return Entry(
         spelled(name),
         " ".join(_COMMENT.sub(" ", values["pattern"]).split()),
         " ".join(values.get("sentence", "").split()),
         tuple(spelled(other) for other in values.get("names", ())),
         tuple(values.get("labels", ())),
-        _measured(values["measured"], f"{place}: {shown(name)}") if "measured" in values else None,
+        None if counts is None else Measured(**counts),
     )
-
-
-def _measured(values: dict[str, Any], place: str) -> Measured:
-    names = list(Measured.__dataclass_fields__)
-    if list(values) != names or not all(type(value) is int for value in values.values()):
-        wanted = f"whole numbers: {names}"
-        raise UsageError(f"measured = {quoted(values)}", place=place, wanted=wanted)
-    return Measured(**values)
 
 
 def _check(entry: Entry, place: str) -> None:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from importlib import resources
+from typing import Any
 
 from lanindex.alphabet import DIRECTIONS, SIXTHS
 from lanindex.errors import PatternError, shown
@@ -210,10 +211,16 @@ _NO_STEPS = ("start", "let", "count", "sort", "first", "by", "mirrors", "clip", 
 
 
 @cache
+def tables(file: str) -> dict[str, dict[str, Any]]:
+    """Return the tables of a TOML file of this package."""
+    path = resources.files("lanindex.search.language").joinpath(file)
+    return tomllib.loads(path.read_text("utf-8"))
+
+
+@cache
 def remedies(table: str) -> dict[str, str]:
     """Return a table of ``remedies.toml`` by each word or mark of its keys."""
-    text = resources.files("lanindex.search.language").joinpath("remedies.toml").read_text("utf-8")
-    rows = tomllib.loads(text)[table].items()
+    rows = tables("remedies.toml")[table].items()
     return {word: remedy for words, remedy in rows for word in words.split()}
 
 

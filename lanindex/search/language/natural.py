@@ -7,15 +7,14 @@ it make a step. A text of which one word is not understood has no pattern.
 from __future__ import annotations
 
 import re
-import tomllib
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
-from importlib import resources
+from functools import cache
 from itertools import pairwise
 
 from lanindex.errors import PatternError
 from lanindex.model.columns import GRADES
+from lanindex.search.language.lexer import tables
 from lanindex.search.language.query import Query
 from lanindex.search.language.words import VALUES, Vocabulary
 
@@ -85,20 +84,14 @@ _HALF = re.compile(r"\b(right|left|both|the|an?|his|her|their|your|my) (lower|up
 _FROM = re.compile(r"(.*)\bfrom (.+?) to (.+)")
 
 
-@lru_cache(maxsize=1)
-def _tables() -> Mapping[str, Mapping[str, Sequence[str]]]:
-    text = resources.files("lanindex.search.language").joinpath("natural.toml").read_text("utf-8")
-    return tomllib.loads(text)
-
-
-@lru_cache(maxsize=1)
+@cache
 def _phrases() -> Mapping[tuple[str, ...], tuple[str, str]]:
     """Return the table and the meaning of each phrase, words of the language included."""
     known: dict[tuple[str, ...], tuple[str, str]] = {
         **{(word,): ("phrases", word) for word in VALUES},
         **{(name,): ("movers", name) for name in _movers()},
     }
-    for table, meanings in _tables().items():
+    for table, meanings in tables("natural.toml").items():
         for meaning, phrases in meanings.items():
             for phrase in phrases:
                 known[tuple(phrase.replace(",", " , ").split())] = (table, meaning)
@@ -107,7 +100,7 @@ def _phrases() -> Mapping[tuple[str, ...], tuple[str, str]]:
     return known
 
 
-@lru_cache(maxsize=1)
+@cache
 def _movers() -> frozenset[str]:
     return frozenset(Vocabulary().movers)
 
@@ -116,13 +109,13 @@ def _plain(text: str) -> list[str]:
     """Return the words without articles, hyphens and the stop at the end."""
     text = re.sub(r"(?<=\w)-(?=\w)", " ", text.lower()).strip()
     text = _HALF.sub(r"\1 \2_\3", text)
-    verbs, articles = _tables()["verbs"], _tables()["fillers"]["articles"]
+    verbs, fillers = (tables("natural.toml")[name] for name in ("verbs", "fillers"))
     ends = {*verbs["raise"], *verbs["lower"]}  # they say where it ends by themselves
     if (match := _FROM.fullmatch(text)) and ends.isdisjoint(text.split()):
         text = f"{match[1]} {match[2]} ... {match[3]}"
     text = text.rstrip("!? ")
     words = _TOKEN.findall(text.removesuffix(".") if not text.endswith("..") else text)
-    return [word for word in words if word not in articles]
+    return [word for word in words if word not in fillers["articles"]]
 
 
 def _meanings(text: str) -> Iterator[tuple[str, str]]:

@@ -8,7 +8,6 @@ from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 
-from lanindex import model
 from lanindex.alphabet import KINDS, LINES, kind_of
 from lanindex.errors import NotationError, PatternError
 from lanindex.notation import NOTATIONS, notation_of, read
@@ -40,12 +39,6 @@ class FilePattern(str):
 
     path: Path
 
-    def __new__(cls, text: str, path: Path) -> FilePattern:
-        """Make one of a text."""
-        made = super().__new__(cls, text)
-        made.path = path
-        return made
-
     def place(self, start: int) -> str:
         """Return file and line of a character."""
         return f"{self.path}:{self.count(chr(10), 0, start) + 1}"
@@ -58,11 +51,14 @@ def pattern_in(text: str, folder: Path | None = None) -> str:
         return text
     path = Path(named["path"]) if folder is None else folder / named["path"]
     form = notation_of(str(path))
-    if form is not None and form.name != "lnd":
+    if form is None or form.name == "lnd":
+        pattern = FilePattern(read_text(path).replace("\r\n", "\n").replace("\r", "\n"))
+    else:
         from lanindex.notation import lnd
 
-        return FilePattern(lnd.write(read(str(path))), path)
-    return FilePattern(read_text(path).replace("\r\n", "\n").replace("\r", "\n"), path)
+        pattern = FilePattern(lnd.write(read(str(path))))
+    pattern.path = path
+    return pattern
 
 
 def is_lnd(cursor: Cursor) -> bool:
@@ -94,12 +90,6 @@ class _Symbol:
     def length(self) -> Fraction:
         """Its beats; a starting position has none."""
         return self.stop - self.start
-
-
-def _words(symbol: model.Symbol) -> tuple[Word, ...]:
-    names = KINDS[kind_of(symbol.part)].names
-    pairs = zip(names, symbol.words.split(), strict=True)
-    return tuple(Word(name, (word,)) for name, word in pairs)
 
 
 def _stays(symbols: list[_Symbol]) -> bool:
@@ -229,13 +219,15 @@ class _Score:
             _, first, last = self.lines[int(number) - 2]
             raise self.cursor.error(found, first, last) from error
         beat = Fraction(score.meter.beats, score.meter.division)
-        return {
-            mover: [
-                _Symbol(_words(symbol), symbol.tick * beat, (symbol.tick + symbol.ticks) * beat)
-                for symbol in score.symbols(mover.name)
-            ]
-            for mover in self.tracks
-        }
+        tracks: dict[Mover, list[_Symbol]] = {mover: [] for mover in self.tracks}
+        for mover, symbols in tracks.items():
+            names = KINDS[kind_of(mover.name)].names
+            for symbol in score.symbols(mover.name):
+                pairs = zip(names, symbol.words.split(), strict=True)
+                words = tuple(Word(name, (word,)) for name, word in pairs)
+                stop = symbol.tick + symbol.ticks
+                symbols.append(_Symbol(words, symbol.tick * beat, stop * beat))
+        return tracks
 
     def line(self, mover: Mover, symbols: list[_Symbol]) -> Line:
         """Return the movements of one part, or that it stays in its starting position."""
