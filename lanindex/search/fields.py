@@ -1,8 +1,4 @@
-"""Fields of hits and captures: what ``where`` compares, and what a pipe sorts and counts by.
-
-Times are exact. What is missing (a label on a step that was left out, a column that a capture does
-not have, a direction that a symbol lacks) makes every condition on it false.
-"""
+"""Fields of hits and captures, which ``where`` compares and a pipe sorts and counts by."""
 
 from __future__ import annotations
 
@@ -34,7 +30,7 @@ from lanindex.search.language.query import Query, steps_of
 from lanindex.search.language.times import Clock, Time
 from lanindex.search.language.words import AMOUNTS
 
-Value = str | Fraction | None  # times in seconds
+Value = str | Fraction | None  # times in seconds; no condition holds of a missing value
 
 COMPARE: dict[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt,
@@ -127,11 +123,7 @@ def _of_symbol(symbol: Symbol, field: str) -> Value:
 
 
 def order(reference: Reference, value: Value) -> tuple[bool, bool, str | Fraction | int]:
-    """Return what to sort values of a field by: the smallest first, what is missing last.
-
-    Numbers, and texts that are numbers, stand before texts; those go by letter, levels from low to
-    high.
-    """
+    """Return a key that sorts values of a field: numbers, then texts by letter, then None."""
     if not isinstance(value, str):
         return value is None, False, value or 0
     if reference.name != CLIP and reference.field == "level":
@@ -189,10 +181,7 @@ def number_of(value: Value) -> Fraction | None:
 
 
 def about(part: str, amount: Amount) -> Amount:
-    """Return amounts rounded as mirror images compare them: turns to the nearest eighth.
-
-    How far a limb is bent that points somewhere does not count.
-    """
+    """Return amounts as mirror images compare them: turns in eighths, bends of a gesture as 0."""
     kind = KINDS[kind_of(part)]
     if "amount" not in kind.fields:
         return amount * 0

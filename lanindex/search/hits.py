@@ -1,8 +1,4 @@
-"""What a search gives back: hits as objects, dictionaries, columns or a table; and their counts.
-
-``sort by`` puts the smallest first and what is missing last, ties as they were; ``count by`` puts
-the most frequent value first, of equally frequent ones the smallest.
-"""
+"""The result of a search: hits as objects, dictionaries, columns or a table; and their counts."""
 
 from __future__ import annotations
 

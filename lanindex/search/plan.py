@@ -1,8 +1,6 @@
 """The plan of a query: each line as a program of states and edges; nothing here knows a capture.
 
-A state is one step of the line, with repeats written out. An edge says which state may come next,
-over which arrow, and which brackets close and open on the way. Together they are a finite automaton
-(Glushkov's). A line that says ``arm`` becomes two programs, one a side.
+The states and edges are Glushkov's automaton. A line of ``arm`` becomes two programs, one a side.
 """
 
 from __future__ import annotations

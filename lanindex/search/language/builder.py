@@ -1,8 +1,4 @@
-"""Patterns built in Python: ``part("r_arm").to("right", "mid").then(level="high")``.
-
-The parser reads the pattern after each call, so that it prints as text, and that whatever the
-language cannot say is an error.
-"""
+"""Patterns built in Python, read by the parser after each call, which refuses what has no text."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Pattern text → tokens, the cursor over them, and the errors about tokens in a wrong place.
-
-The lexer never fails: a character that it does not know becomes a token of kind ``unknown``, so
-that the error is the first one that a reader meets.
-"""
+"""Pattern text → tokens, the cursor over them, and the errors about tokens in a wrong place."""
 
 from __future__ import annotations
 
@@ -31,7 +27,7 @@ _KINDS = {
     "string": r'"[^"\n]*"?',
     "mark": r"!=|[()\[\]/?:;@|+\-=.,#]",
     "space": r"\s+",
-    "unknown": r".",
+    "unknown": r".",  # so that the first error in a text is told, not the first odd character
 }
 _TOKEN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in _KINDS.items()), re.DOTALL)
 _ALIASES = {"≤": "<=", "≥": ">=", "→": "->", "then": "->", "…": "..."}

@@ -1,8 +1,4 @@
-"""Plain words → the pattern that says it: what people type before they know the language.
-
-There is no grammar: words and phrases are looked up in `natural.toml`; a limb and what is said of
-it make a step. A text of which one word is not understood has no pattern.
-"""
+"""Plain English → a pattern, by the words and phrases of ``natural.toml``, without a grammar."""
 
 from __future__ import annotations
 
@@ -61,10 +57,7 @@ def reading(text: str) -> str | None:
 def offer_reading(
     error: PatternError, read: Callable[[str], Query], known: Collection[str]
 ) -> None:
-    """Add the pattern that was probably meant to an error, if it names a `known` part.
-
-    `read` parses a pattern, or raises a PatternError.
-    """
+    """Add the pattern that was probably meant to an error, if it parses and has a `known` part."""
     meant = reading(error.text)
     try:
         if meant is None or read(meant).parts.isdisjoint(known):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from fractions import Fraction
 
@@ -107,7 +107,7 @@ class _Parser(Cursor):
     ) -> None:
         super().__init__(text, vocabulary)
         self.names, self.strict = names, strict
-        self.lets: dict[str, tuple[str, list[Token]]] = {}  # text and tokens by name
+        self.lets: dict[str, str] = {}  # the text of each pattern, by name
         self.open_names: list[str] = []  # of the patterns that are being read
         self.words_named = self.depth = 0
         self.timed = False
@@ -363,7 +363,7 @@ class _Parser(Cursor):
             raise self.error(f'"{name}" has a pattern already: choose another name.', token)
         if not self.take("mark", "="):
             raise self.error(f"An = follows: let {name} = mid -> high;", let, token)
-        begin = self.index
+        begin = self.token
         self.open_names.append(name)
         self.pattern(frozenset((_ANYONE,)), "=")
         self.open_names.pop()
@@ -372,9 +372,7 @@ class _Parser(Cursor):
             raise self.error_since(let, found)
         if not self.stands("mark", ";"):
             raise stray(self)
-        stop = self.before.stop
-        read = [*self.tokens[begin : self.index], Token("end", "", stop, stop)]
-        self.lets[name] = self.text, read
+        self.lets[name] = self.text[begin.start : self.before.stop]
         self.advance()
         self.labels.clear()
 
@@ -383,9 +381,9 @@ class _Parser(Cursor):
         at = self.advance()
         self.deepen(at)
         labelled = len(self.labels)
-        name, text, read = self.pattern_behind(at)
+        name, text = self.pattern_behind(at)
         outside = self.text, self.tokens, self.index
-        self.text, self.tokens, self.index = text, read, 0
+        self.text, self.tokens, self.index = text, tokens(text), 0
         self.open_names.append(name)
         try:
             pattern = self.pattern(carried)
@@ -407,31 +405,27 @@ class _Parser(Cursor):
         self.depth -= 1
         return Bracket(pattern)
 
-    def pattern_behind(self, at: Token) -> tuple[str, str, Sequence[Token]]:
-        """Read a name behind ``@``, and return it with the text and tokens of its pattern."""
+    def pattern_behind(self, at: Token) -> tuple[str, str]:
+        """Read a name behind ``@``, and return it with the text of its pattern."""
         token = self.token
         if token.kind != "word":
             raise self.error("The name of a pattern follows: @reach_up", at)
         name = self.advance().text
         if name in self.open_names:
             raise self.error(f'"@{name}" speaks of itself.', at, token)
-        if name in self.lets:
-            text, read = self.lets[name]
-        elif name in self.names:
-            text, read = self.names[name], tokens(self.names[name])
-        elif self.stands("mark", ".") and self.ahead(1).text in ("lq", "lnd"):
+        if text := self.lets.get(name) or self.names.get(name):
+            self.words_named += len(tokens(text))
+            if self.words_named > _MOST_WORDS:
+                found = f"With all names written out this has more than {_MOST_WORDS} words."
+                raise self.error(found, at, token)
+            return name, text
+        if self.stands("mark", ".") and self.ahead(1).text in ("lq", "lnd"):
             found = "A pattern in a file stands alone: search @raise.lq"
             raise self.error(found, at, self.ahead(1))
-        else:
-            near = guess(name, [*self.lets, *self.names])
-            remedy = f"A let before gives one its name: let {shown(name, 20)} = mid -> high;"
-            remedy = f'Did you mean "@{near}"?' if near else remedy
-            raise self.error(f'There is no pattern "@{name}". {remedy}', at, token)
-        self.words_named += len(read)
-        if self.words_named > _MOST_WORDS:
-            found = f"With all names written out this has more than {_MOST_WORDS} words."
-            raise self.error(found, at, token)
-        return name, text, read
+        near = guess(name, [*self.lets, *self.names])
+        remedy = f"A let before gives one its name: let {shown(name, 20)} = mid -> high;"
+        remedy = f'Did you mean "@{near}"?' if near else remedy
+        raise self.error(f'There is no pattern "@{name}". {remedy}', at, token)
 
     def clauses(self, pattern: Choice) -> Query:
         """Read the clauses and stages, and return the query."""

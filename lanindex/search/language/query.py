@@ -1,8 +1,4 @@
-"""The syntax tree of a pattern: what the parser builds, and the matcher and the explainer read.
-
-Every node prints as a pattern that parses to the same node. The parser takes mirror images, so
-that nobody below has to think of them.
-"""
+"""The syntax tree of a pattern; each node prints as a pattern that parses to the same node."""
 
 from __future__ import annotations
 
