@@ -157,15 +157,10 @@ def reached(following: list[list[int]], state: int) -> set[int]:
 def components(program: Program) -> list[list[int]]:
     """Return the states that lead to each other, together; what leads to others goes first."""
     following = followers(program)
-    ahead = [reached(following, state) for state in range(len(following))]
-    done: set[int] = set()
-    found: list[list[int]] = []
-    for state in sorted(range(len(following)), key=lambda it: -len(ahead[it])):
-        if state not in done:
-            together = [it for it in ahead[state] if state in ahead[it]] or [state]
-            done.update(together)
-            found.append(sorted(together))
-    return found
+    together: dict[frozenset[int], list[int]] = {}  # by the states ahead, themselves included
+    for state in range(len(following)):
+        together.setdefault(frozenset((state, *reached(following, state))), []).append(state)
+    return [together[ahead] for ahead in sorted(together, key=len, reverse=True)]
 
 
 def open_groups(program: Program) -> list[tuple[Group, ...]]:

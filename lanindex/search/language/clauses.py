@@ -125,12 +125,6 @@ _ORDERED = ("time", "number", "level", "text", "clip")  # the types that can be 
 _COMPARABLE = [{"part", "text"}, {"clip", "text"}, {"clip", "number"}, {"clip", "part"}]
 _COLUMNS = ("label", "path", "format", "dataset", "fps", "frames", "seconds", "tempo")  # of a clip
 
-_FIELD_ALIASES = {
-    **{"duration": "length", "time": "length", "begin": "start", "stop": "end"},
-    **{"height": "level", "fit": "margin", "limb": "part"},
-    **{"velocity": "speed", "pace": "speed", "extent": "size", "angle": "size"},
-}
-
 _TWO_LABELS = "Two labels: a mirrors b"
 
 
@@ -258,7 +252,7 @@ def _reference_at(cursor: Cursor) -> Reference:
         known = " ".join(FIELDS) if name != CLIP else "clip.label, clip.path or another column"
         raise cursor.error(f"A field follows: {known}", token, dot)
     if name != CLIP and field.text not in FIELDS:
-        near = _FIELD_ALIASES.get(field.text) or guess(field.text, FIELDS)
+        near = remedies("meant_field").get(field.text) or guess(field.text, FIELDS)
         meant = f"Did you mean {name}.{near}?" if near else f"It has: {' '.join(FIELDS)}"
         raise cursor.error(f'"{name}" has no "{field.text}". {meant}')
     return Reference(name, cursor.advance().text)

@@ -48,10 +48,9 @@ from lanindex.search.language.words import (
     DEGREES,
     MANNERS,
     MOVING,
-    ONE_WORD_RELATIONS,
+    RELATIONS,
     RELATIVE,
     THINGS,
-    TWO_WORD_RELATIONS,
     UNITS,
     VALUES,
     WORD_KINDS,
@@ -147,14 +146,13 @@ class _Parser(Cursor):
         return Lines(first, tuple(others))
 
     def relation(self) -> str | None:
-        word = self.take("word", *ONE_WORD_RELATIONS, *TWO_WORD_RELATIONS)
+        word = self.take("word", *RELATIONS)
         if word is None:
             return None
-        if word.text not in TWO_WORD_RELATIONS:
-            return word.text
-        if not self.take("word", "with"):
-            raise self.error(f'"with" follows: r_arm high {word.text} with l_arm high', word)
-        return f"{word.text} with"
+        relation = RELATIONS[word.text]
+        if relation != word.text and not self.take("word", "with"):
+            raise self.error(f'"with" follows: r_arm high {relation} l_arm high', word)
+        return relation
 
     def limit(self, relation: str) -> Length | None:
         """Read the limit of a relation, if one stands here: ``after[<1s]``, ``with[1s]``."""
@@ -393,7 +391,7 @@ class _Parser(Cursor):
             self.text, self.tokens, self.index = outside
             quote = self.excerpt(at, self.before)
             found = f"{quote}: {error.found}"
-            if error.found == NO_PART:
+            if error.found == _NO_PART:
                 found = (
                     f"{quote} begins without a part. Let one carry into it: r_arm low -> {quote}"
                 )
@@ -494,16 +492,7 @@ def _without_brackets(pattern: Choice) -> Choice:
 # Steps: who moves, how, and the words, which must agree with each other.
 
 _STILL = {"at": "at is being there", "hold": "hold is staying put"}
-_NO_WORDS = {
-    "at": "At what? Say where: at high, at place low",
-    "via": "Via what? Say where it goes through: via right, via any",
-}
-NO_PART = "Name the part first: r_arm high"
-_NO_PART = {
-    "": NO_PART,
-    "start": "Name the part here: start -> r_arm high",
-    "or": 'Name the part here; "/" is either-or between words: high/low.',
-}
+_NO_PART = "Name the part first: r_arm high"
 _EXAMPLES = {"feet": "jump", "bend": "r_arm"}  # by kind of words, a part to name
 
 
@@ -528,8 +517,9 @@ def _step_at(cursor: Cursor, carried: frozenset[Mover], after: str) -> Step:
     if manner == "at" and not THINGS.keys().isdisjoint(_kind(mover).words):
         raise cursor.error(f"It lasts as long as its movement does: {mover} 1s+", cursor.before)
     words = _words(cursor, mover, manner)
-    if manner in _NO_WORDS and not words:
-        raise cursor.error(_NO_WORDS[manner], cursor.before)
+    remedy = remedies("no_words").get(manner)
+    if remedy and not words:
+        raise cursor.error(remedy, cursor.before)
     return Step(mover, bool(named or bending), manner, words)
 
 
@@ -562,7 +552,8 @@ def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
     elif part := _EXAMPLES.get(VALUES.get(word, ("", ""))[0]):
         found = f"Name the part first: {part} {word}"
     else:
-        found = _NO_PART.get(after, f'Name the part here: nothing carries over "{after}".')
+        remedy = f'Name the part here: nothing carries over "{after}".' if after else _NO_PART
+        found = remedies("no_part").get(after, remedy)
     raise cursor.error(found)
 
 

@@ -61,10 +61,7 @@ class Word:
 
 
 def meaning(words: tuple[Word, ...], kind: str, part: str) -> frozenset[str]:
-    """Return the values of one kind that the words of a step allow, said of one part.
-
-    `words.ABSENT` is among them only where no word is of that kind; ``not`` excludes it, too.
-    """
+    """Return the values of one kind that words allow, `ABSENT` only if none is of that kind."""
     left = frozenset((*WORD_KINDS[kind].codes, ABSENT))
     for word in words:
         if word.kind == kind:

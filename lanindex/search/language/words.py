@@ -136,14 +136,16 @@ _ALSO_NAMES = ("feet", "bend", *GRADES)  # words that may also be the name of a 
 DEGREES = "deg"
 UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}  # of time, and what they are called
 
-ONE_WORD_RELATIONS = ("with", "overlapping", "during", "without", "after", "before", "never")
-TWO_WORD_RELATIONS = ("starting", "ending", "exactly")  # ``with`` follows
-"""How a line may stand beside the first one."""
+RELATIONS = {
+    **{it: it for it in ("with", "overlapping", "during", "without", "after", "before", "never")},
+    **{it: f"{it} with" for it in ("starting", "ending", "exactly")},
+}
+"""How a line may stand beside the first one, by the first word."""
 
 MANNERS = ("at", "via", "hold")  # how a part is or moves there
 
 LANGUAGE = (
-    *("then", *ONE_WORD_RELATIONS, *TWO_WORD_RELATIONS, "or"),
+    *("then", *RELATIONS, "or"),
     *("not", *MANNERS, "start", "end", "mirror", "mirrors", "either", "rhythm"),
     *("where", "and", "clip", "match", "let", "count", "sort", "by", "first", "direction"),
 )
@@ -174,10 +176,7 @@ def mirrored_value(value: str) -> str:
 
 
 def values_of(kind: str, value: str, part: str) -> frozenset[str]:
-    """Return the values that a word means, said of one part (``l_arm``).
-
-    ``any`` includes `ABSENT`. A relative direction of a part without a side is either of the two.
-    """
+    """Return the values that a word means, said of one part; of ``any`` one is `ABSENT`."""
     if value == ANY:
         return frozenset((*WORD_KINDS[kind].codes, ABSENT))
     if kind == "degrees":
@@ -188,6 +187,7 @@ def values_of(kind: str, value: str, part: str) -> frozenset[str]:
         return frozenset({value})
     right = RELATIVE[value]
     left = mirrored_value(right)
+    # the side of a part that has none is either of the two
     return frozenset({"r_": {right}, "l_": {left}}.get(part[:2], {right, left}))
 
 
@@ -261,11 +261,7 @@ def _movers(parts: Collection[str]) -> dict[str, Mover]:
 
 
 class Vocabulary:
-    """The words that a pattern may use, those of the parts included.
-
-    The parts are those that the library has, by default those of the alphabet. A pattern may name
-    the latter in any case: one that no capture has never moves.
-    """
+    """The names of parts: those of a library, and in any case those of the alphabet."""
 
     def __init__(self, parts: Collection[str] | None = None) -> None:
         self.of_library = parts is not None
