@@ -268,7 +268,14 @@ class _Builder:
         for last, piece in enumerate(pieces):
             for before in _up_to_required(reversed(pieces[:last])):
                 self.join(before, line.arrows[last - 1], piece)
-        return _Piece(self.beginnings(pieces, line), self.endings(pieces, line))
+        entries = []
+        for piece, arrow in zip(_up_to_required(pieces), (line.start, *line.arrows), strict=False):
+            # a step that is left out takes the arrow before it along
+            start = (arrow,) if line.start and arrow else ()
+            entries += [Entry(it.state, it.opens, (*it.from_start, *start)) for it in piece.entries]
+        end = (line.end,) if line.end else ()
+        exits = [it for piece in _up_to_required(reversed(pieces)) for it in piece.exits]
+        return _Piece(entries, [Exit(it.state, it.closes, (*it.to_end, *end)) for it in exits])
 
     def join(self, before: _Piece, arrow: Arrow, after: _Piece) -> None:
         for leaving in before.exits:
@@ -276,19 +283,6 @@ class _Builder:
             for entry in after.entries:
                 same = members == self.states[entry.state].members
                 self.edges[leaving.state].append(Edge(leaving, arrow, entry, same))
-
-    def beginnings(self, pieces: list[_Piece], line: Line) -> list[Entry]:
-        """Return the entries; a step that is left out takes the arrow before it along."""
-        entries = []
-        for piece, before in zip(_up_to_required(pieces), (line.start, *line.arrows), strict=False):
-            arrow = (before,) if line.start and before else ()
-            entries += [Entry(it.state, it.opens, (*it.from_start, *arrow)) for it in piece.entries]
-        return entries
-
-    def endings(self, pieces: list[_Piece], line: Line) -> list[Exit]:
-        arrow = (line.end,) if line.end else ()
-        exits = [it for piece in _up_to_required(reversed(pieces)) for it in piece.exits]
-        return [Exit(it.state, it.closes, (*it.to_end, *arrow)) for it in exits]
 
     def item(self, item: Item) -> _Piece:
         repeat, around = item.repeat, self.labels
@@ -303,35 +297,32 @@ class _Builder:
         return _Piece(copies[0].entries, [it for copy in ends for it in copy.exits], item.optional)
 
     def unit(self, item: Item) -> _Piece:
-        if isinstance(item.unit, Bracket):
-            return self.bracket(item.unit.pattern, item.length)
-        number = len(self.states)
-        self.states.append(self.state(number, item.unit, item.length))
-        self.edges.append([])
-        return _Piece([Entry(number)], [Exit(number)])
-
-    def bracket(self, pattern: Choice, length: Length | None) -> _Piece:
-        found = _Piece()
-        for lines in pattern.alternatives:
+        if isinstance(item.unit, Step):
+            return self.step(item.unit, item.length)
+        piece = _Piece()
+        for lines in item.unit.pattern.alternatives:
             inner = self.line(lines.first)
-            if length or lines.others:
-                group = Group(length, self.planner.companions(lines))
+            if item.length or lines.others:
+                group = Group(item.length, self.planner.companions(lines))
                 self.groups.append(group)
                 inner = inner.inside(group)
-            found.entries.extend(inner.entries)
-            found.exits.extend(inner.exits)
-        return found
+            piece.entries.extend(inner.entries)
+            piece.exits.extend(inner.exits)
+        return piece
 
-    def state(self, number: int, step: Step, length: Length | None) -> State:
-        members, manner = step.mover.members, step.manner
+    def step(self, step: Step, length: Length | None) -> _Piece:
+        number, members, manner = len(self.states), step.mover.members, step.manner
         if step.mover.form == "either":
             members = tuple(member for member in members if member.startswith(self.side))
         positive = any(not word.negated and word.values != (ANY,) for word in step.words)
         changing = any(word.kind == "change" for word in step.words)
         names_passing = manner == "via" or (manner == "move" and positive and not changing)
-        wanted = tuple(fits(step, member) for member in members)
-        near = self.planner.near
-        return State(number, members, manner, wanted, names_passing, length, self.labels, near)
+        wanted, near = tuple(fits(step, member) for member in members), self.planner.near
+        self.states.append(
+            State(number, members, manner, wanted, names_passing, length, self.labels, near)
+        )
+        self.edges.append([])
+        return _Piece([Entry(number)], [Exit(number)])
 
 
 def fits(step: Step, part: str) -> dict[str, frozenset[int]]:
