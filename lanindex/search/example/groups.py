@@ -62,17 +62,17 @@ def grouped(
     clips: Clips, *, least: float, wanted: int | None = None, watch: Watch = unwatched
 ) -> Grouped:
     """Join groups down to a mean likeness of `least`, or until no more than `wanted` are left."""
-    found, known = signatures(clips), _Likenesses(clips, watch)
+    vectors, likenesses = signatures(clips), _Likenesses(clips, watch)
     groups = [[clip] for clip in range(len(clips))]
     floor, every, settled = least, False, False
     while not every and (wanted or not settled):
         medoids = np.array([group[0] for group in groups], np.int64)
         reach = max(FEWEST, 2 * PAIRS // max(1, len(groups)))
         every = reach >= len(groups) - 1
-        pairs = near(found[medoids], reach, watch)
-        alike = known.alike(medoids[pairs])
+        pairs = near(vectors[medoids], reach, watch)
+        alike = likenesses.alike(medoids[pairs])
         if wanted:
-            apart = np.linalg.norm(np.diff(found[medoids[pairs]], axis=1)[:, 0], axis=1)
+            apart = np.linalg.norm(np.diff(vectors[medoids[pairs]], axis=1)[:, 0], axis=1)
             alike = np.maximum(alike, _NEAREST / (1 + apart))
         weights = [len(group) for group in groups]
         last = 0.0 if wanted and (every or floor <= _NOTHING) else floor
@@ -83,8 +83,8 @@ def grouped(
         if wanted and len(groups) <= wanted:
             break
         floor = floor / 2 if settled else floor
-    aligned = len(known)
-    return Grouped(_ranked(groups, known), aligned, aligned == len(clips) * (len(clips) - 1) // 2)
+    aligned, all_pairs = len(likenesses), len(clips) * (len(clips) - 1) // 2
+    return Grouped(_ranked(groups, likenesses), aligned, aligned == all_pairs)
 
 
 class _Likenesses:
@@ -168,8 +168,8 @@ def signatures(clips: Clips) -> Floats:
     axes = np.random.default_rng(0).normal(size=(table.shape[1], _AXES)).astype(np.float32)
     for _ in range(_TURNS):
         axes, _ = np.linalg.qr(table.T @ (table @ axes))
-    found: Floats = table @ axes
-    return found
+    vectors: Floats = table @ axes
+    return vectors
 
 
 def linked(

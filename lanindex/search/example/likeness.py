@@ -152,15 +152,15 @@ class ClipSource:
 
     def clips(self, places: Numbers, watch: Watch = unwatched) -> Clips:
         """Return some of the clips, laid out: (D,) which."""
-        found: list[MoveTable] = []
+        tables: list[MoveTable] = []
         counts = np.zeros((len(self.columns), len(places)), np.int64)
         for part, columns in enumerate(self.columns.values()):
             watch("parts", part, len(self.columns))
             moves, counts[part] = _moves(columns.at(self.places[places]), self.rates[places])
-            found.append(moves)
+            tables.append(moves)
         ends = np.append(0, np.cumsum(counts))
-        first = np.arange(len(found))[:, None] * len(places) + np.arange(len(places) + 1)
-        moves = MoveTable(*map(np.concatenate, zip(*found, strict=True)))
+        first = np.arange(len(tables))[:, None] * len(places) + np.arange(len(places) + 1)
+        moves = MoveTable(*map(np.concatenate, zip(*tables, strict=True)))
         return Clips(tuple(self.columns), moves, ends[first])
 
 
@@ -242,13 +242,13 @@ def savings(one: Windows, two: Windows, size: Floats) -> Floats:
     """Return the most that substitutions save of each part, pair by pair: (P, B), as `size`."""
     one_counts, two_counts = one.high - one.low, two.high - two.low
     both = (one_counts > 0) & (two_counts > 0)
-    found = np.zeros_like(size)
-    found[both] = beginning_savings(one.moves.at(one.low[both]), two.moves.at(two.low[both]))
+    saved_most = np.zeros_like(size)
+    saved_most[both] = beginning_savings(one.moves.at(one.low[both]), two.moves.at(two.low[both]))
     # where one side never moves, all that the other does is deleted, and there is no choice
     both &= (one_counts > 1) & (two_counts > 1)
     for part, pair in np.argwhere(one_counts * two_counts * both > SQUARE).tolist():
         cell = slice(part, part + 1), slice(pair, pair + 1)
-        found[cell] = size[cell] - _by_pieces(one.at(cell), two.at(cell))
+        saved_most[cell] = size[cell] - _by_pieces(one.at(cell), two.at(cell))
         both[cell] = False
     low, begin = one.low[both], two.low[both]
     more = np.zeros(len(low), np.float32)
@@ -259,8 +259,8 @@ def savings(one: Windows, two: Windows, size: Floats) -> Floats:
         ranges_of_both = low[lanes], rows[lanes], begin[lanes], counts[lanes]
         saved = _lane_savings(one.moves, two.moves, *ranges_of_both)
         more[lanes] = _most_saved(counts[lanes], most[lanes], saved)
-    found[both] += more
-    return found
+    saved_most[both] += more
+    return saved_most
 
 
 def _by_pieces(one: Windows, two: Windows) -> float:
@@ -388,7 +388,7 @@ def pairs(query: Clips, clip: Clips, part: int) -> list[Pair]:
     for before, row_best, saved in zip(best, best[1:], savings, strict=False):
         row_best[1:] = np.maximum(before[1:], before[:-1] + saved[1:])
         np.maximum.accumulate(row_best, out=row_best)
-    found: list[Pair] = []
+    aligned: list[Pair] = []
     index, place = end - own - 1, last - row - 1
     while index and place:
         if best[index, place] == best[index - 1, place]:
@@ -397,9 +397,9 @@ def pairs(query: Clips, clip: Clips, part: int) -> list[Pair]:
             place -= 1
         else:
             saving = float(savings[index - 1, place])
-            found.append(Pair(int(row + place), saving))
+            aligned.append(Pair(int(row + place), saving))
             index, place = index - 1, place - 1
-    return found[::-1]
+    return aligned[::-1]
 
 
 # Nearest neighbours.

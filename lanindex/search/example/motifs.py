@@ -115,21 +115,21 @@ def motifs(
     """Return what recurs at least `least` times in a part; `most` occurrences are extended."""
     follows = _following(line)
     shown = np.flatnonzero(~line.passing & (line.cells >= 0))
-    there = _Occurrences(line.cells[shown], shown, shown)
+    occurrences = _Occurrences(line.cells[shown], shown, shown)
     names: list[_Name] = [(cell,) for cell in range(len(_CELLS))]
-    counted: dict[_Name, Motif] = {}
+    frequent: dict[_Name, Motif] = {}
     cut = 0
     for steps in range(2, longest + 2):
         watch("steps", steps - 2, longest)
-        there, names = _extended(line, follows, _frequent(there, least), names)
-        if len(there.last) > most:
+        occurrences, names = _extended(line, follows, _frequent(occurrences, least), names)
+        if len(occurrences.last) > most:
             cut = steps
             break
-        if not len(there.last):
+        if not len(occurrences.last):
             break
-        for motif in _motifs_ending(part, line, there, names, least):
-            counted[motif.cells] = motif
-    closed = [motif for motif in _maximal(counted) if shortest <= len(motif.cells) <= longest]
+        for motif in _motifs_ending(part, line, occurrences, names, least):
+            frequent[motif.cells] = motif
+    closed = [motif for motif in _maximal(frequent) if shortest <= len(motif.cells) <= longest]
     return Motifs(closed, cut)
 
 
@@ -185,12 +185,12 @@ def _motifs_ending(
     rows = np.stack([ends.first, ends.last], axis=1).astype(np.int32)
     edges = np.append(0, np.cumsum(np.bincount(ends.motif, minlength=len(names))))
     other = np.cumsum(starts_of(owner))
-    found = []
+    frequent = []
     for one in np.flatnonzero(np.diff(edges) >= least).tolist():
         low, high = edges[one : one + 2].tolist()
         captures = int(other[high - 1] - other[low]) + 1
-        found.append(Motif(part, names[one], captures, high - low, line, rows[low:high]))
-    return found
+        frequent.append(Motif(part, names[one], captures, high - low, line, rows[low:high]))
+    return frequent
 
 
 def _maximal(motifs_by_name: dict[_Name, Motif]) -> list[Motif]:

@@ -203,18 +203,18 @@ class _Adviser:
 
     def advice(self) -> Advice:
         """Try the likeliest changes first: limits, similar patterns, then other conditions."""
-        every = changes(self.query)
-        conditions = [it for it in every if it.condition]
-        often = Counter(it.condition for it in conditions)
-        conditions = [it if often[it.condition] > 1 else replace(it, step="") for it in conditions]
+        all_changes = changes(self.query)
+        conditions = [it for it in all_changes if it.condition]
+        counts = Counter(it.condition for it in conditions)
+        conditions = [it if counts[it.condition] > 1 else replace(it, step="") for it in conditions]
         self.attempt([it for it in conditions if it.limit], _FOR_LIMITS)
-        self.attempt([it for it in every if not it.condition], _FOR_EDITS)
+        self.attempt([it for it in all_changes if not it.condition], _FOR_EDITS)
         never = tuple(self.never())
         self.attempt([it for it in conditions if not it.limit])
         if all(it.condition for it, _ in self.instead) and not self.untried:
             both = [
                 Change(second.query, first.cost + second.cost)
-                for first in every[:_COMBINED]
+                for first in all_changes[:_COMBINED]
                 for second in changes(first.query)[:_COMBINED]
             ]
             self.attempt(sorted(both, key=lambda it: it.cost))
@@ -244,11 +244,11 @@ class _Adviser:
         """Return how much a change finds, and offer it if that is anything."""
         query = change.query
         if query not in self.counted:
-            found = self.count(query) if self.readable(query) else (0, 0)
-            self.untried += found is None
-            self.counted[query] = found or (0, 0)
-            if found and found[0]:
-                self.instead.append((change, Suggestion(str(query), *found)))
+            counts = self.count(query) if self.readable(query) else (0, 0)
+            self.untried += counts is None
+            self.counted[query] = counts or (0, 0)
+            if counts and counts[0]:
+                self.instead.append((change, Suggestion(str(query), *counts)))
         return self.counted[query]
 
     def readable(self, query: Query) -> bool:
@@ -319,11 +319,11 @@ def changes(query: Query) -> list[Change]:
 
     A change drops a ``without`` or ``never`` line, but never alters one.
     """
-    found: list[Change] = []
+    variants: list[Change] = []
     for node, put in nodes_of(query):
         step = str(node) if isinstance(node, Step) else ""
         for cost, condition, other in _variants(node):
-            found.append(Change(put(other), cost, condition, step))
+            variants.append(Change(put(other), cost, condition, step))
         for name, form, number in _LIMITS.get(type(node), ()):
             limit = getattr(node, name)
             if isinstance(limit, Repeat):
@@ -334,8 +334,8 @@ def changes(query: Query) -> list[Change]:
                 limited = partial(_put, node, put, name, 0)
                 rest = limited(ONCE if name == "repeat" else None)
                 condition = form.format(str(limit).strip())
-                found.append(Change(rest, LEFT_OUT, condition, "", limit, number, limited))
-    return sorted(found, key=lambda it: it.cost)
+                variants.append(Change(rest, LEFT_OUT, condition, "", limit, number, limited))
+    return sorted(variants, key=lambda it: it.cost)
 
 
 def nodes_of(node: Any, put: _Put = lambda other: other) -> Iterator[tuple[Any, _Put]]:

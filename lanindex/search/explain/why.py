@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import product
 from math import inf
 from typing import Any
 
@@ -124,8 +125,8 @@ def trace(
             (hit, tuple(Matched(steps[it], own[it]) for it in steps if it in own))
             for hit, own in ((hit, hit.labels) for hit in found)
         )
-        stops = _StopFinder(plain, capture, tracks, tolerance)
-        return Trace(query, capture, hits, () if hits else tuple(map(stops.of, alternatives)))
+        stop_of = _StopFinder(plain, capture, tracks, tolerance).stop_of
+        return Trace(query, capture, hits, () if hits else tuple(map(stop_of, alternatives)))
     except LanindexError as error:
         return Trace(query, capture, refused=error)
 
@@ -201,7 +202,7 @@ class _StopFinder:
         here = [(self.capture, self.tracks)]
         return list(find_in(here, query, tolerance=self.tolerance, overlaps="all"))
 
-    def of(self, lines: Lines) -> Stop:
+    def stop_of(self, lines: Lines) -> Stop:
         """Return how far one alternative comes that is not found."""
         flat = Lines(_flat(lines.first), lines.others)
         begun: Lines | None = None
@@ -238,7 +239,7 @@ class _StopFinder:
         elif begun:
             symbols, near, reason = self.no_next_step(tried.first, reached)
         elif isinstance(first.unit, Bracket):
-            return self.of(first.unit.pattern.alternatives[0])
+            return self.stop_of(first.unit.pattern.alternatives[0])
         else:
             symbols, near, reason = self.no_first_step(tried.first)
         return Stop(str(begun or ""), symbols, wanted, near, reason)
@@ -340,16 +341,9 @@ class _StopFinder:
         there = f"{step.mover} does not move"
         others = self.hits(query_of(beside.line))
         if others:
-            gap, hit, other = min(
-                (
-                    (max(it.start - other.stop, other.start - it.stop), it, other)
-                    for it in hits
-                    for other in others
-                ),
-                key=lambda it: it[0],
-            )
-            near = other.lines[0][0]
-            there = f'"{beside.line}" is at [{other.span.start}, {other.span.stop})'
+            hit, other = min(product(hits, others), key=lambda both: _frames_between(*both))
+            near, gap = other.lines[0][0], _frames_between(hit, other)
+            there = f'"{beside.line}" is at [{other.start}, {other.stop})'
             there += f", {self.seconds(gap)} away" if gap > 0 else ""
         else:
             span, moving = hit.span, self.movements(step.mover.members, step.manner != "move")
@@ -359,7 +353,7 @@ class _StopFinder:
             if near and away(near, step):
                 there = f"{when} {near}, {_unwanted_text(step)} ({doubts(near)})"
             elif near:  # the first step of the line is there
-                there = self.of(Lines(beside.line)).reason
+                there = self.stop_of(Lines(beside.line)).reason
         return hit.symbols, near, f"{_listed(hit.lines[0])}, but {there}"
 
     def movements(self, parts: tuple[str, ...], also_resting: bool = False) -> list[Symbol]:
@@ -398,6 +392,11 @@ def _beginnings(lines: Lines) -> Iterator[Lines]:
 
 def _first(item: Item) -> Step:
     return next(steps_of(query_of(Line((item,))).pattern))
+
+
+def _frames_between(hit: Hit, other: Hit) -> int:
+    """Return how many frames lie between two hits; below 0 where they share some."""
+    return max(hit.start - other.stop, other.start - hit.stop)
 
 
 def _going_on(step: Step, symbols: Symbols) -> tuple[str, ...]:
