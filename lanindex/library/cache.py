@@ -11,7 +11,7 @@ leaves the library as it was before; no step changes rows of captures, tracks or
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import AbstractContextManager, closing, contextmanager, suppress
+from contextlib import closing, suppress
 from functools import partial
 from typing import Any, TypeVar
 
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
 from lanindex.library import columns, segments
-from lanindex.library.connect import Link, Session, opened, translated, writing
+from lanindex.library.connect import Link, Session
 from lanindex.library.read import read_state
 from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model.columns import Columns, Roster, enrolled, extras_of
@@ -168,28 +168,20 @@ class ColumnCache:
         session, target = self._session, self._session.target
         try:
             if not session.readonly:
-                self._settle(session.writing, fault)
+                self._settle(session, fault)
                 return
             if target.sqlite and target.path is None:
                 raise LibraryError("it is kept nowhere else", place=target.place)
-            with closing(
-                opened(target, create=False, readonly=False, timeout=_WRITE_TIMEOUT)
-            ) as connection:
-
-                @contextmanager
-                def begin() -> Iterator[Link]:
-                    with translated(target.place), writing(connection):
-                        yield connection
-
-                self._settle(begin, fault)
+            with closing(Session(target, timeout=_WRITE_TIMEOUT)) as writer:
+                self._settle(writer, fault)
         except LibraryError as error:
             session.note(f"the library's columns cannot be written ({error.found}): {_BESIDE}")
 
-    def _settle(self, begin: Callable[[], AbstractContextManager[Link]], fault: str) -> None:
+    def _settle(self, session: Session, fault: str) -> None:
         """Cover and join segments; if one is damaged, purge them first."""
 
         def step(work: Step) -> bool:
-            with begin() as connection:
+            with session.writing() as connection:
                 return work(connection)
 
         if fault:

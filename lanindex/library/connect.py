@@ -20,9 +20,9 @@ import os
 import sqlite3
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import partial
 from itertools import chain
 from operator import methodcaller
 from pathlib import Path
@@ -33,7 +33,7 @@ from lanindex.errors import AbsentError, LibraryBusyError, LibraryError, Library
 from lanindex.library.selection import printable
 
 if TYPE_CHECKING:
-    from sqlalchemy import Connection, Engine, TextClause
+    from sqlalchemy import Connection, Engine
 
 REVISION = "0004"
 """The revision of ``migrations/`` that `lanindex.library.schema` is; they sort by age as text."""
@@ -77,8 +77,10 @@ def ask(link: Link, statement: str, values: Values | None = None) -> Any:
     """Execute a statement, and return the driver's cursor: rows as plain tuples."""
     driver = driver_of(link)
     if driver is None:
+        from sqlalchemy import text
+
         connection: Any = link
-        return connection.execute(_text(statement), values or {}).cursor
+        return connection.execute(text(statement), values or {}).cursor
     if values is None or isinstance(values, Mapping):
         return driver.execute(statement, values or {})
     return driver.executemany(statement, values)
@@ -105,13 +107,6 @@ def driver_of(link: Link) -> sqlite3.Connection | None:
         return link
     driver = link.connection.driver_connection
     return driver if isinstance(driver, sqlite3.Connection) else None
-
-
-@lru_cache(maxsize=128)
-def _text(statement: str) -> TextClause:
-    from sqlalchemy import text
-
-    return text(statement)
 
 
 def among(numbers: Iterable[int]) -> str:
@@ -229,7 +224,7 @@ def connected(database: Target, *, create: bool, readonly: bool, timeout: float)
     _check_path(database, create=create)
     with translated(database.place):
         if database.sqlite and readonly and not create:
-            reader = _opener(database.path, False, timeout, Reader)()
+            reader = _sqlite_connection(database.path, False, timeout, Reader)
             reader.execute("PRAGMA query_only = ON")
             return reader
         return _engine(database, create=create, timeout=timeout).connect()
@@ -281,32 +276,28 @@ def _engine(database: Target, *, create: bool, timeout: float) -> Engine:
         writes = connection.get_execution_options().get("writes", False)
         connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
 
-    opener = _opener(database.path, create, timeout)
-    engine = sqlalchemy.create_engine("sqlite://", creator=opener, poolclass=NullPool)
+    creator = partial(_sqlite_connection, database.path, create, timeout)
+    engine = sqlalchemy.create_engine("sqlite://", creator=creator, poolclass=NullPool)
     sqlalchemy.event.listen(engine, "begin", begin)
     return engine
 
 
-def _opener(
+def _sqlite_connection(
     path: Path | None,
     create: bool,
     timeout: float,
     factory: type[sqlite3.Connection] = sqlite3.Connection,
-) -> Callable[[], sqlite3.Connection]:
+) -> sqlite3.Connection:
     # A file that is only read is opened for writing where it may be, too: only then can a write
     # that was broken off be undone.
     name = f"{path.as_uri()}?mode={'rwc' if create else 'rw'}" if path else f"file:{MEMORY}"
-
-    def connect() -> sqlite3.Connection:
-        connection = sqlite3.connect(
-            name, timeout=timeout, isolation_level=None, uri=True, factory=factory
-        )
-        connection.execute("PRAGMA foreign_keys = ON")
-        # Bytes that are no UTF-8 are damage: a checksum names the capture.
-        connection.text_factory = methodcaller("decode", "utf-8", "surrogateescape")
-        return connection
-
-    return connect
+    connection = sqlite3.connect(
+        name, timeout=timeout, isolation_level=None, uri=True, factory=factory
+    )
+    connection.execute("PRAGMA foreign_keys = ON")
+    # Bytes that are no UTF-8 are damage: a checksum names the capture.
+    connection.text_factory = methodcaller("decode", "utf-8", "surrogateescape")
+    return connection
 
 
 def opened(database: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
@@ -314,7 +305,7 @@ def opened(database: Target, *, create: bool, readonly: bool, timeout: float) ->
     connection = connected(database, create=create, readonly=readonly, timeout=timeout)
     try:
         with translated(database.place):
-            with reading(connection):
+            with transaction(connection):
                 stored_revision = revision(connection, database.place)
             if stored_revision is None and create:
                 make_tables(connection, database.place)
@@ -383,7 +374,7 @@ def make_tables(connection: Connection, place: str) -> None:
 
     from lanindex.library.schema import state, tables, version
 
-    with writing(connection):
+    with transaction(connection, writes=True):
         if revision(connection, place) is not None:
             return
         tables.create_all(connection)
@@ -394,40 +385,23 @@ def make_tables(connection: Connection, place: str) -> None:
 
 
 @contextmanager
-def reading(connection: Link) -> Iterator[None]:
-    """Begin a transaction that sees one state of the library."""
-    if not isinstance(connection, Reader):
-        with _transaction(connection, writes=False):
-            yield
-        return
-    connection.execute("BEGIN")
+def transaction(connection: Link, *, writes: bool = False) -> Iterator[None]:
+    """Begin a transaction that sees one state of the library or, if it `writes`, may change it."""
+    begun: AbstractContextManager[Any] = nullcontext()
+    if isinstance(connection, Reader):
+        connection.execute("BEGIN")
+    else:
+        connection.execution_options(writes=writes)
+        begun = connection.begin()
     try:
-        yield
-    finally:  # there is nothing to commit
-        if connection.in_transaction:
-            connection.rollback()
-
-
-@contextmanager
-def writing(connection: Connection) -> Iterator[None]:
-    """Begin a transaction that holds the right to write."""
-    with _transaction(connection, writes=True):
-        yield
-
-
-@contextmanager
-def _transaction(connection: Connection, *, writes: bool) -> Iterator[None]:
-    connection.execution_options(writes=writes)
-    try:
-        with connection.begin():
+        with begun:
             yield
-    except BaseException:
-        # A commit that another process kept from happening leaves SQLite's transaction open,
-        # and SQLAlchemy thinks it closed.
+    finally:
+        # A reader has nothing to commit. A commit that another process kept from happening leaves
+        # SQLite's transaction open, and SQLAlchemy thinks it closed.
         driver = driver_of(connection)
         if driver is not None and driver.in_transaction:
             driver.rollback()
-        raise
 
 
 def change_journal(connection: Link, before: str, after: str) -> None:
@@ -442,13 +416,6 @@ def change_journal(connection: Link, before: str, after: str) -> None:
 def is_sqlite(connection: Link) -> bool:
     """Return whether SQLite keeps a library."""
     return isinstance(connection, Reader) or connection.dialect.name == "sqlite"
-
-
-def loosen_bonds(connection: Connection) -> None:
-    """Allow rows to be changed and deleted whatever refers to them."""
-    driver = driver_of(connection)
-    if driver is not None:
-        driver.execute("PRAGMA foreign_keys = OFF")
 
 
 def give_back_room(connection: Connection) -> None:
@@ -491,12 +458,12 @@ class Session:
     def __init__(
         self,
         target: Target,
-        create: bool,
-        readonly: bool,
-        timeout: float,
         *,
-        note: Callable[[str], None] | None,
-        progress: Progress | None,
+        create: bool = False,
+        readonly: bool = False,
+        timeout: float = 30.0,
+        note: Callable[[str], None] | None = None,
+        progress: Progress | None = None,
     ) -> None:
         self.target, self.readonly = target, readonly
         self.notes: list[str] = []
@@ -526,7 +493,7 @@ class Session:
     def reading(self) -> Iterator[Link]:
         """Begin a transaction that sees one state of the library."""
         self._check_usable()
-        with translated(self.target.place), reading(self.connection):
+        with translated(self.target.place), transaction(self.connection):
             yield self.connection
 
     @contextmanager
@@ -539,7 +506,7 @@ class Session:
             if not self._wrote:
                 change_journal(self.connection, "delete", "persist")
                 self._wrote = True
-            with writing(self.connection):
+            with transaction(self.connection, writes=True):
                 yield self.connection
 
     def _check_usable(self) -> None:

@@ -16,17 +16,16 @@ from lanindex.library.connect import (
     REVISION,
     Target,
     connected,
+    driver_of,
     give_back_room,
     has_view,
     loose_rows,
-    loosen_bonds,
     opened,
-    reading,
     refuse_revision,
     revision,
     target,
+    transaction,
     translated,
-    writing,
 )
 from lanindex.library.rows import VIEW, view_sql
 from lanindex.library.segments import Distrust, read_spine
@@ -77,7 +76,7 @@ def scripts() -> Path:
 def status(named: str | os.PathLike[str] = DEFAULT) -> Status:
     """Return how new a library is."""
     where = target(named)
-    with _connected(where, readonly=True) as connection, reading(connection):
+    with _connected(where, readonly=True) as connection, transaction(connection):
         held = revision(connection, where.place)
         if held is None:
             refuse_revision(held, where.place)
@@ -105,19 +104,28 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
         with _connected(where, readonly=False) as connection:
             # SQLite rebuilds a table to change it, and dropping the old one would take along
             # all rows that hang on it.
-            loosen_bonds(connection)
-            with writing(connection):
-                if (
-                    revision(connection, where.place) != REVISION
-                ):  # Unless another process did it meanwhile
+            if driver := driver_of(connection):
+                driver.execute("PRAGMA foreign_keys = OFF")
+            with transaction(connection, writes=True):
+                # Another process may have done it meanwhile
+                if revision(connection, where.place) != REVISION:
                     run(connection, "head", where.place)
-                    _check_bonds(connection, where.place)
+                    if loose := loose_rows(connection):
+                        raise LibraryError(
+                            f"after the upgrade {len(loose)} rows would hang on nothing",
+                            place=where.place,
+                            remedy="Nothing was changed. Ask for what is wrong with: "
+                            "lanindex db check",
+                        )
             give_back_room(connection)
     else:
-        with _connected(where, readonly=True) as connection, reading(connection):
+        with _connected(where, readonly=True) as connection, transaction(connection):
             shows_all = has_view(connection, VIEW, view_sql())
         if not shows_all:
-            with _connected(where, readonly=False) as connection, writing(connection):
+            with (
+                _connected(where, readonly=False) as connection,
+                transaction(connection, writes=True),
+            ):
                 connection.exec_driver_sql(f"DROP VIEW IF EXISTS {VIEW}")
                 connection.exec_driver_sql(view_sql())
     if status(named).fault:
@@ -159,7 +167,7 @@ def check(named: str | os.PathLike[str] = DEFAULT) -> list[str]:
     with (
         closing(opened(where, create=False, readonly=True, timeout=_TIMEOUT)) as connection,
         translated(where.place),
-        reading(connection),
+        transaction(connection),
     ):
         return check_connection(connection)
 
@@ -169,12 +177,3 @@ def _connected(database: Target, *, readonly: bool) -> Iterator[Any]:
     connection = connected(database, create=False, readonly=readonly, timeout=_TIMEOUT)
     with closing(connection), translated(database.place):
         yield connection
-
-
-def _check_bonds(connection: Connection, place: str) -> None:
-    if loose := loose_rows(connection):
-        raise LibraryError(
-            f"after the upgrade {len(loose)} rows would hang on nothing",
-            place=place,
-            remedy="Nothing was changed. Ask for what is wrong with: lanindex db check",
-        )

@@ -247,22 +247,6 @@ def track_checksums(numbers: Integers, counts: Iterable[int]) -> list[int]:
     return signed
 
 
-def capture_columns(score: Score) -> dict[str, Any]:
-    """Return what a row of ``capture`` says of a score."""
-    meter = score.meter
-    return {
-        "fps": float(score.rate),
-        "rate": str(score.rate),
-        "frames": int(score.frames),
-        "speed": str(meter.speed),
-        "beats": int(meter.beats),
-        "beat": int(meter.beat),
-        "division": int(meter.division),
-        "other": json.dumps(score.other),
-        "heading": pack_heading(score.heading),
-    }
-
-
 def pack_heading(heading: NDArray[np.float32]) -> bytes:
     """Return (N,) degrees as they are stored: small if in tenths of a degree, always exact."""
     raw = heading.astype("<f4").tobytes()

@@ -74,8 +74,16 @@ class Store:
         progress: Progress | None = None,
     ) -> Self:
         """Open a library; notes are kept in `Session.notes` unless `note` is given."""
-        where = target(named)
-        return cls(Session(where, create, readonly, timeout, note=note, progress=progress))
+        return cls(
+            Session(
+                target(named),
+                create=create,
+                readonly=readonly,
+                timeout=timeout,
+                note=note,
+                progress=progress,
+            )
+        )
 
     def __repr__(self) -> str:
         return f"<Store {self.place}>"
@@ -126,7 +134,6 @@ class Store:
             "format": format,
             "sha256": sha256,
             "warnings": json.dumps(list(warnings)),
-            **rows.capture_columns(score),
         }
         with self.changing() as connection:
             number, new = write.put_capture(connection, values, score, encoding)
@@ -164,12 +171,6 @@ class Store:
     def missing(self) -> list[Capture]:
         """Return the captures whose file is no longer where it was ingested."""
         return [capture for capture in self.captures() if is_gone(capture.location)]
-
-    @property
-    def stamp(self) -> int:
-        """A number that every change raises: what was derived at another may be out of date."""
-        with self.session.reading() as connection:
-            return int(read.read_state(connection).stamp)
 
     def known(self) -> dict[str, tuple[str, Encoding]]:
         """Return what need not be encoded again: by absolute path, sha256 and encoding.

@@ -35,12 +35,23 @@ def put_capture(
     """
     made = rows.rows_of(score)
     profile = {"name": encoding.profile, "digest": encoding.digest} if encoding.digest else {}
+    meter, other = score.meter, json.dumps(score.other)
+    heading = rows.pack_heading(score.heading)
     values = {
         **values,
+        "fps": float(score.rate),
+        "rate": str(score.rate),
+        "frames": int(score.frames),
+        "speed": str(meter.speed),
+        "beats": int(meter.beats),
+        "beat": int(meter.beat),
+        "division": int(meter.division),
+        "other": other,
+        "heading": heading,
         "profile_id": _profile(connection, profile) if profile else None,
         "options": json.dumps(encoding.facts(), sort_keys=True),
         "tracks": made.checksum,
-        "content": content_checksum(values["other"], values["heading"]),
+        "content": content_checksum(other, heading),
     }
     values["checksum"] = encoded_checksum(values, profile.get("name"), profile.get("digest"))
     asked = "SELECT id FROM capture WHERE location = :location"

@@ -24,7 +24,7 @@ import numpy as np
 from places import CAPTURES
 
 from lanindex.errors import LibraryError
-from lanindex.library import rows, write
+from lanindex.library import write
 from lanindex.library.rows import Encoding
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.columns import (
@@ -241,7 +241,7 @@ def put(connection, found: Real, block: Block, place: int) -> None:
     score = Score(rate, frames, meter, tracks)
     name = f"{found.names[block.sources[place]]}/{number:06}.bvh"
     values = {"path": name, "location": f"/synthetic/{name}", "format": "bvh"}
-    values |= {"sha256": f"{number:064x}", "warnings": "[]", **rows.capture_columns(score)}
+    values |= {"sha256": f"{number:064x}", "warnings": "[]"}
     put_number, new = write.put_capture(connection, values, score, Encoding("default", "d" * 64))
     write.describe(connection, put_number, found.names[block.sources[place]], {}, new)
 

@@ -12,7 +12,7 @@ from strategies import assert_same_score
 
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library import migrate, schema
-from lanindex.library.connect import REVISION, connected, target, writing
+from lanindex.library.connect import REVISION, connected, target, transaction
 from lanindex.library.store import Store
 
 
@@ -24,7 +24,7 @@ def revisions() -> list[str]:
 def made_at(path, revision):
     """Return a connection to a new library at a revision."""
     connection = connected(target(path), create=True, readonly=False, timeout=1)
-    with writing(connection):
+    with transaction(connection, writes=True):
         migrate.run(connection, revision, str(path))
     return connection
 
@@ -62,7 +62,7 @@ def test_every_revision_keeps_the_rows(tmp_path, revision):
     path = tmp_path / "old.db"
     connection = made_at(path, revision)
     rows = ROWS[revision]
-    with writing(connection):
+    with transaction(connection, writes=True):
         for statement in rows:
             connection.exec_driver_sql(statement)
     connection.close()

@@ -13,11 +13,11 @@ SCRIPT = """
 import sys
 from importlib import resources
 from lanindex.library import migrate
-from lanindex.library.connect import connected, target, writing
+from lanindex.library.connect import connected, target, transaction
 from lanindex.library.store import Store
 
 connection = connected(target("steps.db"), create=True, readonly=False, timeout=1)
-with writing(connection):
+with transaction(connection, writes=True):
     migrate.run(connection, "0001", "steps.db")
 connection.close()
 migrate.upgrade("steps.db")

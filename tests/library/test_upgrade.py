@@ -14,7 +14,7 @@ from sample_library import sql
 from lanindex.alphabet import PARTS
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library import migrate
-from lanindex.library.connect import connected, target, writing
+from lanindex.library.connect import connected, target, transaction
 from lanindex.library.selection import Selection
 from lanindex.pipeline import Library
 
@@ -133,7 +133,7 @@ def test_a_damaged_library_stays_as_it_was(old, change, said):
 def test_an_upgrade_that_cannot_make_the_file_smaller_is_one(old):
     connection = connected(target(old), create=False, readonly=False, timeout=1)
     connection.connection.driver_connection.execute("PRAGMA foreign_keys = OFF")
-    with writing(connection):
+    with transaction(connection, writes=True):
         migrate.run(connection, "head", str(old))
     connection.close()
     large = os.path.getsize(old)
