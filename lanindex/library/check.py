@@ -115,8 +115,8 @@ def _pieces_of_rows(
         chosen = read.read_captures(connection, numbers)
         if len(chosen) != len(numbers):  # The table has it, but its index does not
             raise rows.damaged(numbers[0], None, "its row")
-        tracks = read.read_wanted(connection, chosen)
-        symbols = read.read_symbols(connection, tracks, every=True)
+        tracks = read.read_track_rows(connection, chosen)
+        symbols = read.read_symbols(connection, tracks)
         for _ in read.read_contents(connection, chosen):
             pass
         damage += _senseless_symbols(tracks, symbols)
@@ -132,7 +132,7 @@ def _pieces_of_rows(
         yield piece
 
 
-def _senseless_symbols(tracks: read.Tracks, symbols: NDArray[Any]) -> Iterator[tuple[int, str]]:
+def _senseless_symbols(tracks: read.TrackRows, symbols: NDArray[Any]) -> Iterator[tuple[int, str]]:
     """Yield symbols that were stored with a right checksum but make no sense, by capture."""
     frames = np.array([one.capture.frames for one in tracks.chosen], np.int64)[tracks.place]
     if {*tracks.kind} <= {*range(len(rows.KIND_NAMES))} and not (

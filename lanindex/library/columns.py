@@ -60,8 +60,8 @@ def batches(
     """Yield captures from their rows, some at a time, by number: with all parts, or some."""
     for first in range(0, len(numbers), BATCH):
         chosen = read.read_captures(connection, numbers[first : first + BATCH])
-        tracks = read.read_wanted(connection, chosen, parts)
-        symbols = read.read_symbols(connection, tracks, every=parts is None)
+        tracks = read.read_track_rows(connection, chosen, parts)
+        symbols = read.read_symbols(connection, tracks)
         yield of_rows(tracks, symbols, TEXTS if parts is None else ())
 
 
@@ -78,7 +78,7 @@ def together(pieces: Sequence[Piece]) -> Piece:
     return Piece(roster, columns, joined_texts([one.texts for one in pieces]))
 
 
-def of_rows(tracks: read.Tracks, symbols: NDArray[Any], texts: Iterable[str] = TEXTS) -> Piece:
+def of_rows(tracks: read.TrackRows, symbols: NDArray[Any], texts: Iterable[str] = TEXTS) -> Piece:
     """Return captures of which the rows of tracks and their symbols, (S,), have been read."""
     by_part, columns, first = tracks_by_part(tracks), dict[str, Columns](), 0
     codes = {part: code for code, part in enumerate(by_part)}
@@ -95,7 +95,7 @@ def of_rows(tracks: read.Tracks, symbols: NDArray[Any], texts: Iterable[str] = T
 
 
 def tracks_by_part(
-    tracks: read.Tracks,
+    tracks: read.TrackRows,
 ) -> dict[str, tuple[NDArray[np.int64], NDArray[np.int32]]]:
     """Return by part how many symbols each capture has, (C,), and `Columns.seen`, (G, 3)."""
     counts = {part: np.zeros(len(tracks.chosen), np.int64) for part in dict.fromkeys(tracks.part)}
@@ -229,7 +229,7 @@ def joined_texts(
 
 
 def texts_of(
-    names: Iterable[str], chosen: Sequence[read.Stored], tracks: read.Tracks | None = None
+    names: Iterable[str], chosen: Sequence[read.Stored], tracks: read.TrackRows | None = None
 ) -> dict[str, list[Any]]:
     """Return texts of captures by name of the column; ``still`` needs all tracks of theirs."""
     texts: dict[str, list[Any]] = {}

@@ -1,6 +1,6 @@
-"""Read captures and tracks from rows, and check each against its checksum.
+"""Read captures and tracks from their rows and check them against their checksums.
 
-The caller has begun the transaction.
+All functions run inside a transaction that the caller has begun.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from itertools import chain, groupby
+from itertools import groupby
 from operator import itemgetter
 from typing import Any, NamedTuple
 
@@ -25,13 +25,13 @@ from lanindex.model import Capture, Meter, Span, Track
 from lanindex.model.symbol import blank
 
 _FACTS = len(ENCODED) + 2
-"""Columns of `_CAPTURES` that a capture's checksum is over: `ENCODED`, and its profile."""
+"""Number of leading columns of `_CAPTURES` that a capture's checksum covers."""
 
 _NUMBER = _FACTS + 1
-"""The column of `_CAPTURES` that is a capture's number."""
+"""Index of the capture's number in a row of `_CAPTURES`."""
 
 _Raw = tuple[Any, ...]
-"""A row as the driver gives it."""
+"""A row as the database driver returns it."""
 
 _READ = [f"capture.{name}" for name in (*ENCODED, "checksum", "id", "label", "said")]
 _READ[len(ENCODED) : len(ENCODED)] = ["profile.name", "profile.digest"]
@@ -40,7 +40,7 @@ _CAPTURES = (
 )
 
 _NONSENSE = (ValueError, TypeError, ArithmeticError, LookupError, RecursionError, LanindexError)
-"""Errors of values that make no sense, though their checksum is right."""
+"""Errors that a stored value can raise even if its checksum is right."""
 
 
 class State(NamedTuple):
@@ -66,7 +66,7 @@ def read_state(connection: Link) -> State:
 
 
 def check_numbers(connection: Link, capture_ids: Sequence[int]) -> None:
-    """Refuse a library that has other captures than were stored."""
+    """Raise an error if the captures of a library are not those that were stored."""
     stored, count, total = read_state(connection), len(capture_ids), sum(capture_ids)
     if (count, total) != (stored.captures, stored.numbers):
         raise LibraryError(
@@ -86,7 +86,7 @@ def capture_numbers(connection: Link) -> list[int]:
 
 
 def read_numbers(connection: Link, capture_ids: Sequence[int]) -> list[int]:
-    """Return the given ids that exist, in the given order."""
+    """Return those of some captures' numbers that exist, in the same order."""
     stored = set[int]()
     for first in range(0, len(capture_ids), MOST):
         chosen = among(capture_ids[first : first + MOST])
@@ -95,18 +95,21 @@ def read_numbers(connection: Link, capture_ids: Sequence[int]) -> list[int]:
 
 
 class Stored(NamedTuple):
-    """A capture, its encoding, and two checksums."""
+    """A capture with its encoding and the checksums of its other rows and columns."""
 
     capture: Capture
     encoding: Encoding
-    tracks: int  # Checksum of the list of its tracks
-    content: int  # Checksum of its heading and its other lines
+    tracks: int  # Checksum of its rows of ``track``
+    content: int  # Checksum of its heading and of the lines that were not understood
 
 
 def read_stored(
     connection: Link, capture_ids: Sequence[int] | None = None
 ) -> Iterator[Stored | LibraryError]:
-    """Yield captures in the order of their ids: all, or those that exist of some."""
+    """Yield all captures or some, by number; an error takes the place of a damaged one.
+
+    Numbers of captures that do not exist are skipped.
+    """
     captures, described = _CAPTURES, "SELECT capture_id, key, value FROM metadata"
     if capture_ids is not None:
         captures += f" WHERE capture.id IN {among(capture_ids)}"
@@ -165,18 +168,18 @@ def _warnings_of(warnings: str) -> tuple[str, ...]:
 
 
 def description_checksum(number: int, label: str, metadata: Mapping[str, str]) -> int:
-    """Return the checksum of what the user says of a capture."""
+    """Return the checksum of a capture's label and metadata."""
     return checksum(number, label, *sorted(metadata.items(), key=ascii))
 
 
 def encoded_of(connection: Link, number: int) -> tuple[dict[str, Any], tuple[Any, Any]]:
-    """Return what was encoded of a capture, by column, and its profile's name and digest."""
+    """Return the `ENCODED` columns of a capture, and the name and digest of its profile."""
     (row,) = ask(connection, f"{_CAPTURES} WHERE capture.id = :number", {"number": number})
     return dict(zip(ENCODED, row, strict=False)), row[len(ENCODED) : _FACTS]
 
 
 def read_captures(connection: Link, capture_ids: Sequence[int] | None = None) -> list[Stored]:
-    """Return captures in the order of their ids: all, or those that exist of some."""
+    """Return all captures or some, by number, and raise the error of the first damaged one."""
     captures: list[Stored] = []
     for one in read_stored(connection, capture_ids):
         if isinstance(one, LibraryError):
@@ -188,11 +191,12 @@ def read_captures(connection: Link, capture_ids: Sequence[int] | None = None) ->
 
 
 @dataclass(frozen=True, slots=True)
-class Tracks:
-    """Rows of ``track`` of some captures, column by column: there are millions."""
+class TrackRows:
+    """Rows of ``track`` of some captures: a sequence a column, as there may be millions of rows."""
 
-    chosen: Sequence[Stored]
-    place: NDArray[np.int64]  # (T,) int64: of each row's capture in `chosen`
+    chosen: Sequence[Stored]  # The captures
+    every: bool  # Whether these are all tracks of the captures
+    place: NDArray[np.int64]  # (T,) int64: index of each row's capture in `chosen`
     ordinal: Sequence[int]
     part: Sequence[str]
     kind: Sequence[int]
@@ -202,7 +206,7 @@ class Tracks:
 
     @property
     def owners(self) -> list[Capture]:
-        """The capture of each."""
+        """The capture of each row."""
         captures = [one.capture for one in self.chosen]
         return [captures[place] for place in self.place.tolist()]
 
@@ -211,64 +215,64 @@ _PART = rows.TRACK.index("part")
 _SYMBOLS = rows.TRACK.index("symbols")
 
 
-def _track_rows(connection: Link, chosen: str, values: Mapping[str, str] | None = None) -> Any:
-    """Return rows of ``track`` in the columns `rows.TRACK`, then the capture's number, in order."""
-    asked = f"SELECT {', '.join(rows.TRACK)}, capture_id FROM track {chosen}"
+def _select_tracks(connection: Link, where: str, values: Mapping[str, str] | None = None) -> Any:
+    """Return rows of ``track`` in order: the columns `rows.TRACK`, then the capture's number."""
+    asked = f"SELECT {', '.join(rows.TRACK)}, capture_id FROM track {where}"
     return ask(connection, f"{asked} ORDER BY capture_id, ordinal", values).fetchall()
 
 
-def _lists(connection: Link, wanted: Sequence[Any], chosen: str = "") -> list[list[_Raw]]:
-    """Return the rows of ``track`` of each wanted capture: number, location, checksum of these.
+def _checked_tracks(connection: Link, captures: Sequence[_Raw], where: str = "") -> list[_Raw]:
+    """Return the rows of ``track`` of some captures, if they are those that were stored.
 
-    Of all captures `chosen` is empty, of some the condition that chooses them.
+    `captures` are numbers, locations and checksums; the condition `where` selects them.
     """
-    by_capture = groupby(_track_rows(connection, chosen), itemgetter(-1))
-    lists = {number: [row[:-1] for row in group] for number, group in by_capture}
-    for number, location, content in wanted:
-        if checksum(*lists.get(number, [])) != content:
+    selected = groupby(_select_tracks(connection, where), itemgetter(-1))
+    by_capture = {number: list(group) for number, group in selected}
+    for number, location, content in captures:
+        if checksum(*(row[:-1] for row in by_capture.setdefault(number, []))) != content:
             raise damaged(number, location, "the list of its tracks")
-    return [lists.get(number, []) for number, _, _ in wanted]
+    return [row for number, _, _ in captures for row in by_capture[number]]
 
 
 def read_parts(connection: Link) -> set[str]:
     """Return the parts that any capture has."""
-    wanted = ask(connection, "SELECT id, location, tracks FROM capture").fetchall()
-    check_numbers(connection, first_values(wanted))
-    return {row[_PART] for tracks in _lists(connection, wanted) for row in tracks}
+    captures = ask(connection, "SELECT id, location, tracks FROM capture").fetchall()
+    check_numbers(connection, first_values(captures))
+    return {row[_PART] for row in _checked_tracks(connection, captures)}
 
 
-def read_wanted(
+def read_track_rows(
     connection: Link,
     chosen: Sequence[Stored],
     parts: Sequence[str] | None = None,
     *,
     listed: bool = True,
-) -> Tracks:
-    """Return the tracks of captures, without their symbols: all, or those of some parts.
+) -> TrackRows:
+    """Return the rows of ``track`` of captures: of all parts or of some.
 
-    If not `listed`, a track of these parts that is missing or called otherwise is not noticed.
+    With `listed`, each capture's list of tracks is checked. Without it only the rows of `parts` are
+    read, and a row that is missing or has the name of another part goes unnoticed.
     """
-    wanted = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
-    capture_ids = first_values(wanted)
-    where = f"WHERE capture_id IN {among(capture_ids)}"
-    if listed or parts is None:
-        lists = _lists(connection, wanted, where)
-        if parts is not None:
-            lists = [[row for row in tracks if row[_PART] in parts] for tracks in lists]
-        place = np.repeat(np.arange(len(lists)), np.array(list(map(len, lists)), np.int64))
-        held = list(chain.from_iterable(lists))
+    captures = [(one.capture.id, one.capture.location, one.tracks) for one in chosen]
+    numbers = first_values(captures)
+    where = f"WHERE capture_id IN {among(numbers)}"
+    if parts is None:
+        selected = _checked_tracks(connection, captures, where)
+    elif listed:
+        every = _checked_tracks(connection, captures, where)
+        selected = [row for row in every if row[_PART] in parts]
     else:
         values = {f"part{at}": part for at, part in enumerate(parts)}
         where += f" AND part IN ({', '.join(f':{name}' for name in values) or 'NULL'})"
-        held = [row for row in _track_rows(connection, where, values) if _countable(row)]
-        place = np.searchsorted(capture_ids, [row[-1] for row in held])
-    columns = list(zip(*held, strict=True)) or [()] * len(rows.TRACK)
-    return Tracks(chosen, place, *columns[: len(rows.TRACK)])
-
-
-def _countable(row: _Raw) -> bool:
-    """Return whether a row of ``track`` tells what rows of symbols it has."""
-    return type(row[0]) is type(row[_SYMBOLS]) is int and row[_SYMBOLS] >= 0
+        selected = [
+            row
+            for row in _select_tracks(connection, where, values)
+            # In a damaged row they may be anything
+            if type(row[0]) is type(row[_SYMBOLS]) is int and row[_SYMBOLS] >= 0
+        ]
+    place = np.searchsorted(numbers, [row[-1] for row in selected])
+    columns = list(zip(*selected, strict=True)) or [()] * len(rows.TRACK)
+    return TrackRows(chosen, parts is None, place, *columns[: len(rows.TRACK)])
 
 
 def read_tracks(
@@ -278,31 +282,31 @@ def read_tracks(
     *,
     listed: bool = True,
 ) -> dict[int, dict[str, Track]]:
-    """Return the tracks of captures, by the captures' ids: all, or those of some parts.
+    """Return the tracks of captures by capture number and part: of all parts or of some.
 
-    `listed` as in `read_wanted`.
+    `listed` is explained at `read_track_rows`.
     """
-    wanted = read_wanted(connection, chosen, parts, listed=listed)
-    return tracks_of(wanted, read_symbols(connection, wanted, every=parts is None))
+    tracks = read_track_rows(connection, chosen, parts, listed=listed)
+    return tracks_of(tracks, read_symbols(connection, tracks))
 
 
-def tracks_of(wanted: Tracks, symbols: NDArray[Any]) -> dict[int, dict[str, Track]]:
-    """Return tracks, by the captures' ids, of their rows and the (S,) symbols of these."""
-    tracks: dict[int, dict[str, Track]] = {one.capture.id: {} for one in wanted.chosen}
-    columns, first = (wanted.owners, wanted.part, wanted.kind, wanted.known, wanted.symbols), 0
+def tracks_of(tracks: TrackRows, symbols: NDArray[Any]) -> dict[int, dict[str, Track]]:
+    """Return tracks by capture number and part, made of their rows and (S,) symbols."""
+    by_capture: dict[int, dict[str, Track]] = {one.capture.id: {} for one in tracks.chosen}
+    columns, first = (tracks.owners, tracks.part, tracks.kind, tracks.known, tracks.symbols), 0
     for capture, part, kind, spans, count in zip(*columns, strict=True):
         stretch = symbols[first : first + count]
         first += count
         known = known_of(capture, part, spans)
         try:
-            tracks[capture.id][part] = Track(part, stretch, known, KIND_NAMES[kind])
+            by_capture[capture.id][part] = Track(part, stretch, known, KIND_NAMES[kind])
         except _NONSENSE as error:
             raise damaged(capture.id, capture.location, f"its track {part} ({error})") from error
-    return tracks
+    return by_capture
 
 
 def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]:
-    """Return the stretches of frames in which a part was seen, as its track has them."""
+    """Return `Track.known`, the frames in which a part was seen, from the column ``known``."""
     try:
         if known is None:
             return (Span(0, capture.frames),)
@@ -311,11 +315,8 @@ def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]
         raise damaged(capture.id, capture.location, f"its track {part} ({error})") from error
 
 
-def read_symbols(connection: Link, tracks: Tracks, *, every: bool = False) -> NDArray[Any]:
-    """Return the symbols of tracks, one track after the other: (S,) of `SYMBOL`.
-
-    With `every` the tracks are all that their captures have.
-    """
+def read_symbols(connection: Link, tracks: TrackRows) -> NDArray[Any]:
+    """Return the symbols of tracks, one track after the other: (S,) of `SYMBOL`."""
     capture_ids = [
         tracks.chosen[place].capture.id for place in dict.fromkeys(tracks.place.tolist())
     ]
@@ -324,20 +325,20 @@ def read_symbols(connection: Link, tracks: Tracks, *, every: bool = False) -> ND
     chosen = f"capture_id IN {among(capture_ids)}"
     of_tracks = f"{chosen} AND track IN {among({*tracks.ordinal})}"
     if is_sqlite(connection):
-        fields = _spelled_fields(connection, tracks, chosen if every else of_tracks)
+        fields = _spelled_fields(connection, tracks, chosen if tracks.every else of_tracks)
         if fields is not None:
             return rows.unpack(fields)
     return rows.unpack(_fields_by_row(connection, tracks, of_tracks))
 
 
-# Handing numbers over one by one costs more than reading them. So SQLite spells the numbers of all
-# rows as the characters of one text, and Python takes these for numbers again. Which row it is need
-# not be handed over: the rows of a track stand in order, and its checksum is over their places,
-# too. So whatever is not as it was stored is noticed, though not told: for that the rows are read
-# again, one by one.
+# To fetch numbers from SQLite one by one takes longer than to read them. So SQLite encodes the
+# numbers of all rows as the characters of one text, and numpy reads the text as an array. The keys
+# of the rows are not fetched: the rows of a track come in order, and the track's checksum covers
+# their ordinals, too. Every deviation from what was stored is noticed, but not where it is: then
+# the rows are read again, one by one.
 
 _BITS = 20
-"""A character has room for so many."""
+"""Bits of a number that one character holds."""
 
 _FULL = 1 << _BITS
 _LONG = ("sign", "notes")
@@ -348,21 +349,22 @@ _CHARACTERS = (
     *(f"{name} >> {2 * _BITS}" for name in _LONG),  # below 0 where the number is
     *_SHORT,
 )
-"""Long numbers take three characters; almost all of the others fit into one."""
+"""The characters of a row: three for each long number, one for each short one."""
 
 _SPELLED = (
     f"SELECT CAST(group_concat(char({', '.join(_CHARACTERS)}), '') AS BLOB) FROM symbol_code "
     "WHERE +sign < '' AND +notes < '' AND"
 )
-"""What is no number is left out, and so it is missed. The plus signs keep SQLite from trying to
-make a number of the text, row by row."""
+"""The condition leaves out values that are not numbers: then rows are missing, which is noticed.
+The plus signs keep SQLite from converting the text ``''`` to a number in each row."""
 
 _REPLACEMENT_CHARACTER = 0xFFFD
-"""What SQLite takes for a character that there is not; or a number, which is rare."""
+"""What SQLite writes for a number that is no character. A short number may have this value, too,
+which is rare."""
 
 
-def _spelled_fields(connection: Link, tracks: Tracks, chosen: str) -> NDArray[np.int64] | None:
-    """Return the fields of the rows of tracks; None where they may not be what was stored."""
+def _spelled_fields(connection: Link, tracks: TrackRows, chosen: str) -> NDArray[np.int64] | None:
+    """Return the fields of the symbols of tracks, (S, C) int64; None if they may be damaged."""
     ((text,),) = ask(connection, f"{_SPELLED} {chosen}")
     spelled = (text or b"").decode("utf-8", "surrogatepass").encode("utf-32-le", "surrogatepass")
     characters = np.frombuffer(spelled, "<u4").reshape(-1, len(_CHARACTERS))
@@ -379,8 +381,8 @@ def _spelled_fields(connection: Link, tracks: Tracks, chosen: str) -> NDArray[np
     return numbers[:, 2:] if same else None
 
 
-def _fields_by_row(connection: Link, tracks: Tracks, chosen: str) -> NDArray[np.int64]:
-    """Return the fields of the rows of tracks; an error names the track that is damaged."""
+def _fields_by_row(connection: Link, tracks: TrackRows, chosen: str) -> NDArray[np.int64]:
+    """Return the fields of the symbols of tracks, (S, C) int64; an error names a damaged track."""
     asked = f"SELECT capture_id, track, ordinal, {', '.join(COLUMNS)} FROM symbol_code"
     by_track: dict[tuple[int, int], list[_Raw]] = {}
     locations = {one.id: one.location for one in tracks.owners}
@@ -403,7 +405,7 @@ def _fields_by_row(connection: Link, tracks: Tracks, chosen: str) -> NDArray[np.
 def read_contents(
     connection: Link, chosen: Sequence[Stored]
 ) -> Iterator[tuple[NDArray[np.float32], tuple[str, ...]]]:
-    """Yield of captures the heading and the lines that were not understood."""
+    """Yield the heading of each capture, and the lines that were not understood."""
     capture_ids = among(one.capture.id for one in chosen)
     asked = f"SELECT id, other, heading FROM capture WHERE id IN {capture_ids}"
     held = {number: (lines, blob) for number, lines, blob in ask(connection, asked)}
@@ -419,7 +421,7 @@ def read_contents(
 
 
 def content_checksum(other: Any, heading: Any) -> int | None:
-    """Return the checksum of a capture's heading and of its other lines."""
+    """Return the checksum of a capture's heading and lines; None if their types are wrong."""
     if not isinstance(heading, bytes) or not isinstance(other, str):
         return None
     return rows.bytes_checksum(heading, other.encode("utf-8", "surrogatepass"))

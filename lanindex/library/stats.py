@@ -48,7 +48,7 @@ def count(connection: Link, spine: Spine, size: int) -> Stats:
     """Count what a library holds that is a file of `size` bytes."""
     frames, seconds, known = 0, Fraction(), defaultdict[str, Fraction](Fraction)
     parts, labels, profiles, formats = (Counter[str]() for _ in range(4))
-    for roster, alive, texts, tracks in _pieces(connection, spine):
+    for roster, alive, texts, by_part in _pieces(connection, spine):
         rates, codes = np.unique(roster.rate, axis=0, return_inverse=True)
         codes, periods = codes.reshape(-1), [1 / Fraction(*rate) for rate in rates.tolist()]
         frames += int(roster.frames[alive].sum())
@@ -61,8 +61,8 @@ def count(connection: Link, spine: Spine, size: int) -> Stats:
             for part in names:
                 still.setdefault(part, []).append(place)
         nothing = np.zeros(len(roster), np.int64), np.zeros((0, 3), np.int64)
-        for part in dict.fromkeys((*tracks, *still)):
-            counts, seen = tracks.get(part, nothing)
+        for part in dict.fromkeys((*by_part, *still)):
+            counts, seen = by_part.get(part, nothing)
             whole = counts > 0
             whole[seen[:, 0]] = False
             whole[still.get(part, [])] = True
@@ -103,17 +103,17 @@ def _pieces(connection: Link, spine: Spine) -> Iterator[_Piece]:
     for segment, roster in zip(spine.segments, rosters, strict=True):
         alive = np.zeros(len(roster), np.bool_)
         alive[columns.alive(spine, segment, roster)] = True
-        tracks = {
+        by_part = {
             part: (
                 segments.read_counts(connection, segment, part),
                 segments.read_column(connection, segment, part, "gaps"),
             )
             for part in segment.parts
         }
-        yield roster, alive, segments.read_texts(connection, segment, _TEXTS), tracks
+        yield roster, alive, segments.read_texts(connection, segment, _TEXTS), by_part
     for first in range(0, len(spine.pending), MOST):
         chosen = read.read_captures(connection, spine.pending[first : first + MOST])
-        wanted = read.read_wanted(connection, chosen)
+        tracks = read.read_track_rows(connection, chosen)
         roster = roster_of([one.capture for one in chosen])
-        texts = columns.texts_of(_TEXTS, chosen, wanted)
-        yield roster, np.ones(len(roster), np.bool_), texts, columns.tracks_by_part(wanted)
+        texts = columns.texts_of(_TEXTS, chosen, tracks)
+        yield roster, np.ones(len(roster), np.bool_), texts, columns.tracks_by_part(tracks)
