@@ -18,9 +18,8 @@ from lanindex.errors import LanindexError, PatternError, UsageError, quoted, sho
 from lanindex.library.connect import Progress, no_progress
 from lanindex.model import Capture, Meter, Score
 from lanindex.notation.text import read_toml
-from lanindex.pipeline.deadline import deadline
-from lanindex.pipeline.discover import discover
-from lanindex.pipeline.labels import Labels, key_of
+from lanindex.pipeline.ingest import Labels, discover, key_of
+from lanindex.pipeline.library import deadline
 from lanindex.pipeline.prepare import Task, prepared
 from lanindex.pipeline.search import SearchOptions, searcher
 from lanindex.search.language import Query, parse
@@ -191,7 +190,7 @@ def evaluate(
     >>> from pathlib import Path
     >>> from lanindex.encoding.profile import load
     >>> from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
-    >>> from lanindex.pipeline.labels import read_labels
+    >>> from lanindex.pipeline.ingest import read_labels
     >>> _ = Path("own.toml").write_text("bow = {pattern='torso forward', positives=['greeting']}")
     >>> labels = read_labels("corpus/labels.csv")
     >>> clips = list(read_clips("corpus/greetings.bvh", labels, load()))

@@ -16,8 +16,9 @@ from hashlib import sha256
 from heapq import merge
 from importlib.metadata import version
 from itertools import groupby, pairwise, repeat
+from os import PathLike
 from pathlib import Path, PurePath
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,16 +35,17 @@ from lanindex.pipeline.export import (
     clip_name,
     clip_span,
     held_as,
+    in_words,
     pad_frames,
     stored_motion,
     suspects,
 )
 from lanindex.pipeline.files import write_all
 from lanindex.pipeline.layouts import SPLITS, Clip, layout_of
-from lanindex.pipeline.manifest import in_words
 from lanindex.pipeline.named import Request, from_hits
+from lanindex.pipeline.search import named_patterns
 from lanindex.records import of_name
-from lanindex.search.explain import sentence
+from lanindex.search.explain import sentence as english
 from lanindex.search.hits import Hits
 from lanindex.search.language import parse
 
@@ -74,8 +76,15 @@ class ClipGroup:
     expected: frozenset[int] | None = None
 
 
-def of_hits(hits: Hits, label: str = "", sentence: str = "") -> ClipGroup:
-    """Return the hits of a pattern as a group."""
+def of_hits(
+    hits: Hits,
+    label: str = "",
+    sentence: str | None = None,
+    words: str | PathLike[str] | None = None,
+) -> ClipGroup:
+    """Return the hits of a pattern as a group; without a sentence, that of the pattern."""
+    if sentence is None:
+        sentence = sentence_of(hits.pattern, named_patterns(hits.pattern, words))
     numbers = [capture.id for capture, _ in hits.spans()]
     if any(one > other for one, other in pairwise(numbers)):
         hits = hits.arranged(sorted(range(len(numbers)), key=numbers.__getitem__))
@@ -110,29 +119,37 @@ class DatasetOptions:
     search_options: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenDataset:
-    """A data set that was written."""
-
-    clips: bytes
-    card: Mapping[str, Any]
-
-
 def write(
     store: Store, groups: Sequence[ClipGroup], folder: Path, options: DatasetOptions
-) -> WrittenDataset:
-    """Write a data set, all or nothing; where there is no clip, nothing."""
+) -> tuple[bytes, dict[str, Any]]:
+    """Write a data set, all or nothing, and return its index and card; without clips, no file."""
     job = _Job(store, groups, options)
-    before = _existing_files(folder, options.force)
-    write_all(
-        ((folder / name, content) for name, content in job.files()),
-        force=options.force,
-        suspects=partial(suspects, store),
-    )
-    if job.written:
-        for name in before - job.written:
-            (folder / name).unlink(missing_ok=True)
-    return WrittenDataset(bytes(job.index), job.card)
+    before, written = _existing_files(folder, options.force), set[str]()
+
+    def files() -> Iterator[tuple[Path, bytes]]:
+        for name, content in job.files():
+            written.add(name)
+            yield folder / name, content
+
+    write_all(files(), force=options.force, suspects=partial(suspects, store))
+    for name in before - written if written else ():
+        (folder / name).unlink(missing_ok=True)
+    return bytes(job.index), job.card
+
+
+class ClipFacts(NamedTuple):
+    """What a card counts of a clip; `group` is the place of its `ClipGroup`."""
+
+    split: str
+    label: str
+    licence: str
+    format: str
+    profile: str
+    capture: int
+    unit: str
+    group: int
+    frames: int
+    seconds: float
 
 
 class _Job:
@@ -162,18 +179,11 @@ class _Job:
         self.split = split(weights, shares, options.seed)
         self.total = len(chosen)
         self.untold = sum(not capture.metadata.get(self.column) for capture in moving)
-        self.counts, self.index = Counts(), bytearray()
-        self.clips, self.expected = Counter[int](), Counter[int]()
-        self.written: set[str] = set()
-        self.card: dict[str, Any] = {}
+        self.clips, self.left_out = list[ClipFacts](), Counter[str]()
+        self.index, self.card = bytearray(), dict[str, Any]()
 
     def files(self) -> Iterator[tuple[str, bytes]]:
         """Yield each file's name and content; what tells of all of them comes last."""
-        for name, content in self._files():
-            self.written.add(name)
-            yield name, content
-
-    def _files(self) -> Iterator[tuple[str, bytes]]:
         used_names: set[str] = set()
         streams = [zip(repeat(number), one.requests) for number, one in enumerate(self.groups)]
         ordered = merge(*streams, key=lambda one: one[1].capture.id)
@@ -195,13 +205,14 @@ class _Job:
         """Yield the files of a capture's clips; requests are each with the place of its group."""
         capture = held_as(self.store, requests[0][1].capture)
         if capture.format in NOTATIONS:
-            self.counts.left_out[f"a score ({capture.format}) has no motion"] += len(requests)
+            self.left_out[f"a score ({capture.format}) has no motion"] += len(requests)
             return
         places = body(stored_motion(self.store, capture, capture.rate)).places / 1000
         score = self.store.score(capture.id)
         profile = self.store.encoding(capture.id).profile
-        for source, request in requests:
-            group = self.groups[source]
+        unit = self.unit[capture.id]
+        for number, request in requests:
+            group = self.groups[number]
             span = clip_span(capture, request.hit, self.options.pad)
             joints, rate = places[span.start : span.stop], capture.rate
             if self.rate:
@@ -209,19 +220,17 @@ class _Job:
             label = group.label or capture.label
             seen = sentence_of_symbols(request.symbols)
             texts = distinct((label, as_seen(group.sentence), seen))
-            name, part = clip_name(capture, span, used_names), self.split[self.unit[capture.id]]
-            clip = Clip(name, part, joints, rate, score, span, texts, label)
+            name = clip_name(capture, span, used_names)
+            clip = Clip(name, self.split[unit], joints, rate, score, span, texts, label)
             if why := self.layout.lacking(clip):
-                self.counts.left_out[why] += 1
+                self.left_out[why] += 1
                 continue
-            names = self.layout.names(name, part)
+            names = self.layout.names(name, clip.split)
             yield from zip(names, self.layout.contents(clip), strict=True)
             row = self._row(clip, names[0], capture, request)
             self.index += json.dumps(row, ensure_ascii=False).encode() + b"\n"
-            self.counts.add(row, self.unit[capture.id], capture.format)
-            self.counts.profiles[profile] += 1
-            self.clips[source] += 1
-            self.expected[source] += capture.id in (group.expected or ())
+            told = clip.split, label, row["licence"], capture.format, profile, capture.id, unit
+            self.clips.append(ClipFacts(*told, number, row["frames"], row["seconds"]))
 
     def _row(self, clip: Clip, name: str, capture: Capture, request: Request) -> dict[str, Any]:
         """Return a clip's line in the index: `COLUMNS`."""
@@ -244,39 +253,42 @@ class _Job:
         }
 
     def _card(self) -> dict[str, Any]:
-        found = [
-            {
-                "label": one.label,
-                "pattern": one.pattern,
-                "sentence": one.sentence,
-                "clips": self.clips[number],
-                "expected": None if one.expected is None else self.expected[number],
-            }
-            for number, one in enumerate(self.groups)
-        ]
-        return {
-            "made_by": f"LanIndex {version('lanindex')}",
-            "layout": self.options.layout,
-            "fps": float(self.rate) if self.rate else None,
-            **self.counts.record(),
-            "found": found,
-            "how": {"time around each hit": self.options.pad, **self.options.search_options},
-            "shares": self.options.shares,
-            "seed": self.options.seed,
-            "split_by": self.column or "capture",
-            "split_note": self._note(),
-            "columns": list(COLUMNS),
-        }
-
-    def _note(self) -> str:
+        by_group, counts = _by("group", self.clips), counts_of(self.clips)
+        found = []
+        for place, group in enumerate(self.groups):
+            captures, expected = [clip.capture for clip in by_group[place]], group.expected
+            found.append(
+                {
+                    "label": group.label,
+                    "pattern": group.pattern,
+                    "sentence": group.sentence,
+                    "clips": len(captures),
+                    "expected": None
+                    if expected is None
+                    else sum(it in expected for it in captures),
+                }
+            )
         notes = []
         if not self.column:
             notes.append("Nobody told who performs: one performer may be in several splits.")
         elif self.untold:
             notes.append(f"{self.untold} captures tell no {self.column}: each is by itself.")
-        if empty := [name for name in SPLITS if not self.counts.by["split"][name].clips]:
+        if empty := [name for name, count in counts["by_split"].items() if not count["clips"]]:
             notes.append(f"No clip is in {' and '.join(empty)}.")
-        return " ".join(notes)
+        return {
+            "made_by": f"LanIndex {version('lanindex')}",
+            "layout": self.options.layout,
+            "fps": float(self.rate) if self.rate else None,
+            **counts,
+            "left_out": dict(sorted(self.left_out.items())),
+            "found": found,
+            "how": {"time around each hit": self.options.pad, **self.options.search_options},
+            "shares": self.options.shares,
+            "seed": self.options.seed,
+            "split_by": self.column or "capture",
+            "split_note": " ".join(notes),
+            "columns": list(COLUMNS),
+        }
 
 
 def _check_sources(captures: Sequence[Capture]) -> None:
@@ -399,7 +411,7 @@ _AS_SEEN = {
 def sentence_of(pattern: str, names: Mapping[str, str] | None = None) -> str:
     """Return what a pattern asks for as a sentence; empty where it is not understood here."""
     try:
-        return sentence(parse(pattern, names=names))
+        return english(parse(pattern, names=names))
     except LanindexError:
         return ""
 
@@ -441,65 +453,38 @@ def distinct(texts: Iterable[str]) -> list[str]:
 # The card: its counts, and the page for people.
 
 
-@dataclass
-class Tally:
-    """Clips, captures and seconds of some of a data set."""
-
-    clips: int = 0
-    seconds: float = 0.0
-    frames: int = 0
-    captures: set[int] = field(default_factory=set)
-    units: set[str] = field(default_factory=set)
-
-    def record(self) -> dict[str, Any]:
-        """Return the counts."""
-        return {
-            "clips": self.clips,
-            "captures": len(self.captures),
-            "frames": self.frames,
-            "hours": round(self.seconds / 3600, 6),
-        }
+def _by(key: str, clips: Iterable[ClipFacts]) -> defaultdict[Any, list[ClipFacts]]:
+    groups = defaultdict[Any, list[ClipFacts]](list)
+    for clip in clips:
+        groups[getattr(clip, key)].append(clip)
+    return groups
 
 
-class Counts:
-    """A data set as it grows, counted."""
+def _tally(clips: Sequence[ClipFacts]) -> dict[str, Any]:
+    return {
+        "clips": len(clips),
+        "captures": len({clip.capture for clip in clips}),
+        "frames": sum(clip.frames for clip in clips),
+        "hours": round(sum(clip.seconds for clip in clips) / 3600, 6),
+    }
 
-    def __init__(self) -> None:
-        keys = ("split", "label", "licence", "format")
-        self.by: dict[str, dict[str, Tally]] = {key: defaultdict(Tally) for key in keys}
-        self.all_clips = Tally()
-        self.label_splits: dict[str, Counter[str]] = defaultdict(Counter)
-        self.profiles, self.left_out = Counter[str](), Counter[str]()
 
-    def add(self, row: Mapping[str, Any], unit: str, form: str) -> None:
-        """Count one clip, by its line in the index."""
-        values = {**row, "format": form}
-        for tally in (self.all_clips, *(tallies[values[key]] for key, tallies in self.by.items())):
-            tally.clips += 1
-            tally.frames += row["frames"]
-            tally.seconds += row["seconds"]
-            tally.captures.add(row["capture_id"])
-            tally.units.add(unit)
-        self.label_splits[row["label"]][row["split"]] += 1
-
-    def record(self) -> dict[str, Any]:
-        """Return the counts as a card has them."""
-        groups = {
-            f"by_{key}": {name: tally.record() for name, tally in sorted(tallies.items())}
-            for key, tallies in self.by.items()
-        }
-        splits = {name: self.by["split"][name] for name in SPLITS}
-        groups["by_split"] = {
-            name: {**tally.record(), "groups": len(tally.units)} for name, tally in splits.items()
-        }
-        for label, counts in self.label_splits.items():
-            groups["by_label"][label]["splits"] = {name: counts[name] for name in SPLITS}
-        return {
-            **self.all_clips.record(),
-            **groups,
-            "profiles": dict(sorted(self.profiles.items())),
-            "left_out": dict(sorted(self.left_out.items())),
-        }
+def counts_of(clips: Sequence[ClipFacts]) -> dict[str, Any]:
+    """Return the counts of a data set, as its card has them."""
+    counts = {
+        f"by_{key}": {name: _tally(group) for name, group in sorted(_by(key, clips).items())}
+        for key in ("split", "label", "licence", "format")
+    }
+    splits = _by("split", clips)
+    counts["by_split"] = {
+        name: {**_tally(splits[name]), "groups": len({clip.unit for clip in splits[name]})}
+        for name in SPLITS
+    }
+    for label, group in _by("label", clips).items():
+        number = Counter(clip.split for clip in group)
+        counts["by_label"][label]["splits"] = {name: number[name] for name in SPLITS}
+    profiles = Counter(clip.profile for clip in clips)
+    return {**_tally(clips), **counts, "profiles": dict(sorted(profiles.items()))}
 
 
 def page(card: Mapping[str, Any], layout: str) -> str:

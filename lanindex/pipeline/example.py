@@ -9,7 +9,6 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +24,7 @@ from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Reading, Span
 from lanindex.model.columns import Roster, columns_of
 from lanindex.notation import notation_of
-from lanindex.pipeline.convert import score_of
-from lanindex.pipeline.named import Named, ranged, stored, within
+from lanindex.pipeline.named import Named, from_file, ranged, stored
 from lanindex.pipeline.prepare import as_ingested
 from lanindex.search.example.groups import Grouped, grouped
 from lanindex.search.example.likeness import Clips, ClipSource, Near, Pair, nearest, pairs
@@ -53,7 +51,7 @@ def example(store: Store, clip: int | str | os.PathLike[str]) -> Named:
     try:
         return stored(store, text)
     except AbsentError as error:
-        path, span = ranged(text)
+        path, _ = ranged(text)
         if not os.path.isfile(path):
             if is_number(clip):
                 raise
@@ -69,8 +67,7 @@ def example(store: Store, clip: int | str | os.PathLike[str]) -> Named:
             place=f"--like {shown(text)}",
             remedy="Ingest the file with that profile, and name it as a capture of the library.",
         ) from error
-    score = score_of(Path(path), Reading(), name)
-    return Named(text, path, None, score, "", within(span, score, text))
+    return from_file(text, Reading(), name)
 
 
 def _laid_out(clip: Named) -> Clips:

@@ -1,29 +1,53 @@
-"""Files into the library: read, written down and stored, one transaction a file."""
+"""Files into the library: found, read, written down and stored, one transaction a file."""
 
 from __future__ import annotations
 
+import csv
+import io
+import os
+import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lanindex import formats
-from lanindex.errors import LanindexError, UsageError
-from lanindex.formats import parted
+from lanindex.errors import LanindexError, UsageError, shown
+from lanindex.formats import archives, parted
 from lanindex.formats.file import SUBJECT, on_disk
+from lanindex.formats.sniff import COMPANIONS, unread
+from lanindex.formats.sniff import WITHOUT_PLACES as ANGLES
 from lanindex.library.rows import Encoding
-from lanindex.library.selection import absolute, is_gone
+from lanindex.library.selection import absolute, is_gone, printable
 from lanindex.library.store import Store
 from lanindex.model import Reading
-from lanindex.pipeline.labels import Labels, key_of
+from lanindex.notation import NOTATIONS
+from lanindex.notation.text import read_text
 from lanindex.pipeline.prepare import Outcome, StoredFile, Task, companions, encoding_of, prepared
 
 if TYPE_CHECKING:
     from lanindex.encoding.profile import Profile
 
-
 COMPACT_EVERY = 4096
 """Files after which an ingest puts what it has stored into columns; and after the last one."""
+
+SUFFIXES = {suffix: form.name for form in formats.FORMATS for suffix in form.suffixes} | {
+    form.suffix: form.name for form in NOTATIONS.values() if form.ingested
+}
+"""Endings that a folder is searched for, with the format each stands for."""
+
+_UNSURE = {suffix for form in formats.FORMATS if not form.certain for suffix in form.suffixes}
+
+CaptureLabels = tuple[str | None, dict[str, str]]
+"""Of a capture: the label, None where the table has none, and the other columns."""
+
+Labels = dict[str, CaptureLabels]
+"""By `key_of` a capture's path."""
+
+_FROM = "a relative path counts from the table's folder, else from the working directory"
+_DELIMITERS = (",", ";", "\t")
 
 
 def ingest(
@@ -39,6 +63,7 @@ def ingest(
 ) -> Iterator[Outcome]:
     """Read files into a library."""
     known = store.known() if store else {}
+    target = None if dry_run else store
     moved = Moved(known)
     first = {
         (sha, encoding.beside, parted(place)[1]): place for place, (sha, encoding) in known.items()
@@ -54,12 +79,12 @@ def ingest(
         before = moved.places.get(place, "")
         outcome = replace(outcome, was_stored=place in known or bool(before), moved=before)
         outcome = _with_duplicate_warning(outcome, place, first)
-        done = outcome if dry_run else _store(store, outcome, labels or {})
-        yield replace(done, score=None)
-        if store and not dry_run and (number + 1) % COMPACT_EVERY == 0:
-            store.cache.compact()
-    if store and not dry_run:
-        store.cache.compact()
+        stored = _store(target, outcome, labels or {}) if target else outcome
+        yield replace(stored, score=None)
+        if target and (number + 1) % COMPACT_EVERY == 0:
+            target.cache.compact()
+    if target:
+        target.cache.compact()
 
 
 def _with_duplicate_warning(
@@ -73,8 +98,8 @@ def _with_duplicate_warning(
     return replace(outcome, warnings=(*outcome.warnings, f"the same content as {other}"))
 
 
-def _store(store: Store | None, outcome: Outcome, labels: Labels) -> Outcome:
-    if store is None or outcome.status == "failed":
+def _store(store: Store, outcome: Outcome, labels: Labels) -> Outcome:
+    if outcome.status == "failed":
         return outcome
     place = absolute(outcome.path)
     if outcome.moved:
@@ -154,3 +179,190 @@ class Moved:
 
 def _place_of_person(file: str, name: str) -> str:
     return file + SUBJECT + name if name else file
+
+
+# Which captures there are: in folders, in archives, several people in one file.
+
+
+def discover(
+    paths: Iterable[str | os.PathLike[str]],
+    others: list[str] | None = None,
+    *,
+    apart: bool = True,
+) -> Iterator[str]:
+    """Yield the captures to ingest: those named, and all that folders and archives hold, sorted."""
+    seen: set[str] = set()
+    left = [] if others is None else others
+    for named in paths:
+        path = os.fspath(named)
+        for file in _walk(path, left) if os.path.isdir(path) else [path]:
+            place = os.path.abspath(file)
+            if place not in seen:
+                seen.add(place)
+                yield from map(printable, _captures_in(file, left, apart))
+
+
+def _walk(folder: str, others: list[str]) -> Iterator[str]:
+    closed: list[OSError] = []
+    for place, folders, names in os.walk(folder, onerror=closed.append):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        inner = (os.path.join(place, name) for name in folders)
+        others.extend(path for path in inner if os.path.islink(path))  # they could form a circle
+        for name in sorted(name for name in names if not name.startswith(".")):
+            yield from _if_read(os.path.join(place, name), others)
+    for error in closed:  # reported like a file that cannot be read
+        yield str(error.filename)
+
+
+def _if_read(path: str, others: list[str]) -> Iterator[str]:
+    """Yield a path if what it leads to is an archive, a capture or a score."""
+    suffix = Path(path).suffix.lower()
+    packed = archives.is_archive(path) and not archives.split(path)[0]
+    unsure = suffix in _UNSURE and not formats.is_capture(path)
+    if packed or (suffix in SUFFIXES and not unsure):
+        yield path
+    elif suffix not in COMPANIONS:
+        others.append(path)
+
+
+def _captures_in(path: str, others: list[str], apart: bool) -> Iterator[str]:
+    """Yield the captures in a file or an archive; several people in one file are told `apart`."""
+    files: Iterable[str] = [path]
+    try:
+        if archives.is_archive(path) and os.path.isfile(path):
+            members = (
+                path + archives.MARK + name
+                for name in archives.members(path)
+                if not any(part.startswith((".", "__MACOSX")) for part in name.split("/"))
+            )
+            files = (file for member in members for file in _if_read(member, others))
+        for file in files:
+            yield from formats.captures_in(file) if apart else (file,)
+    except LanindexError:  # reported when it is read
+        yield path
+
+
+def left_out(others: Iterable[str]) -> str:
+    """Say how many files were passed over: by ending for formats that are not read yet."""
+    paths = set(map(os.path.abspath, others))
+    kinds = Counter("/" if os.path.isdir(path) else unread(path) for path in paths)
+    rest, linked = kinds.pop("", 0), kinds.pop("/", 0)
+    by_number = sorted(kinds.items(), key=lambda kind: (-kind[1], kind[0]))
+    counts = []
+    for angles, why in ((False, "formats that are not read yet"), (True, "angles without places")):
+        some = [f"{number} {kind}" for kind, number in by_number if (kind in ANGLES) is angles]
+        counts += [f"{', '.join(some)} ({why})"] if some else []
+    for number, noun in ((rest, "other file"), (linked, "linked folder")):
+        counts += [f"{number} {noun}" + "s" * (number > 1)] if number else []
+    return "; ".join(counts)
+
+
+# What users know of their captures: a table with a column ``file``.
+
+
+def key_of(path: str | os.PathLike[str]) -> str:
+    """Return by what a path is known in `Labels`: absolute, its letters composed.
+
+    One system writes é as one character, another as two; a table made on the one fits files that
+    lie on the other.
+    """
+    return unicodedata.normalize("NFC", absolute(path))
+
+
+def read_labels(
+    path: str | os.PathLike[str], files: Iterable[str | os.PathLike[str]] | None = None
+) -> Labels:
+    """Read labels and other columns; refuse a table that speaks of none of the files."""
+    place = Path(path)
+    (first, names), *rows = _rows(place) or [(1, [])]
+    head = [name.lower() for name in names]
+    _check_head(head, f"{place}:{first}")
+    labels: Labels = {}
+    for line, row in rows:
+        row += [""] * (len(head) - len(row))
+        _check_row(row, head, f"{place}:{line}")
+        cells = dict(zip(head, row, strict=True))
+        file = cells.pop("file")
+        beside = os.path.join(place.parent, file)
+        key = key_of(file if is_gone(beside) and not is_gone(file) else beside)
+        label = cells.pop("label", "") or None
+        entry = label, {name: cell for name, cell in cells.items() if cell}
+        if labels.setdefault(key, entry) != entry:
+            found = f"{key} stands twice"
+            raise UsageError(found, place=f"{place}:{line}", wanted="one line a file")
+    if labels and files is not None:
+        held = {key_of(on_disk(os.fspath(file))) for file in files}
+        if not any(key_of(on_disk(key)) in held for key in labels):
+            raise UsageError(unfitting(labels, held), place=os.fspath(path))
+    return labels
+
+
+def unfitting(labels: Labels, files: Iterable[str | os.PathLike[str]]) -> str:
+    """Say how many rows of a table fit none of the files, and what they may have meant."""
+    keys = {key_of(file) for file in files}
+    unknown = [key for key in labels if key not in keys]
+    if len(unknown) < len(labels) or not labels:
+        return f"{len(unknown)} of {len(labels)} rows name no file that is read" if unknown else ""
+    near = _nearest_key(unknown[0], keys)
+    first = f"the first names {unknown[0]}" + (f"; is it {near}?" if near else "")
+    return f"no row names a file that is read; {first} ({_FROM})"
+
+
+def _nearest_key(key: str, keys: Iterable[str]) -> str:
+    """Return the key of the likest file name, the likest path among equal ones."""
+    from rapidfuzz import fuzz, process
+
+    named = {other: os.path.basename(other) for other in sorted(keys)}
+    near = process.extract(
+        os.path.basename(key), named, scorer=fuzz.ratio, limit=20, score_cutoff=60
+    )
+    best = [other for _, score, other in near if score == near[0][1]]
+    return max(best, key=lambda other: fuzz.ratio(key, other), default="")
+
+
+def _rows(place: Path) -> list[tuple[int, list[str]]]:
+    """Return the rows that hold anything, each with its line."""
+    text = read_text(place)
+    head = next((line for line in text.splitlines() if line.strip()), "")
+
+    def fits(delimiter: str) -> tuple[bool, int]:
+        names = [name.strip(' "').lower() for name in head.split(delimiter)]
+        return "file" in names, len(names)
+
+    delimiter = max(_DELIMITERS, key=fits)
+    table = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    try:
+        rows = [(table.line_num, [cell.strip() for cell in row]) for row in table]
+    except csv.Error as error:
+        raise UsageError(str(error), place=f"{place}:{table.line_num}", wanted="CSV") from error
+    return [(line, row) for line, row in rows if any(row)]
+
+
+def _check_head(head: list[str], place: str) -> None:
+    if "file" not in head:
+        raise UsageError(
+            f"the columns are {shown(', '.join(head), 200) or 'none'}",
+            place=place,
+            wanted='a column "file", and "label"',
+        )
+    for number, name in enumerate(head, 1):
+        if name and name in head[: number - 1]:
+            raise UsageError(
+                f'columns {head.index(name) + 1} and {number} are both called "{shown(name)}"',
+                place=place,
+                wanted="a name for each",
+            )
+
+
+def _check_row(row: list[str], head: list[str], place: str) -> None:
+    if len(row) > len(head):
+        raise UsageError(f"{len(row)} cells", place=place, wanted=f"{len(head)} as in line 1")
+    for number, (name, cell) in enumerate(zip(head, row, strict=True), 1):
+        if cell and not name:
+            raise UsageError(
+                f'column {number} has no name and holds "{shown(cell)}"',
+                place=place,
+                wanted="a name for it in line 1",
+            )
+    if not row[head.index("file")]:
+        raise UsageError("no file", place=place, wanted='one in the column "file"')

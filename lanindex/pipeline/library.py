@@ -9,14 +9,13 @@ from fractions import Fraction
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from types import TracebackType
+from time import monotonic
 from typing import TYPE_CHECKING, Any, Self
 
 from lanindex.errors import LanindexError, PatternError, UsageError
 from lanindex.library.connect import DEFAULT, Progress
 from lanindex.library.selection import ALL, Selection
 from lanindex.library.store import Store
-from lanindex.pipeline.deadline import deadline
 from lanindex.search.hits import Hits, piped
 
 if TYPE_CHECKING:
@@ -121,12 +120,7 @@ class Library:
             If another process holds it for longer than `timeout`.
         """
         store = Store.open(
-            named,
-            create=create,
-            readonly=readonly,
-            timeout=timeout,
-            note=note,
-            progress=progress,
+            named, create=create, readonly=readonly, timeout=timeout, note=note, progress=progress
         )
         return cls(store, words)
 
@@ -136,12 +130,7 @@ class Library:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -204,9 +193,7 @@ class Library:
         added corpus/compass.lnd
         """
         from lanindex.encoding.profile import load
-        from lanindex.pipeline.discover import discover
-        from lanindex.pipeline.ingest import ingest
-        from lanindex.pipeline.labels import read_labels
+        from lanindex.pipeline.ingest import discover, ingest, read_labels
 
         lists = ([path] if isinstance(path, str | os.PathLike) else path for path in paths)
         files = list(discover(chain.from_iterable(lists), apart=False))
@@ -311,12 +298,8 @@ class Library:
 
         Parameters
         ----------
-        pattern : str or Pattern
+        pattern, selection, strict
             As for `search`.
-        selection : Selection
-            Only these captures.
-        strict : bool
-            Whether the timing of pasted LND counts.
         plan : bool
             Whether to return the plan: states, edges, joins, and what the search leaves out.
 
@@ -458,14 +441,12 @@ class Library:
         clip : int, str or path-like
             A capture of the library (number or path) or a file elsewhere, each also with
             ``:from-to`` behind it (frames, half-open), or a line of ``search --json``.
-        selection : Selection
-            Only these captures.
+        selection, timeout
+            As for `search`.
         limit : int
             How many captures are wanted.
         rerank : bool
             Put the best hundred in the order in which their joints move alike, from their files.
-        timeout : float, optional
-            Seconds after which to give up.
 
         Returns
         -------
@@ -512,16 +493,14 @@ class Library:
 
         Parameters
         ----------
-        selection : Selection
-            Only these captures.
+        selection, timeout
+            As for `search`.
         groups : int, optional
             How many groups there shall be; fewer where there are fewer captures.
         alike : float
             Else the mean likeness, 0 to 1, of a group's captures at least.
         sample : int or None
             How many captures are compared: of more, so many taken at random; None: all.
-        timeout : float, optional
-            Seconds after which to give up.
 
         Returns
         -------
@@ -563,8 +542,8 @@ class Library:
 
         Parameters
         ----------
-        selection : Selection
-            Only these captures.
+        selection, timeout
+            As for `search`.
         min_count : int
             How often one occurs at least.
         length : int
@@ -573,8 +552,6 @@ class Library:
             Only of these parts.
         sample : int or None
             How many captures are looked through: of more, so many taken at random; None: all.
-        timeout : float, optional
-            Seconds after which to give up.
 
         Returns
         -------
@@ -728,14 +705,12 @@ class Library:
         found : Hits, or Mapping of str to Hits, or None
             What is in it; by label, where clips shall not have their captures'; None: all captures,
             each as a whole.
-        folder : path-like
-            Where to.
+        folder, pad
+            As for `export`.
         layout : str
             ``npz``, or ``humanml3d``.
         fps : number, optional
             Frames a second; else those of the captures.
-        pad : str
-            Time before and after each hit: ``0.5s``, ``10f``.
         split : str
             Per cent for training, validation and testing.
         split_by : str, optional
@@ -771,23 +746,17 @@ class Library:
         ((80, 20, 3), 20.0, 'bow')
         """
         from lanindex.pipeline import dataset
-        from lanindex.pipeline.words import named_patterns
 
         if found is None:
             groups = [dataset.of_captures(self.store.captures())]
         else:
             by_label = found if isinstance(found, Mapping) else {"": found}
             groups = [
-                dataset.of_hits(
-                    hits,
-                    label,
-                    dataset.sentence_of(hits.pattern, named_patterns(hits.pattern, self.words)),
-                )
-                for label, hits in by_label.items()
+                dataset.of_hits(hits, label, words=self.words) for label, hits in by_label.items()
             ]
         rate = None if fps is None else Fraction(fps).limit_denominator(10**6)
         options = dataset.DatasetOptions(layout, rate, pad, split, split_by, seed, force)
-        return dict(dataset.write(self.store, groups, Path(folder), options).card)
+        return dataset.write(self.store, groups, Path(folder), options)[1]
 
     def captures(self, selection: Selection = ALL) -> list[Capture]:
         """Return the selected captures in the order in which they came; all by default."""
@@ -837,8 +806,7 @@ class Library:
         self, pattern: str | Pattern, selection: Selection, strict: bool
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
-        from lanindex.pipeline.search import check_columns
-        from lanindex.pipeline.words import query_of
+        from lanindex.pipeline.search import check_columns, query_of
 
         # the text of a file knows its place
         text = pattern if isinstance(pattern, str) else str(pattern)
@@ -849,6 +817,24 @@ class Library:
             raise
         check_columns(self.store, query)
         return query, self.store.numbers(selection)
+
+
+def deadline(
+    progress: Progress, seconds: float | None, job: str = "search", remedy: str = ""
+) -> Progress:
+    """Return a progress that is passed on, and raises once the job has taken too long."""
+    begun = monotonic()
+
+    def watch(noun: str, done: int, total: int) -> None:
+        progress(noun, done, total)
+        if seconds is not None and monotonic() - begun > seconds:
+            raise LanindexError(
+                f"the {job} took longer than {seconds:g} s, "
+                f"and was through with {done:,} of {total:,} {noun}",
+                remedy=remedy,
+            )
+
+    return watch
 
 
 open_library = Library.open

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import overload
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.errors import UsageError
 from lanindex.library.connect import Progress
@@ -36,34 +36,22 @@ class Recurring:
     steps: int
     captures: int
     hits: int
-    places: Sequence[Place]
+    _motif: Motif = field(repr=False)
+    _by_number: Mapping[int, Capture] = field(repr=False)
 
+    @property
+    def first(self) -> Place:
+        """Where it occurs first."""
+        return self._at(self._motif.rows[:1])[0]
 
-class _Places(Sequence[Place]):
-    """Where a motif occurs, as its library calls the captures."""
+    @property
+    def places(self) -> list[Place]:
+        """Where it occurs; made anew each time, for of all motifs they are many."""
+        return self._at(self._motif.rows)
 
-    def __init__(self, motif: Motif, captures: Mapping[int, Capture]) -> None:
-        self._motif, self._captures = motif, captures
-
-    def __len__(self) -> int:
-        return self._motif.hits
-
-    @overload
-    def __getitem__(self, index: int) -> Place: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Place]: ...
-
-    def __getitem__(self, index: int | slice) -> Place | Sequence[Place]:
-        if isinstance(index, slice):
-            return [self[one] for one in range(len(self))[index]]
-        place = range(len(self))[index]
-        (row,) = self._motif._replace(rows=self._motif.rows[place : place + 1]).places.tolist()
-        return Place(self._captures[row[0]], Span(*row[1:]))
-
-    def __iter__(self) -> Iterator[Place]:
-        for capture, *span in self._motif.places.tolist():
-            yield Place(self._captures[capture], Span(*span))
+    def _at(self, rows: NDArray[np.int32]) -> list[Place]:
+        places = self._motif._replace(rows=rows).places.tolist()
+        return [Place(self._by_number[number], Span(*span)) for number, *span in places]
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,14 +100,7 @@ def recurring(
         held.update(np.unique(motif.line.captures[motif.rows[:, 0]]).tolist())
     captures = {capture.id: capture for capture in store.captures_numbered(sorted(held))}
     listed = [
-        Recurring(
-            motif.pattern,
-            motif.part,
-            len(motif.cells),
-            motif.captures,
-            motif.hits,
-            _Places(motif, captures),
-        )
-        for motif in ranked(found)
+        Recurring(one.pattern, one.part, len(one.cells), one.captures, one.hits, one, captures)
+        for one in ranked(found)
     ]
     return Motifs(listed, len(places), len(roster), notes)

@@ -1,11 +1,12 @@
-"""How movement is spread: where parts go, from where, how often, and in what two groups differ.
+"""How movement is spread: where parts go, from where, how often, and how two groups differ.
 
-Counted from a library's columns, a part at a time, without an object for any symbol. A capture is
-what counts as one observation: its symbols depend on each other.
+The counts are made from a library's columns, part by part, without an object for any symbol. One
+capture is one observation, since its symbols depend on each other.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -22,24 +23,24 @@ Floats = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 CELLS = tuple(f"{direction} {level}" for direction in DIRECTIONS for level in LEVELS)
-"""Direction and level, by number: three times the direction's code, and the level's."""
+"""The names of cells; the index of a cell is 3 times the code of its direction plus its level's."""
 
 USUAL = ("l_arm", "r_arm", "l_leg", "r_leg", "torso", "head")
-"""The parts that are counted where nobody names others."""
+"""The parts that are counted by default."""
 
 COUNTABLE_PARTS = tuple(
     part for part in TRACKS if {"direction", "level"} <= {*KINDS[kind_of(part)].fields}
     and KINDS[kind_of(part)].lasts
 )  # fmt: skip
-"""The parts that can be counted: those that always are somewhere."""
+"""The parts that can be counted: those that have a direction and a level at all times."""
 
 BINS = 20
-"""Into how many stretches a capture's time is cut."""
+"""Number of equal stretches into which the time of a capture is divided."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moves:
-    """What a part does in a group of captures."""
+    """What a part does in a group of captures: (27,) cells, (27, 27) transitions, (BINS,) rates."""
 
     group: str
     part: str
@@ -57,7 +58,7 @@ class Moves:
 
     @property
     def coverage(self) -> float:
-        """In which share of all time it is known."""
+        """The share of all time in which the part is known."""
         return self.seconds / self.total_seconds if self.total_seconds else 0.0
 
     def record(self, by: str) -> dict[str, Any]:
@@ -84,7 +85,7 @@ class Moves:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A measure by which two groups differ."""
+    """How two groups differ in one measure: a cell's share of the movements, or the rate."""
 
     part: str
     what: str
@@ -101,7 +102,7 @@ class Difference:
         return self.p <= 1 - CONFIDENCE
 
     def record(self, by: str, groups: tuple[str, str]) -> dict[str, Any]:
-        """Return it as JSON has it."""
+        """Return the difference as JSON has it."""
         return {
             "by": by,
             "groups": list(groups),
@@ -148,9 +149,8 @@ def movement(
     """Count how movement is spread."""
     counted = list(dict.fromkeys(parts)) or list(USUAL)
     if unknown := [part for part in counted if part not in COUNTABLE_PARTS]:
-        raise UsageError(
-            f'no part "{shown(unknown[0])}"', wanted=f"one of {' '.join(COUNTABLE_PARTS)}"
-        )
+        wanted = f"one of {' '.join(COUNTABLE_PARTS)}"
+        raise UsageError(f'no part "{shown(unknown[0])}"', wanted=wanted)
     values = _values(store, numbers, by)
     names = sorted(set(values.values()))
     if compared:
@@ -161,9 +161,10 @@ def movement(
             listed = ", ".join(map(shown, names[:20])) or "a capture"
             raise UsageError(f'no "{shown(lacking[0])}"', place=f"--by {by}", wanted=listed)
         names = list(compared)
-    places = {name: place for place, name in enumerate(names)}
-    chosen = sorted(number for number, value in values.items() if value in places)
-    group = np.array([places[values[number]] for number in chosen], np.int64)
+    if not names:
+        return Movement(by, {}, (), ())
+    chosen = sorted(number for number, value in values.items() if value in names)
+    group = np.array([names.index(values[number]) for number in chosen], np.int64)
     unit, sides = gathered(group)
     moves: list[Moves] = []
     measures: list[_Measure] = []
@@ -173,13 +174,13 @@ def movement(
         moves += of_part
         if len(names) == 2:
             measures += _measures(part, part_movements, group, unit)
-    moves.sort(key=lambda one: places[one.group])
-    sizes = dict(zip(names, np.bincount(group, minlength=len(names)).tolist(), strict=True))
+    moves.sort(key=lambda one: names.index(one.group))
+    sizes = dict(zip(names, np.bincount(group).tolist(), strict=True))
     return Movement(by, sizes, tuple(moves), _differences(measures, sides))
 
 
 def _values(store: Store, numbers: Sequence[int] | None, by: str) -> dict[int, str]:
-    """Return by number what groups captures."""
+    """Return the value of a column, which names the group, by the number of the capture."""
     if not by:
         return dict.fromkeys(store.texts("path", numbers), "all")
     if by in ("label", "format", "path"):
@@ -190,6 +191,14 @@ def _values(store: Store, numbers: Sequence[int] | None, by: str) -> dict[int, s
         wanted = ", ".join(("label", "format", *columns))
         raise UsageError(f'no column "{shown(by)}"', place="--by", wanted=f"one of {wanted}")
     return {number: one.get(by, "") for number, one in metadata.items()}
+
+
+def _histogram(
+    shape: tuple[int, ...], *indices: IntArray, weights: Floats | None = None
+) -> NDArray[Any]:
+    """Count the rows with the same indices, or add up their weights: an array of that shape."""
+    flat = np.ravel_multi_index(indices, shape)
+    return np.bincount(flat, weights, minlength=math.prod(shape)).reshape(shape)
 
 
 _PartMovements = tuple[IntArray, IntArray, Floats]
@@ -212,21 +221,19 @@ def _moves(
     came, went = steps[:-1], steps[1:]
     follow = moved[went] & (capture[came] == capture[went])
     came, went = came[follow], went[follow]
-    of = group[capture]
-    size, groups = len(CELLS), len(names)
-    cells = np.bincount(of[moved] * size + cell[moved], minlength=groups * size).reshape(-1, size)
-    pairs = (of[went] * size + cell[came]) * size + cell[went]
-    ways = np.bincount(pairs, minlength=groups * size * size).reshape(groups, size, size)
+    of, size, groups = group[capture], len(CELLS), len(names)
+    cells = _histogram((groups, size), of[moved], cell[moved])
+    transitions = _histogram((groups, size, size), of[went], cell[came], cell[went])
     frames = np.maximum(roster.frames[capture[moved]], 1).astype(np.int64)
     time = np.minimum(columns.start[moved].astype(np.int64) * BINS // frames, BINS - 1)
-    over = np.bincount(of[moved] * BINS + time, minlength=groups * BINS).reshape(-1, BINS)
+    over_time = _histogram((groups, BINS), of[moved], time)
     moves = []
     for place, name in enumerate(names):
         members = group == place
         seen, seconds = int((members & (known > 0)).sum()), float(known[members].sum())
-        times = over[place] * BINS / seconds if seconds else np.zeros(BINS)
-        counts = cells[place], ways[place], times
-        moves.append(Moves(name, columns.part, seen, seconds, float(total[members].sum()), *counts))
+        rates = over_time[place] * BINS / seconds if seconds else np.zeros(BINS)
+        times = seen, seconds, float(total[members].sum())
+        moves.append(Moves(name, columns.part, *times, cells[place], transitions[place], rates))
     return moves, (capture[moved], cell[moved], known)
 
 
@@ -236,53 +243,53 @@ class _Measure(NamedTuple):
     part: str
     what: str
     values: Floats
-    captures: IntArray  # (2,)
-    movements: IntArray  # (2,)
+    captures: tuple[int, int]
+    movements: tuple[int, int]
 
 
 def _measures(
     part: str, part_movements: _PartMovements, group: IntArray, unit: IntArray
 ) -> Iterator[_Measure]:
-    """Yield what the observations say of a part: the shares of cells, and the rate."""
+    """Yield the measures of a part: the share of each cell in the movements, and their rate."""
     (capture, cell, known), size, units = part_movements, len(CELLS), int(unit.max()) + 1
     count = np.bincount(capture, minlength=len(known))
-    counts = np.bincount(group[capture] * size + cell, minlength=2 * size).reshape(2, -1)
-    shares = np.bincount(unit[capture] * size + cell, 1 / count[capture], units * size)
+    counts = _histogram((2, size), group[capture], cell)
+    shares = _histogram((units, size), unit[capture], cell, weights=1 / count[capture])
     rates = np.divide(count, known, out=np.zeros(len(known)), where=known > 0)
 
     def measure(what: str, sums: NDArray[Any], there: Any, moved: NDArray[Any]) -> _Measure:
         of = np.bincount(unit[there], minlength=units)
         values = np.divide(sums, of, out=np.full(units, np.nan), where=of > 0)
-        return _Measure(part, what, values, np.bincount(group[there], minlength=2), moved)
+        few, many = np.bincount(group[there], minlength=2).tolist()
+        return _Measure(part, what, values, (few, many), (int(moved[0]), int(moved[1])))
 
     for one in np.flatnonzero(counts.sum(axis=0)).tolist():
-        yield measure(CELLS[one], shares.reshape(-1, size)[:, one], count > 0, counts[:, one])
+        yield measure(CELLS[one], shares[:, one], count > 0, counts[:, one])
     rate = np.bincount(unit, rates, minlength=units)
     yield measure("rate", rate, known > 0, counts.sum(axis=1))
 
 
 def _differences(measures: Sequence[_Measure], sides: IntArray) -> tuple[Difference, ...]:
-    """Return what was compared, what matters most first."""
+    """Return the differences in all measures, the most significant first."""
     if not measures:
         return ()
     means, spread, p, wide = permutation_test(
         np.stack([one.values for one in measures], axis=1), sides
     )
     differences = []
-    for one, a, b, deviation, own_p in zip(measures, *means, spread, p, strict=True):
-        if one.captures.min() == 0:
-            continue
-        (few, many), (moves, more_moves) = one.captures.tolist(), one.movements.tolist()
-        gap, reach = float(b - a), float(wide * deviation)
-        numbers = (float(a), float(b)), (few, many), (moves, more_moves)
-        differences.append(
-            Difference(one.part, one.what, *numbers, gap - reach, gap + reach, float(own_p))
-        )
+    for one, a, b, reach, own_p in zip(measures, *means, wide * spread, p, strict=True):
+        if min(one.captures) > 0:
+            gap, margin = float(b - a), float(reach)
+            values, counts = (float(a), float(b)), (one.captures, one.movements)
+            interval = gap - margin, gap + margin
+            differences.append(
+                Difference(one.part, one.what, values, *counts, *interval, float(own_p))
+            )
     return tuple(sorted(differences, key=lambda it: (it.p, -abs(it.values[1] - it.values[0]))))
 
 
 def _seconds(roster: Roster, there: Any, seen: NDArray[np.int32]) -> tuple[Floats, Floats]:
-    """Return how long a part is known in each capture, and how long each lasts."""
+    """Return the seconds in which each capture knows a part, and all its seconds, (C,) each."""
     frames = np.where(there, roster.frames, 0).astype(np.float64)
     known = np.bincount(
         seen[:, 0], (seen[:, 2] - seen[:, 1]).astype(np.float64), minlength=len(frames)
@@ -292,31 +299,36 @@ def _seconds(roster: Roster, there: Any, seen: NDArray[np.int32]) -> tuple[Float
     return frames * second, roster.frames * second
 
 
-PERMUTATIONS, CONFIDENCE, GATHERED = 999, 0.95, 400
-"""Permutations of a test, the confidence of an interval, and how many observations a group has at
-most: more captures are gathered by chance into so many."""
+PERMUTATIONS = 999
+
+CONFIDENCE = 0.95
+
+GATHERED = 400
+"""The most observations of a group; of more captures, several make one observation."""
 
 
 def gathered(group: IntArray) -> tuple[IntArray, IntArray]:
-    """Return which observation each capture belongs to (C,), and the group of each of these (U,).
+    """Return the observation of each capture (C,), and the group of each observation (U,).
 
-    They are captures, or as many as `GATHERED` for a group, filled by chance.
+    A capture is one observation. A group of more than `GATHERED` captures has that many
+    observations, among which its captures are divided at random.
     """
     random = np.random.default_rng(0)
     unit, sides = np.zeros(len(group), np.int64), list[int]()
-    for side in range(int(group.max()) + 1 if len(group) else 0):
+    for side in range(int(group.max()) + 1):
         members = random.permutation(np.flatnonzero(group == side))
         many = min(len(members), GATHERED)
-        unit[members] = len(sides) + np.arange(len(members)) % max(many, 1)
+        unit[members] = len(sides) + np.arange(len(members)) % many
         sides += [side] * many
     return unit, np.array(sides, np.int64)
 
 
 def permutation_test(values: Floats, sides: IntArray) -> tuple[Floats, Floats, Floats, float]:
-    """Compare two groups, sides (U,) 0 or 1, in values (U, M) of U observations, NaN unknown.
+    """Compare two groups in M measures of U observations: `values` (U, M), NaN where unknown.
 
-    Returns the means (2, M), the spread (M,) of their difference, p (M,) over all columns,
-    and the number of spreads within which everything stays in `CONFIDENCE` of the permutations.
+    `sides` (U,) is 0 or 1, the group of each observation. Returns the means (2, M) of the groups,
+    the standard error (M,) of their difference, p (M,) adjusted for all measures, and the number
+    of standard errors that no difference exceeds in a share `CONFIDENCE` of the permutations.
     """
     known = np.isfinite(values)
     filled = np.where(known, values, 0.0)

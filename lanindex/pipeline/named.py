@@ -23,12 +23,6 @@ from lanindex.records import of_symbol
 
 _RANGE = re.compile(r"(.+):(\d+)-(\d+)", re.DOTALL)
 
-_COUNTS = "lnd"
-"""The notation that counts beats, whatever their tempo."""
-
-_OPTIONS = {"rate": "fps"}
-"""Options that are not called as what the reader is told."""
-
 
 @dataclass(frozen=True, slots=True)
 class Named:
@@ -62,7 +56,7 @@ class Named:
 
 def counts_beats(form: str, score: Score) -> bool:
     """Return whether a score of a format counts beats that somebody told, and not seconds."""
-    return form == _COUNTS or score.meter.speed != 60
+    return form == "lnd" or score.meter.speed != 60  # LND counts beats, whatever their tempo
 
 
 def named(
@@ -74,8 +68,8 @@ def named(
 ) -> Named:
     """Return what a person names, be it in a library or a file."""
     given = {"profile": profile, **(reading.given() if reading else {})}
-    options = [f"--{_OPTIONS.get(name, name)}" for name, value in given.items() if value]
-    path, span = ranged(text)
+    options = ["--fps" if name == "rate" else f"--{name}" for name, value in given.items() if value]
+    path, _ = ranged(text)
     is_file = os.path.isfile(on_disk(path))
     if options and not is_file:
         wanted = "a file: what a library holds has been read and written down"
@@ -88,10 +82,15 @@ def named(
             if not is_file:
                 found = f"there is no file {shown(path)}, and {error.found}"
                 raise AbsentError(found, place=error.place, remedy=error.remedy) from error
+    return from_file(text, reading or Reading(), profile or "default")
+
+
+def from_file(text: str, reading: Reading, profile: str) -> Named:
+    """Read the file that a person names, or a range of it."""
     from lanindex.pipeline.convert import score_of
 
-    score = score_of(Path(path), reading or Reading(), profile or "default")
-    form = notation_of(path)
+    path, span = ranged(text)
+    score, form = score_of(Path(path), reading, profile), notation_of(path)
     return Named(text, path, None, score, form.name if form else "", within(span, score, text))
 
 

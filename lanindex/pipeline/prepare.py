@@ -9,7 +9,7 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from heapq import nlargest
@@ -26,7 +26,6 @@ from lanindex.notation import notation_of, read
 from lanindex.notation.beats import AUTO, describe_tempo
 
 if TYPE_CHECKING:
-    from concurrent.futures import Future
     from multiprocessing.connection import Connection
     from multiprocessing.synchronize import Lock
 
@@ -93,39 +92,38 @@ def prepare(task: Task) -> Outcomes:
         encoding = encoding_of(task, beside)
         same = {name: one.people for name, (digest, one) in task.stored.items()
                 if (digest, one) == (sha256, encoding)}  # fmt: skip
-        if _all_stored(same):
-            outcomes = [
-                _unchanged_outcome(_file_of_person(file, name), sha256, encoding) for name in same
-            ]
+        names: Collection[str] = ()
+        complete = "" in same or (len(same) > 1 and set(same.values()) == {len(same)})
+        if complete:  # nobody is missing of those that the library holds of it
+            names = same
         elif task.only_look:
             return ()
-        else:
-            names = () if _is_notated(task) else formats.names_in(file, task.reading)
-            encoding = replace(encoding, people=len(names))
-            outcomes = [
-                _unchanged_outcome(_file_of_person(file, name), sha256, encoding)
-                if same.get(name) == len(names)
-                else _prepare_file(task, _file_of_person(file, name), sha256, encoding)
-                for name in names or ("",)
-            ]
+        elif not _is_notated(task):
+            names = formats.names_in(file, task.reading)
+        outcomes = []
+        for name in names or ("",):
+            person = _file_of_person(file, name)
+            facts = Outcome(
+                person.name,
+                "unchanged",
+                sha256=sha256,
+                encoding=replace(encoding, people=len(names)),
+                beside=tuple(one.name for one in beside),
+            )
+            is_new = not complete and same.get(name) != len(names)
+            outcomes.append(_encoded(task, person, facts) if is_new else facts)
     except LanindexError as problem:
         return (Outcome(task.path, "failed", error=str(problem)),)
     except MemoryError:
         remedy = "Ingest it by itself (--jobs 1), or cut it into shorter files."
         error = OutOfMemoryError("not enough memory to read it", place=task.path, remedy=remedy)
         return (Outcome(task.path, "failed", error=str(error)),)
-    paths = tuple(one.name for one in beside)
-    return tuple(replace(outcome, beside=paths) for outcome in outcomes)
+    return tuple(outcomes)
 
 
 def _file_of_person(file: formats.File, name: str) -> formats.File:
     """Return the file as one of the people in it."""
     return replace(file, name=file.name + SUBJECT + name, subject=name) if name else file
-
-
-def _all_stored(same: Mapping[str, int]) -> bool:
-    """Return whether nobody is missing of those that a library holds of a file, as it is."""
-    return "" in same or (len(same) > 1 and set(same.values()) == {len(same)})
 
 
 def _is_notated(task: Task) -> bool:
@@ -155,43 +153,32 @@ def as_ingested(file: formats.File, sha256: str, encoding: Encoding) -> bool:
     return encoding.beside in ("", together(formats.companions(file, reading)))
 
 
-def _unchanged_outcome(file: formats.File, sha256: str, encoding: Encoding) -> Outcome:
-    return Outcome(file.name, "unchanged", sha256=sha256, encoding=encoding)
-
-
-def _prepare_file(task: Task, file: formats.File, sha256: str, encoding: Encoding) -> Outcome:
+def _encoded(task: Task, file: formats.File, facts: Outcome) -> Outcome:
+    """Return the outcome of a file, or of one person in it, that is read and written down."""
     try:
-        score, form, warnings = (_read_score if _is_notated(task) else _encode_capture)(task, file)
+        if form := notation_of(task.path):
+            score, format_name = read(task.path, file.content[:]), form.name
+            warnings = score.warnings
+        else:
+            from lanindex.encoding import encode
+
+            motion = formats.read_file(file, task.reading, formats.Wanted(body_only=True))
+            score = encode(motion, task.profile, tempo=task.reading.tempo)
+            format_name, warnings = motion.source.format, (*motion.warnings, *score.warnings)
     except LanindexError as error:
-        return Outcome(file.name, "failed", error=str(error))
-    return Outcome(
-        file.name,
-        "added",
-        score.frames,
-        sum(len(track) for track in score.tracks.values()),
-        warnings,
+        return Outcome(file.name, "failed", error=str(error), beside=facts.beside)
+    return replace(
+        facts,
+        status="added",
+        frames=score.frames,
+        symbols=sum(len(track) for track in score.tracks.values()),
+        warnings=warnings,
         seconds=float(score.frames / score.rate),
         division=score.meter.division,
         tempo=describe_tempo(score.meter, score.other) if task.reading.tempo else "",
         score=score,
-        format=form,
-        sha256=sha256,
-        encoding=encoding,
+        format=format_name,
     )
-
-
-def _read_score(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
-    form = notation_of(task.path)
-    score = read(task.path, file.content[:])
-    return score, form.name if form else "", score.warnings
-
-
-def _encode_capture(task: Task, file: formats.File) -> tuple[Score, str, tuple[str, ...]]:
-    from lanindex.encoding import encode
-
-    motion = formats.read_file(file, task.reading, formats.Wanted(body_only=True))
-    score = encode(motion, task.profile, tempo=task.reading.tempo)
-    return score, motion.source.format, (*motion.warnings, *score.warnings)
 
 
 def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
@@ -215,7 +202,7 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
 
     What is unchanged is told here: processes start with the first file that is not.
     """
-    from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures import Future, ProcessPoolExecutor
     from concurrent.futures.process import BrokenProcessPool
     from multiprocessing import get_context
 
@@ -226,18 +213,22 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
     )
 
     def begun(task: Task) -> Future[Outcomes]:
+        if task.stored and (unchanged := prepare(replace(task, only_look=True))):
+            done = Future[Outcomes]()
+            done.set_result(unchanged)
+            return done
         with _interrupts_later():  # a process that starts now inherits that
             return pool.submit(prepare, task)
 
-    waiting: deque[tuple[Task, Future[Outcomes] | Outcomes]] = deque()
+    waiting: deque[tuple[Task, Future[Outcomes]]] = deque()
     try:
         for task in tasks:
-            waiting.append((task, _looked_at(task) or begun(task)))
+            waiting.append((task, begun(task)))
             if len(waiting) >= 4 * jobs:
-                yield from _outcomes_of(waiting[0][1])
+                yield from waiting[0][1].result()
                 waiting.popleft()
         while waiting:
-            yield from _outcomes_of(waiting[0][1])
+            yield from waiting[0][1].result()
             waiting.popleft()
     except BrokenProcessPool as error:
         raise CaptureError(
@@ -253,15 +244,6 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
         pool.shutdown(cancel_futures=True)
         for end in (needed, reader):
             end.close()
-
-
-def _looked_at(task: Task) -> Outcomes:
-    """Return what became of a file that is unchanged; nothing: it must be read."""
-    return prepare(replace(task, only_look=True)) if task.stored else ()
-
-
-def _outcomes_of(result: Future[Outcomes] | Outcomes) -> Outcomes:
-    return result if isinstance(result, tuple) else result.result()
 
 
 @contextmanager

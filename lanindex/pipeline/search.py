@@ -1,9 +1,9 @@
-"""Search a library, or some scores that are at hand, for a query."""
+"""A query, or the word that stands for one; and the search for it, in a library or in scores."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import inf
@@ -14,21 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import FACING, TRACKS, mirrored_part
-from lanindex.errors import (
-    LanindexError,
-    LibraryError,
-    OutOfMemoryError,
-    PatternError,
-    UsageError,
-)
+from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError, PatternError, UsageError
 from lanindex.library.store import Store
 from lanindex.model import Capture, Score, Symbol, Track
 from lanindex.model.columns import STARTING, columns_of, roster_of
-from lanindex.pipeline.words import query_of
+from lanindex.search.dictionary import Entry, absent, entry_named, inside, load, spelled, words_of
 from lanindex.search.fields import CLIP_FIELDS, extras_in, measures_in
 from lanindex.search.hits import Hits
 from lanindex.search.language import parse
 from lanindex.search.language.clauses import CLIP, references_in
+from lanindex.search.language.natural import reading
+from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 from lanindex.search.match.finder import NARROWER, Finder, Recording, Watch, find_in
 
 if TYPE_CHECKING:
@@ -100,6 +96,65 @@ class SearchOptions:
         return fuzzy.find(finder, self.allowance, self.overlaps, watch, self.best, refused)
 
 
+def query_of(
+    text: str,
+    parts: Collection[str],
+    words: str | PathLike[str] | None = None,
+    *,
+    strict: bool = False,
+) -> Query:
+    """Read a query, or the pattern that it names, for captures with some parts."""
+    entry = entry_of_query(text, words)
+    pattern = entry.pattern if entry else text
+    return parse(pattern, parts, names=named_patterns(pattern, words), strict=strict)
+
+
+def entry_of_query(text: str, words: str | PathLike[str] | None = None) -> Entry | None:
+    """Return the entry that a whole query names: ``walk``, ``@walk``, ``a person walks``.
+
+    Where the words have a meaning in the language as well, they are left to it, but for words of
+    one's own.
+    """
+    name, known = spelled(text), load(words)
+    if Vocabulary().mover(text.strip().lower()) is not None and known.get(name) == load().get(name):
+        return None
+    if name in known:
+        return known[name]
+    return entry_named(text, known) if words_of(text) and reading(text) is None else None
+
+
+def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
+    """Yield what there is to say of single words of a query that has several and is no pattern."""
+    several = words_of(text)
+    if len(several) < 2:
+        return
+    with suppress(PatternError):
+        parse(text)
+        return
+    known = load(words)
+    for word in several:
+        entry = entry_named(word, known)
+        if entry is not None:
+            yield f'"{word}" is in the dictionary of movement: @{entry.name}'
+        elif why := absent(word):
+            yield f'no word "{word}" in the dictionary of movement: {why}'
+
+
+def named_patterns(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]:
+    """Return the patterns that a query may name with ``@``; nothing where it names none."""
+    if "@" not in text:
+        return {}
+    return {name: inside(entry.pattern) for name, entry in load(words).items()}
+
+
+def unknown(text: str) -> str:
+    """Return the one word of a query that means nothing, neither alone nor in a pattern."""
+    name = spelled(text)
+    one = name.isidentifier() and len(text.split()) == 1
+    means = name in LANGUAGE or name in VALUES or Vocabulary().mover(name) is not None
+    return name if one and not means else ""
+
+
 def search(
     store: Store,
     query: Query,
@@ -112,9 +167,9 @@ def search(
     measures = measures_in(query)
     roster, columns = store.columns(query.parts, numbers, more=extras_in(query))
     if len(roster) and (absent := _absent_parts(columns)):
-        store.session.note(
-            f"no capture that was searched has symbols of {', '.join(absent)}{_palms_hint(absent)}"
-        )
+        palms = any(part in FACING for part in absent)
+        hint = ": few captures tell where palms face (lanindex inspect FILE)" if palms else ""
+        store.session.note(f"no capture that was searched has symbols of {', '.join(absent)}{hint}")
     if count := _count_unmeasured(columns, measures) if measures else 0:
         store.session.note(
             f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "
@@ -154,12 +209,6 @@ def _absent_parts(columns: Mapping[str, Columns]) -> list[str]:
     blank = {part for part, one in columns.items() if not len(one)}
     moving = columns.keys() - blank
     return [part for part in TRACKS if part in blank and mirrored_part(part) not in moving]
-
-
-def _palms_hint(absent: Sequence[str]) -> str:
-    """Return where a user learns why palms are absent: few captures tell where they face."""
-    palms = any(part in FACING for part in absent)
-    return ": few captures tell where palms face (lanindex inspect FILE)" if palms else ""
 
 
 def _count_unmeasured(columns: Mapping[str, Columns], measures: Collection[str]) -> int:

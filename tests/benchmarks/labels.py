@@ -16,7 +16,7 @@ from places import CAPTURES, HERE
 from lanindex.encoding.profile import load as profile
 from lanindex.evaluate import Clip, Expectation, evaluate, read_clips
 from lanindex.notation.text import read_toml
-from lanindex.pipeline.labels import read_labels
+from lanindex.pipeline.ingest import read_labels
 from lanindex.search.dictionary import inside, load
 from lanindex.search.language import parse
 

@@ -24,7 +24,7 @@ from lanindex.encoding import encode
 from lanindex.evaluate import Clip, evaluate, read_patterns, summary
 from lanindex.formats import read
 from lanindex.model import Capture, Motion
-from lanindex.pipeline.labels import read_labels
+from lanindex.pipeline.ingest import read_labels
 
 SIDES = {"left": "right", "right": "left"}
 ARMS = tuple(

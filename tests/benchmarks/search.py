@@ -19,7 +19,7 @@ import synthetic
 from generated_patterns import random_pattern
 
 from lanindex.errors import LanindexError
-from lanindex.pipeline.deadline import deadline
+from lanindex.pipeline.library import deadline
 from lanindex.search.language import parse
 from lanindex.search.match import Finder
 

@@ -23,7 +23,7 @@ from lanindex.encoding.limbs import heading
 from lanindex.encoding.profile import load
 from lanindex.encoding.steps import events, faced
 from lanindex.errors import LanindexError
-from lanindex.pipeline.labels import read_labels
+from lanindex.pipeline.ingest import read_labels
 
 WANTED = ("walk", "run", "gait")
 NOT = ("jump", "skeleton")

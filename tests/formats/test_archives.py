@@ -14,7 +14,7 @@ from lanindex.errors import CaptureError, LanindexError
 from lanindex.formats import archives, point_tables
 from lanindex.formats.file import siblings
 from lanindex.pipeline import open_library
-from lanindex.pipeline.discover import discover
+from lanindex.pipeline.ingest import discover
 
 COMPASS = Path(__file__).parents[2] / "corpus" / "compass.bvh"
 

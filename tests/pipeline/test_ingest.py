@@ -13,9 +13,7 @@ from lanindex.encoding.profile import load
 from lanindex.formats.sniff import UNREAD, unread
 from lanindex.model import Reading
 from lanindex.pipeline import Library, open_library
-from lanindex.pipeline.discover import SUFFIXES, discover, left_out
-from lanindex.pipeline.ingest import ingest
-from lanindex.pipeline.labels import read_labels
+from lanindex.pipeline.ingest import SUFFIXES, discover, ingest, left_out, read_labels
 from lanindex.pipeline.prepare import Outcome, Task, prepared
 
 PROFILE = load("default")

@@ -8,7 +8,7 @@ import lanindex
 from lanindex.errors import ExportError
 from lanindex.notation import NOTATIONS, WRITTEN, write
 from lanindex.pipeline import open_library
-from lanindex.pipeline.discover import discover
+from lanindex.pipeline.ingest import discover
 
 WHOLE = [name for name in WRITTEN if not NOTATIONS[name].parts]
 """Notations that have room for all parts."""

@@ -5,7 +5,7 @@ import pytest
 
 from lanindex.errors import LanindexError, UsageError
 from lanindex.pipeline import open_library
-from lanindex.pipeline.labels import read_labels, unfitting
+from lanindex.pipeline.ingest import read_labels, unfitting
 
 
 def test_columns_beside_the_label(tmp_path: Path) -> None:

@@ -24,8 +24,7 @@ from lanindex.library.selection import Selection
 from lanindex.model import Reading
 from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.convert import score_of
-from lanindex.pipeline.discover import discover
-from lanindex.pipeline.ingest import ingest
+from lanindex.pipeline.ingest import discover, ingest
 from lanindex.pipeline.prepare import Outcome, Task, prepare
 
 PROFILE = load("default")

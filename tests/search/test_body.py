@@ -15,7 +15,7 @@ from lanindex.library.store import Store
 from lanindex.model import Span
 from lanindex.model.derived import steps
 from lanindex.pipeline import open_library
-from lanindex.pipeline.words import entry_of_query, hints
+from lanindex.pipeline.search import entry_of_query, hints
 from lanindex.search.dictionary import load
 from lanindex.search.explain import sentence
 from lanindex.search.explain.why import away
@@ -252,7 +252,7 @@ def test_a_bare_name_is_the_track(tmp_path, monkeypatch) -> None:
     assert (
         entry_of_query("jump", own).pattern == entry_of_query("@jump", own).pattern == "r_arm high"
     )
-    monkeypatch.setattr("lanindex.pipeline.words.load", lambda words=None: load(own))
+    monkeypatch.setattr("lanindex.pipeline.search.load", lambda words=None: load(own))
     assert entry_of_query("jump") is None
     assert entry_of_query("@jump").pattern == "r_arm high"
 

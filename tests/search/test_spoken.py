@@ -2,7 +2,7 @@
 
 import pytest
 
-from lanindex.pipeline.words import entry_of_query, hints
+from lanindex.pipeline.search import entry_of_query, hints
 from lanindex.search.dictionary import entry_named, load
 
 

@@ -18,7 +18,7 @@ from lanindex.errors import UsageError
 if TYPE_CHECKING:
     from lanindex.library.selection import Selection
     from lanindex.pipeline import Library
-    from lanindex.pipeline.dataset import ClipGroup, DatasetOptions, WrittenDataset
+    from lanindex.pipeline.dataset import ClipGroup, DatasetOptions
     from lanindex.pipeline.named import Request
 
 
@@ -142,9 +142,9 @@ def run(
         groups = _groups(out, library, source, dataset.patterns, search_options)
         card_options = _card_options(search_options)
         how = dataset.form(pad=pad, force=force, search_options=card_options)
-        written = write(library.store, groups, folder, how)
-    _report(out, written, folder)
-    return 2 if library.refused else not written.clips
+        index, card = write(library.store, groups, folder, how)
+    _report(out, index, card, folder)
+    return 2 if library.refused else not index
 
 
 def _check_source(
@@ -174,7 +174,7 @@ def _groups(
 ) -> list[ClipGroup]:
     """Return the clips of a data set, those of each pattern together."""
     from lanindex.pipeline.dataset import of_captures, of_hits, of_requests, sentence_of
-    from lanindex.pipeline.words import entry_of_query, named_patterns
+    from lanindex.pipeline.search import entry_of_query
     from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
 
@@ -186,7 +186,7 @@ def _groups(
             text = pattern_in(label.text, patterns.parent)
             hits = hits_in(library.search(text, **search_options))
             wanted = frozenset(number for number, it in labels.items() if label.wants(it))
-            group = of_hits(hits, label.name, sentence_of(text))
+            group = of_hits(hits, label.name)
             groups.append(replace(group, expected=wanted))
         return groups
     requests = source.requests(library)
@@ -204,8 +204,8 @@ def _groups(
     entry = entry_of_query(text, library.words)
     pattern = pattern_of(out, library, text, library.words)
     hits = hits_in(library.search(pattern, **search_options))
-    sentence = sentence_of(pattern, named_patterns(pattern, library.words))
-    return [of_hits(hits, sentence=entry.sentence if entry else sentence)]
+    sentence = entry.sentence if entry else None
+    return [of_hits(hits, sentence=sentence, words=library.words)]
 
 
 def _card_options(search_options: dict[str, Any]) -> dict[str, str]:
@@ -223,13 +223,12 @@ def _card_options(search_options: dict[str, Any]) -> dict[str, str]:
     return {name: str(value) for name, value in values.items() if value}
 
 
-def _report(out: Output, dataset: WrittenDataset, folder: Path) -> None:
+def _report(out: Output, index: bytes, card: dict[str, Any], folder: Path) -> None:
     """Say what was written, and what was left out."""
     from json import loads
 
     if out.json:
-        out.records(map(loads, dataset.clips.splitlines()))
-    card = dataset.card
+        out.records(map(loads, index.splitlines()))
     for found in card["found"]:
         if found["label"]:
             out.note(f"{found['label']}: {counted(found['clips'], 'clip')}")

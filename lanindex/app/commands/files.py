@@ -43,9 +43,7 @@ def ingest(
     from lanindex.encoding.profile import load
     from lanindex.formats import check, parted
     from lanindex.library.store import Store
-    from lanindex.pipeline.discover import discover
-    from lanindex.pipeline.ingest import ingest
-    from lanindex.pipeline.labels import read_labels, unfitting
+    from lanindex.pipeline.ingest import discover, ingest, read_labels, unfitting
 
     chosen = load(profile)
     check(reading)
@@ -102,7 +100,7 @@ def _processes(out: Output, files: list[str], requested: int | None) -> int:
 
 def _left_out(paths: list[str], *read_paths: str | None) -> str:
     """Say which files were passed over, but for the library, the labels and what was read."""
-    from lanindex.pipeline.discover import left_out
+    from lanindex.pipeline.ingest import left_out
 
     known = {
         os.path.abspath(path) + end for path in read_paths if path for end in ("", "-wal", "-shm")

@@ -188,7 +188,7 @@ def _note_sample(out: Output, result: Motifs | Groups, remedy: str) -> None:
 
 
 def _motif(out: Output, motif: Recurring, result: Motifs) -> None:
-    path, span = motif.places[0].capture.path, motif.places[0].span
+    path, span = motif.first.capture.path, motif.first.span
     frames = f"[{span.start}, {span.stop})"
     if out.terminal:
         times = f"{counted(motif.hits, 'hit')} in {counted(motif.captures, 'capture')}"
@@ -295,8 +295,7 @@ def evaluate(
     """
     from lanindex.encoding.profile import load
     from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
-    from lanindex.pipeline.discover import discover
-    from lanindex.pipeline.labels import read_labels, unfitting
+    from lanindex.pipeline.ingest import discover, read_labels, unfitting
     from lanindex.pipeline.search import too_rich
 
     expectations, table = read_patterns(patterns), read_labels(labels)

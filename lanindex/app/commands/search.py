@@ -160,7 +160,7 @@ def run(
 
 def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[str] | None) -> str:
     """Return the pattern that a query stands for, and say which word of the dictionary it is."""
-    from lanindex.pipeline.words import entry_of_query, hints, unknown
+    from lanindex.pipeline.search import entry_of_query, hints, unknown
     from lanindex.search.dictionary import absent
 
     entry = entry_of_query(query, words)

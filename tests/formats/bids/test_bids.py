@@ -16,7 +16,7 @@ from lanindex.errors import CaptureError, LanindexError, UsageError
 from lanindex.formats import bids
 from lanindex.model import Motion, Reading
 from lanindex.pipeline import open_library
-from lanindex.pipeline.discover import discover
+from lanindex.pipeline.ingest import discover
 
 STEM = "sub-01_task-jump_tracksys-body"
 NAME = f"{STEM}_motion.tsv"
