@@ -156,8 +156,8 @@ class HitTrace(NamedTuple):
     lines: list[list[Step]]
 
 
-BestTrace = tuple[tuple[int, int], Callable[[], Iterable[list[Step]]]]
-"""Cost and negative number of steps of the best match, and what gives the lines of its trace."""
+BestTrace = tuple[tuple[int, int], Iterable[list[Step]]]
+"""Cost and negative number of steps of the best match, and its lines, the leading one first."""
 
 
 def rows_of(batch: Batch, steps: Iterable[Step]) -> dict[Step, list[Row]]:

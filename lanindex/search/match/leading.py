@@ -20,7 +20,7 @@ from lanindex.search.match.conditions import Facts
 from lanindex.search.match.context import Context, LineJoiner
 from lanindex.search.match.hits import HitTable, table
 from lanindex.search.match.join import Joiner
-from lanindex.search.match.mirror_runs import MirrorRuns, repeats
+from lanindex.search.match.mirror_runs import hits_of_mirror_runs, repeats
 from lanindex.search.match.rewrites import enough
 from lanindex.search.match.walk import Ends, Walk
 from lanindex.search.plan import Program
@@ -39,7 +39,7 @@ def hits_of(context: Context) -> list[HitTable]:
     """
     lines = repeats(context.clauses, context.program)
     if lines:
-        return [MirrorRuns(context.batch, lines).hits(context.tick)]
+        return [hits_of_mirror_runs(context.batch, lines, context.tick)]
     program = context.program
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
     walk = Walk(

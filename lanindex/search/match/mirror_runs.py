@@ -8,7 +8,7 @@ that nothing shorter need be tried and no partial match of either be kept.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import partial
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,10 +17,16 @@ from lanindex.alphabet import KINDS, kind_of, mirrored_part
 from lanindex.model.columns import CELL
 from lanindex.search.language.clauses import Mirrors
 from lanindex.search.language.query import NEXT
-from lanindex.search.match.arrays import BoolArray, IntArray, best_of_each
+from lanindex.search.match.arrays import (
+    BoolArray,
+    IntArray,
+    Table,
+    best_of_each,
+    together,
+)
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.match.conditions import MIRRORED_CELLS, Clauses
-from lanindex.search.match.hits import BestTrace, HitTable, Step, parts_number, table
+from lanindex.search.match.hits import BestTrace, HitTable, parts_number, table
 from lanindex.search.plan import Program, State
 
 
@@ -73,115 +79,79 @@ def _is_repeat(line: Program) -> bool:
     )
 
 
-class MirrorRuns:
-    """Finds where two repeats mirror each other.
+@dataclass(slots=True, eq=False)
+class MirrorRuns(Table):
+    """The best run from each event of a line that begins one, in order; (N,) int64 each."""
 
-    Runs are (3, N): the first event of the one line, that of the other, how many pairs they are.
-    """
+    event: IntArray  # the first of the line
+    beside: IntArray  # the first of the line beside it
+    length: IntArray  # how many pairs of symbols
+    low: IntArray  # frames
+    high: IntArray
+    cost: IntArray  # what is missing to a fit of 1, in thousandths
 
-    def __init__(self, batch: Batch, lines: Repeats) -> None:
-        self._batch, self._lines = batch, lines
-        self._leading, self._other = batch.events(lines.leading), batch.events(lines.other)
-        ((part,), (beside,)) = lines.leading.members, lines.other.members
-        self._image = MIRRORED_CELLS[_cells(batch, part, self._leading)]
-        self._shown = _cells(batch, beside, self._other)
-        if mirrored_part(part) != beside:
-            self._shown = np.full(len(self._other), CELL + 1)  # the mirror image of none
-        self._on, self._on_beside = (
-            _is_followed(batch, *it) for it in ((part, self._leading), (beside, self._other))
+
+def mirror_runs(batch: Batch, lines: Repeats, tick: Callable[[], None]) -> MirrorRuns:
+    """Return the runs in a batch: the longest, of those the first to end, the last to begin."""
+    leading, other = batch.events(lines.leading), batch.events(lines.other)
+    ((part,), (beside,)) = lines.leading.members, lines.other.members
+    image, shown = MIRRORED_CELLS[_cells(batch, part, leading)], _cells(batch, beside, other)
+    if mirrored_part(part) != beside:
+        shown = np.full(len(other), CELL + 1)  # the mirror image of none
+    on, on_beside = _is_followed(batch, part, leading), _is_followed(batch, beside, other)
+    behind = np.searchsorted(leading.capture, np.arange(len(batch)), "right")
+    many = np.bincount(leading.capture, minlength=len(batch))
+    here, none = np.arange(len(other)), np.empty(0, np.int64)
+    lengths, costs = np.zeros((2, len(other) + 1), np.int64)
+    found = [MirrorRuns(none, none, none, none, none, none)]
+    for back in range(1, int(many.max(initial=0)) + 1):  # each capture's last symbol first
+        tick()
+        here = here[many[other.capture[here]] >= back]
+        event = behind[other.capture[here]] - back
+        follows = on[event] & on_beside[here]
+        cost = np.maximum(leading.cost[event], other.cost[here])
+        cost = np.maximum(cost, follows * costs[here + 1])
+        length = (1 + follows * lengths[here + 1]) * (image[event] == shown[here])
+        lengths[here], costs[here] = length, cost * (length > 0)
+        last = event + length - 1, here + length - 1
+        low = np.minimum(leading.start[event], other.start[here])
+        high = np.maximum(leading.end[last[0]], other.end[last[1]])
+        fits = (length >= lines.least) & (leading.start[event] < other.end[last[1]])
+        fits &= other.start[here] < leading.end[last[0]]
+        # a starting position alone is no movement
+        fits &= (length > 1) | ~(leading.starting[event] | other.starting[here])
+        runs = MirrorRuns(event, here, length, low, high, cost).at(fits)
+        found.append(
+            runs.at(best_of_each((runs.event,), (-runs.length, runs.high, -runs.low, runs.cost)))
         )
+    runs = together(found)
+    return runs.at(np.argsort(runs.event))
 
-    def hits(self, tick: Callable[[], None]) -> HitTable:
-        """Return the best match from each event of the line."""
-        leading, other = self._leading, self._other
-        behind = np.searchsorted(leading.capture, np.arange(len(self._batch)), "right")
-        many = np.bincount(leading.capture, minlength=len(self._batch))
-        here, run = np.arange(len(other)), np.zeros(len(other) + 1, np.int64)
-        found = [np.empty((3, 0), np.int64)]
-        for back in range(1, int(many.max(initial=0)) + 1):  # each capture's last symbol first
-            tick()
-            here = here[many[other.capture[here]] >= back]
-            event = behind[other.capture[here]] - back
-            follows = run[here + 1] * (self._on[event] & self._on_beside[here])
-            length = (1 + follows) * (self._image[event] == self._shown[here])
-            run[here] = length
-            runs = np.stack((event, here, length))
-            runs = runs[:, self._side_by_side(runs)]
-            low, high = self._frames(runs)
-            best = best_of_each((runs[0],), (-runs[2], high, -low))
-            found.append(np.stack((runs[0], low, high))[:, best])
-        event, low, high = np.concatenate(found, axis=1)
-        order = np.argsort(event)
-        frames = low[order], high[order], np.full(len(event), -1)
-        return table(self._batch, self._lines.leading, leading.at(event[order]), frames)
 
-    def _side_by_side(self, runs: IntArray) -> IntArray:
-        """Return the places of the pairs of runs that share a frame, and are long enough.
+def hits_of_mirror_runs(batch: Batch, lines: Repeats, tick: Callable[[], None]) -> HitTable:
+    """Return the best match from each event of the leading line."""
+    runs = mirror_runs(batch, lines, tick)
+    events = batch.events(lines.leading).at(runs.event)
+    return table(batch, lines.leading, events, (runs.low, runs.high, runs.cost))
 
-        A starting position alone is no movement.
-        """
-        numbers = np.flatnonzero(runs[2] >= self._lines.least)
-        event, beside, length = runs[:, numbers]
-        leading, other, last = self._leading, self._other, length - 1
-        fits = leading.start[event] < other.end[beside + last]
-        fits &= other.start[beside] < leading.end[event + last]
-        fits &= (length > 1) | ~(leading.starting[event] | other.starting[beside])
-        chosen: IntArray = numbers[fits]
-        return chosen
 
-    def _frames(self, runs: IntArray) -> tuple[IntArray, IntArray]:
-        """Return low and high of pairs of runs."""
-        leading, other, (event, beside, length) = self._leading, self._other, runs
-        low = np.minimum(leading.start[event], other.start[beside])
-        return low, np.maximum(leading.end[event + length - 1], other.end[beside + length - 1])
-
-    def traced(self, hits: HitTable) -> Iterator[tuple[int, BestTrace]]:
-        """Yield the places of hits, each with the clearest match of its frames."""
-        leading, bounds = (
-            self._leading.first[0],
-            self._batch.rows(self._lines.leading.members[0]).bounds,
-        )
-        rows = hits.rows[0] + bounds[hits.capture]
-        events = np.searchsorted(leading, rows)
-        there = np.append(leading, -1)[events] == rows
-        there &= hits.parts == parts_number(self._lines.leading.members)
-        for number, event in enumerate(events.tolist()):
-            if there[number]:
-                best = self._clearest(event, int(hits.low[number]), int(hits.high[number]))
-                if best:
-                    cost, beside, length = best
-                    yield number, ((cost, -length), partial(self._steps, event, beside, length))
-
-    def _clearest(self, event: int, low: int, high: int) -> tuple[int, int, int] | None:
-        """Return cost, other event and length of the best runs from an event in some frames."""
-        leading, other, found, length = self._leading, self._other, None, 0
-        capture = leading.capture[event]
-        here = np.flatnonzero((other.capture == capture) & (other.start >= low))
-        cost, last = (
-            np.zeros(len(here), np.int64),
-            np.searchsorted(leading.capture, capture, "right"),
-        )
-        while event + length < last and leading.end[event + length] <= high:
-            on = self._shown[here + length] == self._image[event + length]
-            here, cost = here[on], np.maximum(cost, leading.cost[event + length])[on]
-            cost, length = np.maximum(cost, other.cost[here + length]), length + 1
-            runs = np.stack((np.full(len(here), event), here, np.full(len(here), length)))
-            some = self._side_by_side(runs)
-            begin, end = self._frames(runs[:, some])
-            some = some[(begin == low) & (end == high)]
-            if len(some):
-                best = some[cost[some].argmin()]
-                found = int(cost[best]), int(here[best]), length
-            on = self._on_beside[here + length - 1] & self._on[event + length - 1]
-            here, cost = here[on], cost[on]
-        return found
-
-    def _steps(self, event: int, beside: int, length: int) -> list[list[Step]]:
-        """Return the steps of the line, then those of the one beside it."""
-        return [
-            [(state, first + it) for it in range(length)]
-            for state, first in ((self._lines.leading, event), (self._lines.other, beside))
-        ]
+def traced_mirror_runs(
+    batch: Batch, lines: Repeats, tick: Callable[[], None], hits: HitTable
+) -> Iterator[tuple[int, BestTrace]]:
+    """Yield the places of the hits that are runs, each with its cost and its lines."""
+    runs = mirror_runs(batch, lines, tick)
+    (part,), first = lines.leading.members, batch.events(lines.leading).first[0]
+    rows = hits.rows[0] + batch.rows(part).bounds[hits.capture]
+    keys = np.append(first[runs.event], -1)
+    places = np.searchsorted(keys[:-1], rows)
+    fits = (keys[places] == rows) & (hits.parts == parts_number([part]))
+    for number in np.flatnonzero(fits).tolist():
+        run = runs.at(places[number : number + 1])
+        if run.low == hits.low[number] and run.high == hits.high[number]:
+            event, beside, length, *_, cost = (getattr(run, it).item() for it in run.__slots__)
+            begins = (lines.leading, event), (lines.other, beside)
+            steps = [[(state, it + step) for step in range(length)] for state, it in begins]
+            yield number, ((cost, -length), steps)
 
 
 def _cells(batch: Batch, part: str, events: Events) -> IntArray:

@@ -11,7 +11,6 @@ from __future__ import annotations
 from bisect import bisect
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -26,7 +25,7 @@ from lanindex.search.match.hits import BestTrace, HitTable, HitTrace, Step, tabl
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.leading import complete
 from lanindex.search.match.matches import EVENT, Matches, Nodes, distinct
-from lanindex.search.match.mirror_runs import MirrorRuns, repeats
+from lanindex.search.match.mirror_runs import repeats, traced_mirror_runs
 from lanindex.search.match.relations import RELATIONS
 from lanindex.search.match.rewrites import ONLY, Rewrites, enough
 from lanindex.search.match.walk import Ends, Walk
@@ -53,14 +52,14 @@ def traced(
     for one in rewrites:
         lines = repeats(clauses, one.program)
         if lines:
-            found = MirrorRuns(batch, lines).traced(hits)
+            found = traced_mirror_runs(batch, lines, tick, hits)
         else:
             found = _Context(batch, one, query, captures, tick, hits).traced(hits)
         for number, trace in found:
             before = best[number]
             if before is None or trace[0] < before[0]:
                 best[number] = trace
-    return [it and HitTrace(it[0][0], list(it[1]())) for it in best]
+    return [it and HitTrace(it[0][0], list(it[1])) for it in best]
 
 
 class _Clauses(Clauses):
@@ -201,8 +200,7 @@ class _Walk(Walk):
         cost, less = ends.memory.columns[COST, fits], -ends.memory.columns[STEPS, fits]
         for place in best_of_each((owner[fits],), (cost, less)).tolist():
             rank = int(cost[place]), int(less[place])
-            lines = partial(self.lines, int(chosen[fits[place]]))
-            yield int(owner[fits[place]]), (rank, lines)
+            yield int(owner[fits[place]]), (rank, self.lines(int(chosen[fits[place]])))
 
     def lines(self, end: int) -> Iterator[list[Step]]:
         """Yield the steps of the line up to an end, then those of each one beside it."""
