@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, islice
@@ -42,7 +42,7 @@ from lanindex.search.match.finder import Recording
 from lanindex.search.match.leading import SHORT, SOON
 from lanindex.search.match.mirror_runs import repeats
 from lanindex.search.match.relations import FIRST, LAST, RELATIONS
-from lanindex.search.match.rewrites import ONLY, Rewrites, enough, enough_beside, free_states
+from lanindex.search.match.rewrites import ONLY, Rewrites, enough, enough_beside
 from lanindex.search.plan import NEGATIONS, Companion, Program, State, plan
 
 _VALUES = {
@@ -420,7 +420,7 @@ def _rows_of(
     if line is rewrites.program and repeats(clauses, line):
         yield "runs", "of symbols that mirror each other are counted"
     elif line is rewrites.program:
-        yield from _searched(line, clauses)
+        yield from _searched(line, rewrites, clauses)
     for companion in line.companions:
         standing = [numbers[it] for it in rewrites.programs(companion)]
         yield companion.relation, _join(companion, standing)
@@ -447,7 +447,7 @@ def _state(state: State) -> str:
     return " ".join(filter(None, ("+".join(state.members), manner, *words, length)))
 
 
-def _searched(program: Program, clauses: Clauses) -> Iterator[tuple[str, str]]:
+def _searched(program: Program, rewrites: Rewrites, clauses: Clauses) -> Iterator[tuple[str, str]]:
     wanted = [_state(state) for state in unavoidable(program)]
     for companion in program.outermost.companions:
         if companion.relation not in NEGATIONS and len(companion.programs) == 1:
@@ -456,10 +456,9 @@ def _searched(program: Program, clauses: Clauses) -> Iterator[tuple[str, str]]:
         yield "prefilter", f"captures with {', '.join(dict.fromkeys(wanted))}"
     end = enough(program)
     yield "ends", _ENDS[end]
-    free = [place for place, is_free in enumerate(free_states(program)) if is_free]
-    if end and free and not clauses:
-        yield "best end", f"looked up from {_numbered('state', free)}"
-    one_by_one = bool(clauses) or not (end and free[:1] == [0])
+    one_by_one = bool(clauses or program.brackets or rewrites.contested.get(program) or not end)
+    if not one_by_one:
+        yield "best end", f"looked up from {_numbered('state', range(len(program.states)))}"
     goes_far = any(
         it.arrow.later or it.entry.state <= it.exit.state for it in chain(*program.edges)
     )
@@ -480,5 +479,5 @@ def _join(companion: Companion, standing: list[int]) -> str:
     return f"{kind} with {_numbered('line', standing)}; {end}"
 
 
-def _numbered(what: str, numbers: list[int]) -> str:
+def _numbered(what: str, numbers: Sequence[int]) -> str:
     return f"{what}{'s'[: len(numbers) != 1]} {', '.join(map(str, numbers))}"

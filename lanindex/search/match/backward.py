@@ -64,30 +64,19 @@ class Backwards:
     """The values of all events of a program's states in a batch.
 
     What a program remembers is left out. `end_values` are those at which it ends, by state, as from
-    `ending_values`. No match enters the events that are `shut`, by state. If the line `runs_on`, it
-    goes on where it could end.
+    `ending_values`.
     """
 
-    def __init__(
-        self,
-        batch: Batch,
-        program: Program,
-        end_values: list[IntArray],
-        *,
-        shut: list[BoolArray] | None = None,
-        runs_on: bool = True,
-    ) -> None:
-        self._batch, self._program, self._runs_on = batch, program, runs_on
-        self._end_values, self._shut = end_values, shut
-        # by state, (N,): the value of each event, and that of going on from it, or `NONE`
+    def __init__(self, batch: Batch, program: Program, end_values: list[IntArray]) -> None:
+        self._batch, self._program, self._end_values = batch, program, end_values
+        # by state, (N,): the value of each event, or `NONE`
         self.values: list[IntArray] = [np.empty(0, np.int64)] * len(program.states)
-        self.beyond: list[IntArray] = list(self.values)
         for states in reversed(components(program)):
             if any(edge.entry.state in states for it in states for edge in program.edges[it]):
                 self._solve_together(states)
             else:
                 (state,) = states
-                self.beyond[state], self.values[state] = self._combined(
+                self.values[state] = _combined(
                     self._beyond(state), end_values[state], self._events(state).cost
                 )
 
@@ -107,7 +96,7 @@ class Backwards:
         for arrow in edge.entry.from_start:
             fits = begins(self._batch, state, self._batch.events(state), arrow)
             values = np.where(fits, values, NONE)
-        return np.where(self._shut[state.number], NONE, values) if self._shut else values
+        return values
 
     def _beyond(self, state: int, within: frozenset[int] = frozenset()) -> IntArray:
         """Return the best values that a state's edges lead to, but for those among some states."""
@@ -119,15 +108,6 @@ class Backwards:
                 found[~may_leave(self._batch, self._program, edge.exit)] = NONE
                 np.minimum(best, found, out=best)
         return best
-
-    def _combined(
-        self, beyond: IntArray, end_values: IntArray, cost: IntArray
-    ) -> tuple[IntArray, IntArray]:
-        """Return the values of going on from events of some cost, and those of the events."""
-        beyond = np.where(beyond < NONE, (beyond & ~_COST) | np.maximum(beyond & _COST, cost), NONE)
-        if self._runs_on:
-            return beyond, np.where(beyond < NONE, beyond, end_values)
-        return beyond, np.minimum(beyond, end_values)
 
     def _solve_together(self, states: list[int]) -> None:
         """Work out the values of states that lead to each other.
@@ -147,9 +127,9 @@ class Backwards:
         beyond = np.concatenate([*(self._beyond(it, within) for it in states), *none])
         end_values = np.concatenate([*(self._end_values[it] for it in states), *none])
         cost = np.concatenate([*costs, 0 * none[0]])
-        beyond, values = self._solved(np.concatenate(pairs, axis=1), beyond, end_values, cost)
+        values = _solved(np.concatenate(pairs, axis=1), beyond, end_values, cost)
         for state, begin, end in zip(states, bounds, bounds[1:], strict=False):
-            self.beyond[state], self.values[state] = beyond[begin:end], values[begin:end]
+            self.values[state] = values[begin:end]
 
     def _pairs(self, edge: Edge, first: dict[int, int], many: int) -> tuple[list[IntArray], int]:
         """Return pairs (2, P) of nodes that an edge joins, and how many nodes it adds to `many`.
@@ -178,24 +158,27 @@ class Backwards:
         ]
         return found, len(groups)
 
-    def _solved(
-        self, pairs: IntArray, beyond: IntArray, end_values: IntArray, cost: IntArray
-    ) -> tuple[IntArray, IntArray]:
-        """Return the values of going on from nodes, and those of the nodes, (N,) each.
 
-        Nodes are settled in rounds, once all that follow them are.
-        """
-        before, after = pairs[:, np.argsort(pairs[1], kind="stable")]
-        bounds = np.searchsorted(after, np.arange(len(end_values) + 1))
-        left = np.bincount(before, minlength=len(end_values))
-        values, ready = np.full(len(end_values), NONE), np.flatnonzero(left == 0)
-        while len(ready):
-            beyond[ready], values[ready] = self._combined(
-                beyond[ready], end_values[ready], cost[ready]
-            )
-            one, place = spread(bounds[ready], bounds[ready + 1])
-            leading = before[place]
-            np.minimum.at(beyond, leading, values[ready[one]])
-            np.subtract.at(left, leading, 1)
-            ready = once(leading[left[leading] == 0])
-        return beyond, values
+def _combined(beyond: IntArray, end_values: IntArray, cost: IntArray) -> IntArray:
+    """Return the values of events of some cost, from those of going on from them."""
+    on = (beyond & ~_COST) | np.maximum(beyond & _COST, cost)
+    return np.where(beyond < NONE, on, end_values)
+
+
+def _solved(pairs: IntArray, beyond: IntArray, end_values: IntArray, cost: IntArray) -> IntArray:
+    """Return the values of nodes, (N,), from those of going on from them elsewhere.
+
+    Nodes are settled in rounds, once all that follow them are.
+    """
+    before, after = pairs[:, np.argsort(pairs[1], kind="stable")]
+    bounds = np.searchsorted(after, np.arange(len(end_values) + 1))
+    left = np.bincount(before, minlength=len(end_values))
+    values, ready = np.full(len(end_values), NONE), np.flatnonzero(left == 0)
+    while len(ready):
+        values[ready] = _combined(beyond[ready], end_values[ready], cost[ready])
+        one, place = spread(bounds[ready], bounds[ready + 1])
+        leading = before[place]
+        np.minimum.at(beyond, leading, values[ready[one]])
+        np.subtract.at(left, leading, 1)
+        ready = once(leading[left[leading] == 0])
+    return values

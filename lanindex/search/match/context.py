@@ -233,17 +233,6 @@ class Context:
             self._wanted[program, part] = np.append(0, before)
         return self._wanted[program, part]
 
-    def contested_events(self, program: Program, state: int) -> BoolArray:
-        """Tell which events of a state of a line another one could want, (N,) bool."""
-        own = program.states[state]
-        events = self.batch.events(own)
-        found = np.zeros(len(events), bool)
-        for part, first, last in zip(own.members, events.first, events.last, strict=True):
-            if state in self.rewrites.contested.get(program, ()):
-                before = self._contested_before(program, part)
-                found |= before[last + 1] > before[first]
-        return found
-
     # A claim is a number: of a part, of what its symbol is taken as, and of the symbol.
 
     def claims(self, program: Program, state: State, events: IntArray) -> Claims:

@@ -46,7 +46,7 @@ def hits_of(context: Context) -> list[HitTable]:
         context, Joiner(context), program, timed=timed, tracked=tracked, enough=enough(program)
     )
     begun, hits = walk.roots(), list[HitTable]()
-    if not (walk.looks_up_ends or program.outermost.companions or context.clauses):
+    if walk.best_ends is None and not (program.outermost.companions or context.clauses):
         short = _short(context)
         hits += _from_all(context, walk.joiner, _in_captures(context, begun, short))
         begun = _in_captures(context, begun, ~short)

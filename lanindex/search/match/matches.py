@@ -237,8 +237,9 @@ class Nodes:
 
         Node -1 is none. `OverBudget` where lines times nodes are more than the budget allows.
         """
-        own = grouped((line,))[1]
-        found: BoolArray = self._before(own, node)[own * self.many + node]
+        found, some = np.zeros(len(node), bool), np.flatnonzero(node >= 0)
+        own = grouped((line[some],))[1]
+        found[some] = self._before(own, node[some])[own * self.many + node[some]]
         return found
 
     def _before(self, line: IntArray, node: IntArray) -> BoolArray:

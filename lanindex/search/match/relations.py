@@ -18,7 +18,6 @@ from lanindex.search.match.arrays import (
     IntArray,
     Table,
     in_order,
-    smallest_in,
     spread,
     starts_of,
 )
@@ -267,41 +266,13 @@ def hulls(
     A hull that holds another one of its line is left out.
     """
     if relation == "with":
-        return _sharing_hulls(lines, others, limits(relation, lines, margins))
-    line, other = pairs(relation, lines, others, margins)
+        line, other = _sharing(lines, others, limits(relation, lines, margins))
+    else:
+        line, other = pairs(relation, lines, others, margins)
     low = np.minimum(lines.low[line], others.spans.low[other])
     high = np.maximum(lines.high[line], others.spans.high[other])
     kept = smallest(line, low, high)
     return line[kept], low[kept], high[kept]
-
-
-def _sharing_hulls(
-    lines: Spans, others: SpanIndex, limit: Limits
-) -> tuple[IntArray, IntArray, IntArray]:
-    """Return the same as `hulls` of lines that share a frame with others, or lie near enough.
-
-    Of those that begin no sooner only the first to end counts, and of those that began before only
-    such as end before that one does.
-    """
-    base, until = lines.capture * FAR, others.lines.until
-    soonest, settled = lines.high, np.zeros(len(lines), bool)
-    if others.lines.plain:
-        first = np.searchsorted(others.latest, base + limit.end_first)
-        own = np.searchsorted(others.starts, base + lines.low)
-        behind = np.searchsorted(others.starts, base + limit.begin_last, "right")
-        soonest = np.maximum(smallest_in(until, own, behind, FAR), lines.high)
-        before = smallest_in(until, np.minimum(first, own), own, FAR)
-        settled = (soonest < FAR) & ((soonest == lines.high) | (before >= soonest))
-    left, done = np.flatnonzero(~settled), np.flatnonzero(settled)
-    line, other = _sharing(lines.at(left), others, limit.at(left))
-    line = left[line]
-    low = np.minimum(lines.low[line], others.lines.low[other])
-    high = np.maximum(lines.high[line], others.lines.high[other])
-    kept = smallest(line, low, high)
-    line = np.append(line[kept], done)
-    order = np.argsort(line, kind="stable")
-    low, high = np.append(low[kept], lines.low[done]), np.append(high[kept], soonest[done])
-    return line[order], low[order], high[order]
 
 
 def _sharing(lines: Spans, others: SpanIndex, limit: Limits) -> tuple[IntArray, IntArray]:
@@ -309,28 +280,17 @@ def _sharing(lines: Spans, others: SpanIndex, limit: Limits) -> tuple[IntArray, 
 
     Of others that begin together and have nothing beside them only the first that ends late enough.
     """
-    base, heads, until = lines.capture * FAR, others.heads, others.lines.until
-    keys = others.starts[heads[:-1]]
+    base, heads = lines.capture * FAR, others.heads
     first = np.searchsorted(others.latest[heads[1:] - 1], base + limit.end_first)
-    line, head = spread(first, np.searchsorted(keys, base + limit.begin_last, "right"))
-    place = _first_from(until, heads[head], heads[head + 1], limit.end_first[line])
+    behind = np.searchsorted(others.starts[heads[:-1]], base + limit.begin_last, "right")
+    line, head = spread(first, behind)
+    keys = np.repeat(np.arange(len(heads) - 1) * FAR, np.diff(heads)) + others.lines.until
+    place = np.searchsorted(keys, head * FAR + np.maximum(limit.end_first[line], 0))
     if others.lines.plain:
         fits = place < heads[head + 1]
-        return line[fits], place[fits]
+        return line[fits], others.order[place[fits]]
     pair, place = spread(place, heads[head + 1])
-    return line[pair], place
-
-
-def _first_from(values: IntArray, low: IntArray, high: IntArray, least: IntArray) -> IntArray:
-    """Return the first place in each range of growing values that holds at least so much."""
-    low, high = low.copy(), high.copy()
-    while (low < high).any():
-        middle = (low + high) >> 1
-        enough = values[np.minimum(middle, len(values) - 1)] >= least
-        open_still = low < high
-        high = np.where(open_still & enough, middle, high)
-        low = np.where(open_still & ~enough, middle + 1, low)
-    return low
+    return line[pair], others.order[place]
 
 
 def matched(one: IntArray, other: IntArray) -> tuple[IntArray, IntArray]:

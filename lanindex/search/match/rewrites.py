@@ -18,9 +18,6 @@ from lanindex.search.plan import (
     Program,
     State,
     components,
-    followers,
-    open_groups,
-    reached,
 )
 
 MANNERS = ("move", "at", "hold")
@@ -50,21 +47,6 @@ def enough_beside(program: Program, companion: Companion) -> str | None:
     if companion.relation == "after" and companion.within:
         return None
     return relation.enough_beside
-
-
-def free_states(program: Program) -> list[bool]:
-    """Tell by state whether no bracket is open from there on, and none opens any more."""
-    following = followers(program)
-    most = 1 if program.outermost.companions else 0
-    inside = [len(groups) > most for groups in open_groups(program)]
-    inside = [
-        within or any(edge.entry.opens or edge.exit.closes for edge in edges)
-        for within, edges in zip(inside, program.edges, strict=True)
-    ]
-    return [
-        not any(inside[it] for it in {state, *reached(following, state)})
-        for state in range(len(program.states))
-    ]
 
 
 class Rewrites:

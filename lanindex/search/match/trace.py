@@ -149,8 +149,6 @@ class _Walk(Walk):
         only = ONLY if enough == ONLY else None
         super().__init__(context, joiner, program, timed=timed, tracked=True, enough=only)
         self._ahead: dict[int, tuple[IntArray, Transitions]] = {}
-        if not self.looks_up_ends:
-            self._best_ends = None
 
     def run(self, roots: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
         """Return all matches; of a line that must lie in the hit those that can."""
@@ -171,11 +169,11 @@ class _Walk(Walk):
             found = replace(found, memory=replace(found.memory, columns=columns))
         return found
 
-    def _look_up_ends(self, state: int, rows: Matches) -> tuple[Matches, Matches]:
-        found = super()._look_up_ends(state, rows)
+    def _look_up_ends(self, state: int, rows: Matches) -> Matches:
+        starting = super()._look_up_ends(state, rows)
         columns = self._looked_up[-1].columns
         columns[COST] = np.maximum(columns[COST], cost_of(columns[EVENT]))
-        return found
+        return starting
 
     def _merged(self, state: int, tables: list[Matches]) -> Matches:
         """Return matches; of those that remember the same the one that fits best, of most steps."""
@@ -207,8 +205,8 @@ class _Walk(Walk):
         steps, joined = list[tuple[int, int]](), [self.ends.memory.link.item(end)]
         node = self.ends.node.item(end)
         if self.ends.row.item(end) < 0:
-            state, event, _, _ = self._node(node)
-            steps = self._by_values(state, event)[:0:-1]
+            entry = self._program.entries[self.ends.entry.item(end)]
+            steps = self._by_values(entry.state, self.ends.root.item(end))[::-1]
         while node >= 0:
             state, event, node, link = self._node(node)
             steps.append((state, event))

@@ -7,8 +7,8 @@ order of time, so that all that leads to an event is known before it is left.
 
 Of two partial matches that remember the same the one that ends first is better, as long as the
 lines beside it stand beside the shorter one, too; of a line that must not happen the one that ends
-last. So where no bracket is open or opens any more, and no other line could want a symbol, the best
-end is looked up, and the walk ends there.
+last. So where no bracket has a length or lines beside it, and no other line could want a symbol,
+the best end is looked up instead.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from lanindex.search.match.arrays import (
     BoolArray,
     IntArray,
     Table,
-    best_of_each,
     check_budget,
     grouped,
     in_pieces,
@@ -57,7 +56,6 @@ from lanindex.search.match.matches import (
     Nodes,
     beginning,
     close_group,
-    distinguishing,
 )
 from lanindex.search.match.relations import (
     FIRST,
@@ -69,7 +67,7 @@ from lanindex.search.match.relations import (
     holds,
     margins_of,
 )
-from lanindex.search.match.rewrites import ONLY, free_states
+from lanindex.search.match.rewrites import ONLY
 from lanindex.search.plan import Companion, Edge, Exit, Group, Program, components, open_groups
 
 MATCH = 512
@@ -79,65 +77,33 @@ TOGETHER = 1 << 10
 """Matches that end and wait to be joined with the lines beside them at once: fewer cost more."""
 
 
-FEW = 4
-"""Contested events a capture that are few."""
+def best_ends(context: Context, program: Program, enough: str | None) -> list[IntArray] | None:
+    """Return by state and event the values of the matches whose ends are `enough`, -1: none.
 
-
-class BestEnds:
-    """Where the best end of a line is enough, and which that is: `FIRST`, `LAST` or `ONLY`.
-
-    By state: whether there may be best ends (`free`), and whether no matches, or only a few, go on
-    one by one (`looked_up`). By state and event, (N,): the value, as from `value_of`, of the `best`
-    match from there that claims nothing more, -1: there is none; whether matches go `on` from there
-    nevertheless, may be `ending` there, or may be `entered` there from a free state.
+    None: each match has to be walked, because it must remember something on its way.
     """
-
-    def __init__(self, context: Context, program: Program, end: str) -> None:
-        self.free = free_states(program)
-        for state in {it.state for it in program.entries if program.edges[it.state]}:
-            # what goes on from a passing symbol may reach back before it
-            begins = context.batch.events(program.states[state]).passing
-            self.free[state] &= not (begins & context.alive(program)[state]).any()
-        wanted = [context.contested_events(program, it.number) for it in program.states]
-        pairs = zip(wanted, context.alive(program), strict=True)
-        few = sum((one & other).sum() for one, other in pairs) <= FEW * len(context.batch)
-        starting = [context.batch.events(state).starting for state in program.states]
-        if end == ONLY:
-            if any(it.any() for it in wanted):
-                self.free = [False] * len(self.free)
-            first, last = (_best(context, program, wanted, it) for it in (FIRST, LAST))
-            both = zip(first, last, strict=True)
-            self.best = [np.where(end_of(one) == end_of(other), one, -1) for one, other in both]
-            alive = context.alive(program)
-            self.on = [(it < 0) & fits for it, fits in zip(self.best, alive, strict=True)]
-            self.ending = self.on
-            self.entered = [np.ones(len(it), bool) for it in self.best]
-            self.looked_up = [
-                free and not on.any() for free, on in zip(self.free, self.on, strict=True)
-            ]
-            return
-        self.best, self.ending = _best(context, program, wanted, end), starting
-        self.on = [np.zeros(len(it), bool) for it in wanted]
-        if any(it.any() for it in wanted):
-            reachable = zip(wanted, context.alive(program), strict=True)
-            end_values = [np.where(one & other, 0, NONE) for one, other in reachable]
-            ahead = Backwards(context.batch, program, end_values, runs_on=False)
-            self.on = [it < NONE for it in ahead.beyond]  # a contested event follows
-        self.entered = [one | other for one, other in zip(wanted, self.on, strict=True)]
-        self.looked_up = [few and free for free in self.free]
+    if not enough or context.clauses or program.brackets or program in context.rewrites.contested:
+        return None
+    alive = context.alive(program)
+    for state in {it.state for it in program.entries if program.edges[it.state]}:
+        # what goes on from a passing symbol may reach back before it
+        if (context.batch.events(program.states[state]).passing & alive[state]).any():
+            return None
+    if enough == FIRST:
+        return _known(context.backwards(program).values)
+    end_values = [_latest_first(it) for it in ending_values(context.batch, program)]
+    latest = Backwards(context.batch, program, end_values).values
+    last = _known([_latest_first(it) for it in latest])
+    if enough == LAST:
+        return last
+    first = _known(context.backwards(program).values)
+    alike = (np.array_equal(end_of(one), end_of(it)) for one, it in zip(first, last, strict=True))
+    return first if all(alike) else None
 
 
-def _best(context: Context, program: Program, wanted: list[BoolArray], end: str) -> list[IntArray]:
-    """Return by state and event the values of the matches that end first, or last, -1: none."""
-    if end == FIRST and not any(it.any() for it in wanted):
-        ahead = context.backwards(program)
-    else:
-        end_values = ending_values(context.batch, program)
-        if end == LAST:
-            end_values = [_latest_first(it) for it in end_values]
-        ahead = Backwards(context.batch, program, end_values, shut=wanted)
-    best = ahead.values if end == FIRST else [_latest_first(it) for it in ahead.values]
-    return [np.where(it < NONE, it, -1) for it in best]
+def _known(values: list[IntArray]) -> list[IntArray]:
+    """Return values with -1 where there is none."""
+    return [np.where(it < NONE, it, -1) for it in values]
 
 
 def _latest_first(values: IntArray) -> IntArray:
@@ -250,7 +216,7 @@ class Walk:
     """Walks a line of a program.
 
     `timed`: the lengths of its steps have to be in a rhythm; `tracked`: it matters which match goes
-    on in which; `enough`: which of its ends is enough, as in `BestEnds`; `rooted`: matches remember
+    on in which; `enough`: which of its ends is enough, as in `best_ends`; `rooted`: matches remember
     where they began. If they do not, `nodes` tell what each beginning leads to.
     """
 
@@ -275,26 +241,17 @@ class Walk:
         self._notes = self._beats + (len(context.clauses.rhythm) if timed else 0)
         self._schedule = context.schedule(program)
         self._alive = context.alive(program)
-        self._enough, self._best_ends = enough, None
-        if enough and not context.clauses:
-            self._best_ends = BestEnds(context, program, enough)
+        self._runs_on, self.best_ends = enough == ONLY, best_ends(context, program, enough)
         self._expiry = Expiry(context, joiner, program)
         self._reaches: dict[int, tuple[Transitions, IntArray | None]] = {}
 
     @property
-    def looks_up_ends(self) -> bool:
-        """Whether the best ends are looked up from the beginning on."""
-        best = self._best_ends
-        return best is not None and all(best.looked_up[it.state] for it in self._program.entries)
-
-    @property
     def wanders(self) -> bool:
         """Whether the line may go on for long before it ends."""
-        settled = self._best_ends.looked_up if self._best_ends else [False] * len(self._open)
-        return any(
+        return self.best_ends is None and any(
             edge.arrow.later or edge.entry.state <= state
             for state, edges in enumerate(self._program.edges)
-            for edge in (() if settled[state] else edges)
+            for edge in edges
         )
 
     def roots(self) -> list[BoolArray]:
@@ -316,7 +273,8 @@ class Walk:
         program, ends = self._program, []
         at: dict[int, list[Matches]] = {state: [] for state in range(len(program.states))}
         for number, rows in enumerate(self._beginnings(roots or self.roots())):
-            at[program.entries[number].state].append(rows)
+            state = program.entries[number].state
+            at[state].append(rows if self.best_ends is None else self._look_up_ends(state, rows))
         for states in components(program):
             circles = len(states) > 1 or any(
                 edge.entry.state == states[0] for edge in program.edges[states[0]]
@@ -344,8 +302,7 @@ class Walk:
         if state < 0:
             capture, until, end = self._captures(root), end_of(event), end_of(event)
             alone, part, row, cost = np.zeros(len(rows), bool), unknown, unknown, unknown
-            # the first steps of matches that settle later are not counted
-            if self.looks_up_ends and not self._program.outermost.companions:
+            if not self._program.outermost.companions:
                 cost = cost_of(event)
         else:
             events = self._batch.events(states[state]).at(event)
@@ -516,24 +473,20 @@ class Walk:
         ending: defaultdict[Exit, list[Matches]],
     ) -> None:
         """Send matches over the edges of a state, and collect those that end there."""
-        last = rows
-        if self._best_ends and self._best_ends.free[state]:
-            last, rows = self._look_up_ends(state, rows)
         closed: dict[Exit, Matches] = {}
-        for edge in self._program.edges[state]:
+        for edge in self._program.edges[state] if self.best_ends is None else ():
             if edge.exit not in closed:
                 closed[edge.exit] = self._closed(rows, edge.exit)
             for gone in self._followed_over(edge, closed[edge.exit]):
                 at[edge.entry.state].append(gone)
                 self._context.tick()
         for leave in self._program.exits[state]:
-            shared = self._goes_on_over(leave)
-            ending[leave].append(closed[leave] if shared else last)
+            ending[leave].append(closed.get(leave, rows))
 
     def _goes_on_over(self, leave: Exit) -> bool:
         """Return whether the matches that end by an exit also go on over it."""
-        settled = self._best_ends and self._best_ends.free[leave.state]
-        return not settled and any(it.exit == leave for it in self._program.edges[leave.state])
+        edges = self._program.edges[leave.state] if self.best_ends is None else ()
+        return any(it.exit == leave for it in edges)
 
     def _ending_matches(self, leave: Exit, tables: list[Matches]) -> Matches:
         """Return the matches that end by an exit, closed already if they also go on over it."""
@@ -548,37 +501,27 @@ class Walk:
             ended = ended.at(self._context.met(late, capture, ended.columns[self._notes :]))
         return ended
 
-    def _look_up_ends(self, state: int, rows: Matches) -> tuple[Matches, Matches]:
-        """Settle matches by their best ends; return those that still end here, and go on.
-
-        The former are starting positions alone, the latter lead to contested events.
-        """
-        assert self._best_ends
+    def _look_up_ends(self, state: int, rows: Matches) -> Matches:
+        """Settle matches by their best ends; return starting positions, which may end alone."""
+        assert self.best_ends is not None
         event = rows.columns[EVENT]
-        best = self._best_ends.best[state][event]
+        best = self.best_ends[state][event]
         settled = rows.at(np.flatnonzero(best >= 0))
         settled.columns[EVENT] = best[best >= 0]
         self._looked_up.append(settled)
-        ending, on = self._best_ends.ending[state][event], self._best_ends.on[state][event]
-        return rows.at(np.flatnonzero(ending)), rows.at(np.flatnonzero(on))
+        alone = self._batch.events(self._program.states[state]).starting[event]
+        if self._runs_on:
+            alone &= best < 0
+        return rows.at(np.flatnonzero(alone))
 
     def _with_best_ends(self) -> Matches:
         """Return the settled matches with what stands beside them, and values for events."""
         rows, program = together(self._looked_up), self._program
-        root, end = rows.columns[ROOT], end_of(rows.columns[EVENT])
-        if (root[1:] <= root[:-1]).any():
-            keys = [*rows.columns[EVENT + 1 :], *rows.rest()]
-            if self._enough == ONLY:
-                keys.append(end)
-            rank = -end if self._enough == LAST else rows.columns[EVENT]
-            rows = rows.at(best_of_each((root, *distinguishing(keys)), (rank,)))
-        if not program.outermost.companions:
-            return rows
-        end = end_of(rows.columns[EVENT])
-        capture = self._captures(rows.columns[ROOT])
-        offset = GROUPS + 3
-        rows = self._beside(rows, program.outermost, offset, (capture, end, end, end < 0))
-        close_group(rows.columns, offset, end_of(rows.columns[EVENT]))
+        if program.outermost.companions:
+            end = end_of(rows.columns[EVENT])
+            capture, offset = self._captures(rows.columns[ROOT]), GROUPS + 3
+            rows = self._beside(rows, program.outermost, offset, (capture, end, end, end < 0))
+            close_group(rows.columns, offset, end_of(rows.columns[EVENT]))
         return rows
 
     def _closed(self, rows: Matches, leave: Exit) -> Matches:
@@ -643,8 +586,6 @@ class Walk:
         state = edge.entry.state
         events = self._batch.events(self._program.states[state])
         fits = self._alive[state].copy()
-        if self._best_ends and self._best_ends.free[edge.exit.state]:
-            fits &= self._best_ends.entered[state]
         for arrow in edge.entry.from_start:
             fits &= begins(self._batch, self._program.states[state], events, arrow)
         for sources, targets in self._targets(edge, rows):
