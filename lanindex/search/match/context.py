@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -96,57 +96,32 @@ class LineJoiner(Protocol):
         """Return the forbidden matches that claims do not excuse yet, (M, N)."""
 
 
-class Decidable(NamedTuple):
-    """Conditions that can be evaluated now, and the note columns that no other condition needs."""
+@dataclass(frozen=True, slots=True)
+class SettledConditions:
+    """Conditions that no later step can change, and the note columns that no other one needs."""
 
     conditions: tuple[Condition, ...] = ()
     columns: tuple[int, ...] = ()
 
 
-class ConditionSchedule:
-    """When each condition on labels of a line can be evaluated: once none of them can follow."""
-
-    def __init__(self, clauses: Clauses, program: Program) -> None:
-        self._clauses = clauses
-        known = {label for state in program.states for label in state.labels}
-        self.conditions = [
-            it
-            for it in clauses.conditions
-            if it not in clauses.of_all and clauses.labels[it] <= known
-        ]
-        self._settled: list[frozenset[Condition]] = []
-        following = followers(program)
-        for state in program.states if self.conditions else ():
-            coming = {
-                label
-                for number in reached(following, state.number)
-                for label in program.states[number].labels
-            }
-            settled = (it for it in self.conditions if not clauses.labels[it] & coming)
-            self._settled.append(frozenset(settled))
-
-    def at(self, before: int | None, state: int) -> Decidable:
-        """Return what can be evaluated at a state, and could not at the one before."""
-        if not self.conditions:
-            return Decidable()
-        done = frozenset() if before is None else self._settled[before]
-        fresh = self._settled[state] - done
-        if not fresh:
-            return Decidable()
-        open_still = {
-            label
-            for condition in self._clauses.conditions
-            if condition not in self._settled[state]
-            for label in self._clauses.labels[condition]
+def _settled(clauses: Clauses, program: Program) -> list[SettledConditions]:
+    """Return by state which conditions on labels of a line are settled there."""
+    known = {label for state in program.states for label in state.labels}
+    following, found = followers(program), []
+    for state in program.states:
+        ahead = {
+            it for place in reached(following, state.number) for it in program.states[place].labels
         }
-        columns = [
-            at for (label, _), at in self._clauses.columns.items() if label not in open_still
-        ]
-        return Decidable(tuple(it for it in self.conditions if it in fresh), tuple(columns))
-
-    def late(self, state: int) -> tuple[Condition, ...]:
-        """Return what can be evaluated only once the line ends at a state."""
-        return tuple(it for it in self.conditions if it not in self._settled[state])
+        conditions, needed = list[Condition](), set[str]()
+        for condition in clauses.conditions:
+            labels = clauses.labels[condition]
+            if condition in clauses.of_all or not labels <= known or labels & ahead:
+                needed |= labels
+            else:
+                conditions.append(condition)
+        columns = [at for (label, _), at in clauses.columns.items() if label not in needed]
+        found.append(SettledConditions(tuple(conditions), tuple(columns)))
+    return found
 
 
 class Context:
@@ -177,7 +152,7 @@ class Context:
         self._lanes: dict[str, int] = {}
         self._widths: list[int] = []
         self._begins = [0]
-        self._schedules: dict[Program, ConditionSchedule] = {}
+        self._settled: dict[Program, list[SettledConditions]] = {}
 
     def count_tried(self, capture: IntArray) -> BoolArray | None:
         """Count matches by their captures; return which are not refused, None: all of them."""
@@ -185,11 +160,11 @@ class Context:
         self.refused |= self._tried > MOST_TRIED
         return ~self.refused[capture] if self.refused.any() else None
 
-    def schedule(self, program: Program) -> ConditionSchedule:
-        """Return when the conditions on the labels of a line can be evaluated."""
-        if program not in self._schedules:
-            self._schedules[program] = ConditionSchedule(self.clauses, program)
-        return self._schedules[program]
+    def settled(self, program: Program) -> list[SettledConditions]:
+        """Return by state the conditions on labels of a line that are settled there."""
+        if program not in self._settled:
+            self._settled[program] = _settled(self.clauses, program)
+        return self._settled[program]
 
     def backwards(self, program: Program) -> Backwards:
         """Return the values of a line."""

@@ -172,18 +172,10 @@ def complete(context: Context, walk: Walk, ends: Ends) -> IntArray:
     if clauses.rhythm:
         fits &= clauses.in_rhythm(memory.columns[width - len(clauses.rhythm) : width])
     chosen = np.flatnonzero(fits)
-    decided = set(context.schedule(context.program).conditions)
+    spans, notes = ends.spans, memory.columns[width:]
+    facts = Facts(spans.capture, notes, spans.low, spans.high, ends.part, ends.row)
     for condition in clauses.conditions:
-        if condition not in decided:
-            labels = Facts(
-                ends.spans.capture,
-                memory.columns[width:],
-                ends.spans.low,
-                ends.spans.high,
-                ends.part,
-                ends.row,
-            )
-            chosen = chosen[context.evaluator.holds(condition, labels.at(chosen))]
+        chosen = chosen[context.evaluator.holds(condition, facts.at(chosen))]
     if context.program.open_ended:
         node = ends.node[chosen]
         chosen = chosen[~walk.nodes.behind(np.zeros(len(node), np.int64), node)]

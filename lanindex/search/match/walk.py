@@ -42,7 +42,7 @@ from lanindex.search.match.backward import (
     value_of,
 )
 from lanindex.search.match.conditions import MET
-from lanindex.search.match.context import Context, Decidable, Hulls, LineJoiner
+from lanindex.search.match.context import Context, Hulls, LineJoiner
 from lanindex.search.match.follow import NONE, Transitions, begins, roots
 from lanindex.search.match.matches import (
     BEYOND,
@@ -216,8 +216,8 @@ class Walk:
     """Walks a line of a program.
 
     `timed`: the lengths of its steps have to be in a rhythm; `tracked`: it matters which match goes
-    on in which; `enough`: which of its ends is enough, as in `best_ends`; `rooted`: matches remember
-    where they began. If they do not, `nodes` tell what each beginning leads to.
+    on in which; `enough`: which of its ends is enough, as in `best_ends`; `rooted`: matches
+    remember where they began. If they do not, `nodes` tell what each beginning leads to.
     """
 
     def __init__(
@@ -239,7 +239,7 @@ class Walk:
         self._depths = [len(groups) for groups in self._open]
         self._beats = GROUPS + 3 * (1 + max(self._depths))
         self._notes = self._beats + (len(context.clauses.rhythm) if timed else 0)
-        self._schedule = context.schedule(program)
+        self._settled = context.settled(program)
         self._alive = context.alive(program)
         self._runs_on, self.best_ends = enough == ONLY, best_ends(context, program, enough)
         self._expiry = Expiry(context, joiner, program)
@@ -346,11 +346,9 @@ class Walk:
             if not self._rooted:
                 columns[ROOT] = columns[GROUPS + START] = 0
                 rows.parent = self.nodes.begin(len(rows))
-            yield self._with_events(rows, state, chosen, self._schedule.at(None, state))
+            yield self._with_events(rows, state, chosen)
 
-    def _with_events(
-        self, rows: Matches, state: int, events: IntArray, decidable: Decidable
-    ) -> Matches:
+    def _with_events(self, rows: Matches, state: int, events: IntArray) -> Matches:
         """Return the matches that can take these events, with the events' claims and notes."""
         context, own_state = self._context, self._program.states[state]
         rows.columns[EVENT] = events
@@ -365,12 +363,13 @@ class Walk:
         rows.columns[self._notes :] = notes
         if self._timed:
             rows = self._kept_in_time(rows, taken_events.end - taken_events.start)
-        if decidable.conditions:
+        settled = self._settled[state]
+        if settled.conditions:
             capture = self._batch.events(own_state).capture[rows.columns[EVENT]]
-            rows = rows.at(context.met(decidable.conditions, capture, rows.columns[self._notes :]))
-        for column in decidable.columns:
-            noted = rows.columns[self._notes + column]
-            noted[noted >= 0] = MET
+            rows = rows.at(context.met(settled.conditions, capture, rows.columns[self._notes :]))
+            for column in settled.columns:
+                noted = rows.columns[self._notes + column]
+                noted[noted >= 0] = MET
         return self._undisturbed(state, rows)
 
     def _undisturbed(self, state: int, rows: Matches) -> Matches:
@@ -495,10 +494,6 @@ class Walk:
         events = self._batch.events(self._program.states[state])
         if self._program.states[state].manner != "via":
             ended = ended.at(np.flatnonzero(~events.passing[ended.columns[EVENT]]))
-        late = self._schedule.late(state)
-        if late:
-            capture = events.capture[ended.columns[EVENT]]
-            ended = ended.at(self._context.met(late, capture, ended.columns[self._notes :]))
         return ended
 
     def _look_up_ends(self, state: int, rows: Matches) -> Matches:
@@ -607,7 +602,7 @@ class Walk:
             else:
                 np.minimum(low, start, out=low)
                 beyond[beyond <= end] = 0
-        return self._with_events(rows, state, targets, self._schedule.at(edge.exit.state, state))
+        return self._with_events(rows, state, targets)
 
     def _targets(self, edge: Edge, rows: Matches) -> Iterator[tuple[IntArray, IntArray]]:
         """Yield pairs of a match and an event to which an edge leads from it in time."""
