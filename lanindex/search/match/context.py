@@ -4,51 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from lanindex.search.language.clauses import Condition
-from lanindex.search.match.arrays import FAR, BoolArray, IntArray, Table
+from lanindex.search.match.arrays import FAR, BoolArray, IntArray
 from lanindex.search.match.backward import Backwards, ending_values
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Facts
 from lanindex.search.match.follow import NONE, roots
-from lanindex.search.match.matches import Claims, Nodes, in_sets, no_claims, single_claims
-from lanindex.search.match.relations import Spans
+from lanindex.search.match.matches import Claims, in_sets, no_claims, single_claims
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
-from lanindex.search.plan import Companion, Group, Program, State, followers, reached
+from lanindex.search.plan import Program, State, followers, reached
 
 MOST_TRIED = 1 << 22
 """Partial matches and joins that are tried in one capture before it is refused."""
-
-
-@dataclass(slots=True, eq=False)
-class CompanionMatches(Table):
-    """The matches of a line, of one side, that stands beside another."""
-
-    lines: Spans
-    claims: Claims  # these three as in `Matches`
-    unmet: IntArray
-    notes: IntArray
-    node: IntArray  # (N,) int64: where they end
-    end: IntArray  # (N,) int64: numbers in `Joins`
-
-    def __len__(self) -> int:
-        """Return how many there are."""
-        return len(self.node)
-
-    @property
-    def free(self) -> bool:
-        """Whether they remember nothing."""
-        return not (self.claims or self.unmet.size) and int(self.notes.max(initial=-1)) < 0
-
-    def keys(self) -> list[IntArray]:
-        """Return the columns in which they differ for other lines."""
-        lines = self.lines
-        frames = [lines.capture, lines.start, lines.until, lines.low, lines.high]
-        rest = [*self.claims.first, *self.claims.last, *self.unmet, *self.notes]
-        return [*frames, lines.alone.astype(np.int64), *rest]
 
 
 class Joins:
@@ -61,39 +32,6 @@ class Joins:
     def add(self, link: IntArray, end: IntArray) -> IntArray:
         """Return the links of matches that some ends join, (N,) int64 each."""
         return link
-
-
-@dataclass(slots=True, eq=False)
-class Hulls(Table):
-    """Matches of lines together with what stands beside them."""
-
-    line: IntArray  # (N,) int64: of which line
-    low: IntArray  # (N,) int64 frames of the hull
-    high: IntArray
-    claims: Claims  # these four as in `Matches`
-    unmet: IntArray
-    notes: IntArray
-    link: IntArray
-
-
-class LineJoiner(Protocol):
-    """Finds the lines beside another."""
-
-    def close(
-        self, group: Group, lines: Spans, hulls: Hulls, *, outermost: bool, since: IntArray | None
-    ) -> Hulls:
-        """Return the hulls with which a group can close."""
-
-    def others(
-        self, program: Program, companion: Companion
-    ) -> tuple[CompanionMatches, Nodes | None]:
-        """Return the matches of a line that stands beside another, and which goes on in which."""
-
-    def forbidden(self, companion: Companion) -> tuple[CompanionMatches, int]:
-        """Return the matches of a line that must not happen, and where their numbers begin."""
-
-    def still_unmet(self, unmet: IntArray, claims: Claims) -> IntArray:
-        """Return the forbidden matches that claims do not excuse yet, (M, N)."""
 
 
 @dataclass(frozen=True, slots=True)

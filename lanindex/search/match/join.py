@@ -5,7 +5,8 @@ A match of a `without` or `never` line that shares a symbol with the hit does no
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,17 +17,17 @@ from lanindex.search.match.arrays import (
     MOST_AT_ONCE,
     BoolArray,
     IntArray,
+    Table,
     check_budget,
     in_pieces,
     once,
     spread,
     together,
 )
-from lanindex.search.match.context import CompanionMatches, Context, Hulls
+from lanindex.search.match.context import Context
 from lanindex.search.match.matches import Claims, Nodes, distinct, united_columns
 from lanindex.search.match.relations import RELATIONS, Margins, Spans, margins_of, smallest
 from lanindex.search.match.rewrites import enough_beside
-from lanindex.search.match.walk import Walk
 from lanindex.search.plan import NEGATIONS, Companion, Group, Program
 
 
@@ -87,6 +88,47 @@ def by_line(pairs: IntArray, lines: int) -> IntArray:
     return found
 
 
+@dataclass(slots=True, eq=False)
+class CompanionMatches(Table):
+    """The matches of a line, of one side, that stands beside another."""
+
+    lines: Spans
+    claims: Claims  # these three as in `Matches`
+    unmet: IntArray
+    notes: IntArray
+    node: IntArray  # (N,) int64: where they end
+    end: IntArray  # (N,) int64: numbers in `Joins`
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.node)
+
+    @property
+    def free(self) -> bool:
+        """Whether they remember nothing."""
+        return not (self.claims or self.unmet.size) and int(self.notes.max(initial=-1)) < 0
+
+    def keys(self) -> list[IntArray]:
+        """Return the columns in which they differ for other lines."""
+        lines = self.lines
+        frames = [lines.capture, lines.start, lines.until, lines.low, lines.high]
+        rest = [*self.claims.first, *self.claims.last, *self.unmet, *self.notes]
+        return [*frames, lines.alone.astype(np.int64), *rest]
+
+
+@dataclass(slots=True, eq=False)
+class Hulls(Table):
+    """Matches of lines together with what stands beside them."""
+
+    line: IntArray  # (N,) int64: of which line
+    low: IntArray  # (N,) int64 frames of the hull
+    high: IntArray
+    claims: Claims  # these four as in `Matches`
+    unmet: IntArray
+    notes: IntArray
+    link: IntArray
+
+
 class DistinctSpans(NamedTuple):
     """The different frames of lines that a relation compares: many matches share few of them."""
 
@@ -121,11 +163,15 @@ class OtherLine(NamedTuple):
         return self.nodes.behind(line, self.matches.node[match])
 
 
+LineSearch = Callable[["Joiner", Program, str | None], tuple[CompanionMatches, Nodes | None]]
+"""Returns the matches of a line with ends that are enough, and, of an open-ended one, its nodes."""
+
+
 class Joiner:
     """Finds the lines beside others."""
 
-    def __init__(self, context: Context, walk: type[Walk] = Walk) -> None:
-        self._context, self._batch, self._walk = context, context.batch, walk
+    def __init__(self, context: Context, search: LineSearch) -> None:
+        self.context, self._batch, self._search = context, context.batch, search
         self._others: dict[tuple[Program, str | None], tuple[CompanionMatches, Nodes | None]] = {}
         self._longest: dict[Program, CompanionMatches] = {}
         self._alone: dict[tuple[Program, ...], tuple[CompanionMatches, int]] = {}
@@ -143,16 +189,16 @@ class Joiner:
         needed = [it for it in group.companions if it.relation not in NEGATIONS]
         for companion in needed:
             if len(hulls.line):
-                self._context.tick()
+                self.context.tick()
                 last = since if companion is needed[-1] else None
                 hulls = self._with(companion, lines, hulls, outermost=outermost, since=last)
         for companion in group.companions:
             if (
                 companion.relation in NEGATIONS
-                and self._context.rewrites.programs(companion)
+                and self.context.rewrites.programs(companion)
                 and len(hulls.line)
             ):
-                self._context.tick()
+                self.context.tick()
                 hulls = self._without(companion, lines, hulls, outermost=outermost)
         return hulls
 
@@ -161,7 +207,7 @@ class Joiner:
         if not unmet.size:
             return unmet[:0]
         left, (column, match) = unmet.copy(), np.nonzero(unmet < FAR)
-        excusing = self._context.excusing(claims).at(match)
+        excusing = self.context.excusing(claims).at(match)
         excused = ~self._matches.at(unmet[column, match]).disjoint(excusing)
         left[column[excused], match[excused]] = FAR
         left = np.sort(left, axis=0)
@@ -176,21 +222,7 @@ class Joiner:
         """
         end = enough_beside(program, companion)
         if (program, end) not in self._others:
-            walk = self._walk(self._context, self, program, tracked=program.open_ended, enough=end)
-            ends = walk.run()
-            memory, outside = ends.memory, self._context.rewrites.outside
-            notes = memory.columns[len(memory.columns) - self._context.clauses.width :]
-            found = CompanionMatches(
-                ends.spans,
-                memory.claims if program in outside else matches.no_claims(len(memory)),
-                self.still_unmet(memory.unmet, memory.claims),
-                notes,
-                ends.node,
-                self._context.joins.ended(walk, len(memory)),
-            ).at(self._context.met_where_known(ends.spans.capture, notes))
-            if not program.open_ended:
-                found = found.at(distinct(found.keys(), len(found))[0])
-            self._others[program, end] = found, walk.nodes if program.open_ended else None
+            self._others[program, end] = self._search(self, program, end)
         return self._others[program, end]
 
     def _beside(self, program: Program, companion: Companion) -> OtherLine:
@@ -235,27 +267,27 @@ class Joiner:
             here.high = np.zeros(len(here), np.int64)
             here.low = here.start if "start" in compared else here.high + FAR - 1
             line = DistinctSpans(here, stands[hulls.line], margins_of(self._batch, companion))
-            for program in self._context.rewrites.programs(companion):
+            for program in self.context.rewrites.programs(companion):
                 beside = self._beside(program, companion)
                 if not alone:
                     beside = beside.moving()
                 join = self._with_free if beside.matches.free else self._with_each
                 for some in _pieces(beside, line):
-                    some = some[~self._context.refused[lines.capture[hulls.line[some]]]]
+                    some = some[~self.context.refused[lines.capture[hulls.line[some]]]]
                     joined = join(beside, line.at(some), hulls.at(some), outermost=outermost)
                     if since is not None and joined.claims:
                         capture = lines.capture[joined.line]
-                        joined.claims = self._context.unexpired(
+                        joined.claims = self.context.unexpired(
                             joined.claims, capture, since[joined.line]
                         )
-                    answered = self._context.count_tried(lines.capture[joined.line])
+                    answered = self.context.count_tried(lines.capture[joined.line])
                     if answered is not None:
                         joined = joined.at(np.flatnonzero(answered))
                     pieces.append(self._reduced(joined))
-                    self._context.tick()
-            joins += len(self._context.rewrites.programs(companion))
+                    self.context.tick()
+            joins += len(self.context.rewrites.programs(companion))
         hulls = together(pieces)
-        hulls = hulls.at(np.flatnonzero(~self._context.refused[lines.capture[hulls.line]]))
+        hulls = hulls.at(np.flatnonzero(~self.context.refused[lines.capture[hulls.line]]))
         if joins < 2:
             return hulls
         return self._reduced(hulls.at(np.argsort(hulls.line, kind="stable")))
@@ -274,7 +306,7 @@ class Joiner:
         match, other = match[fits], other[fits]
         notes = np.maximum(hulls.notes[:, match], others.notes[:, other])
         if outermost or not nodes:
-            kept = self._context.met_where_known(others.lines.capture[other], notes)
+            kept = self.context.met_where_known(others.lines.capture[other], notes)
             match, other, notes = match[kept], other[kept], notes[:, kept]
         if nodes:
             kept = np.flatnonzero(~beside.goes_on(match, other))
@@ -285,7 +317,7 @@ class Joiner:
             high = np.maximum(high, others.lines.high[other])
         claims = hulls.claims.at(match).united_with(others.claims.at(other))
         unmet = united_columns(hulls.unmet[:, match], others.unmet[:, other])
-        link = self._context.joins.add(hulls.link[match], others.end[other])
+        link = self.context.joins.add(hulls.link[match], others.end[other])
         return Hulls(hulls.line[match], low, high, claims, unmet, notes, link)
 
     def _with_free(
@@ -293,7 +325,7 @@ class Joiner:
     ) -> Hulls:
         """Return hulls with others that remember nothing: spans are joined, not matches."""
         relation, lines, nodes = beside.relation, beside.matches.lines, beside.nodes
-        of_frames, adds_frames = self._context.clauses.of_frames, RELATIONS[relation].adds_frames
+        of_frames, adds_frames = self.context.clauses.of_frames, RELATIONS[relation].adds_frames
         index = relations.SpanIndex(lines)
         if not nodes and not adds_frames:
             held = relations.holds(relation, line.spans, index, line.margins)
@@ -320,7 +352,7 @@ class Joiner:
     def _reduced(self, hulls: Hulls) -> Hulls:
         """Return hulls without those that hold a smaller one which remembers the same."""
         keys = [hulls.line, *hulls.claims.first, *hulls.claims.last, *hulls.unmet, *hulls.notes]
-        if self._context.clauses.of_frames:
+        if self.context.clauses.of_frames:
             chosen, _ = distinct([*keys, hulls.low, hulls.high], len(hulls.line))
             return hulls.at(np.sort(chosen))
         _, which = distinct(keys, len(hulls.line))
@@ -339,7 +371,7 @@ class Joiner:
         here = Spans(capture, low, high, low, high, alone)
         margins, free = margins_of(self._batch, companion), others.claims.none
         disturbed = np.zeros(len(here), bool)
-        excusing = self._context.excusing(hulls.claims)
+        excusing = self.context.excusing(hulls.claims)
         unmet: list[IntArray] = []
         for still in (False, True):
             own = np.flatnonzero(alone == still)
@@ -374,7 +406,7 @@ class Joiner:
 
     def forbidden(self, companion: Companion) -> tuple[CompanionMatches, int]:
         """Return the matches of a line that must not happen, and where their numbers begin."""
-        programs = self._context.rewrites.programs(companion)
+        programs = self.context.rewrites.programs(companion)
         if programs not in self._alone:
             others = together([self.others(program, companion)[0] for program in programs])
             others = others.at(np.flatnonzero((others.unmet >= FAR).all(axis=0)))

@@ -17,12 +17,12 @@ from lanindex.search.language.times import Length, Time
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, OverBudget, best_of_each
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Facts
-from lanindex.search.match.context import Context, LineJoiner
+from lanindex.search.match.context import Context
 from lanindex.search.match.hits import HitTable, table
 from lanindex.search.match.join import Joiner
 from lanindex.search.match.mirror_runs import hits_of_mirror_runs, repeats
 from lanindex.search.match.rewrites import enough
-from lanindex.search.match.walk import Ends, Walk
+from lanindex.search.match.walk import Ends, Walk, companions
 from lanindex.search.plan import Program
 
 SHORT = 1000
@@ -42,13 +42,12 @@ def hits_of(context: Context) -> list[HitTable]:
         return [hits_of_mirror_runs(context.batch, lines, context.tick)]
     program = context.program
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
-    walk = Walk(
-        context, Joiner(context), program, timed=timed, tracked=tracked, enough=enough(program)
-    )
+    joiner = Joiner(context, companions)
+    walk = Walk(joiner, program, timed=timed, tracked=tracked, enough=enough(program))
     begun, hits = walk.roots(), list[HitTable]()
     if walk.best_ends is None and not (program.outermost.companions or context.clauses):
         short = _short(context)
-        hits += _from_all(context, walk.joiner, _in_captures(context, begun, short))
+        hits += _from_all(joiner, _in_captures(context, begun, short))
         begun = _in_captures(context, begun, ~short)
     ends = _best_ends(context, walk, begun)
     return hits + [hits for found in ends for hits in _as_hits(context, found)]
@@ -69,14 +68,14 @@ def _in_captures(context: Context, roots: list[BoolArray], captures: BoolArray) 
     return [fits & captures[capture] for fits, capture in zip(roots, own, strict=True)]
 
 
-def _from_all(context: Context, joiner: LineJoiner, roots: list[BoolArray]) -> Iterator[HitTable]:
+def _from_all(joiner: Joiner, roots: list[BoolArray]) -> Iterator[HitTable]:
     """Yield the best match from each of some beginnings, walked from all of them at once.
 
     What follows a partial match does not depend on where it began: the best end of each beginning
     is found backwards, over the links between partial matches.
     """
-    program = context.program
-    walk = Walk(context, joiner, program, rooted=False)
+    context, program = joiner.context, joiner.context.program
+    walk = Walk(joiner, program, rooted=False)
     found = walk.run(roots)
     found = found.at(complete(context, walk, found))
     lows, highs = walk.nodes.best_hulls(found.node, found.spans.low, found.spans.high)

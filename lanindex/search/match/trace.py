@@ -19,7 +19,7 @@ from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
 from lanindex.search.match.backward import cost_of, end_of, may_leave
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Captures, Clauses
-from lanindex.search.match.context import Context, Joins, LineJoiner
+from lanindex.search.match.context import Context, Joins
 from lanindex.search.match.follow import Transitions
 from lanindex.search.match.hits import BestTrace, HitTable, HitTrace, Step, table
 from lanindex.search.match.join import Joiner
@@ -107,9 +107,8 @@ class _Context(Context):
     def traced(self, hits: HitTable) -> Iterator[tuple[int, BestTrace]]:
         """Yield the places of hits that this program can lead, each with its best match."""
         end = enough(self.program)
-        line = _Walk(
-            self, Joiner(self, _Walk), self.program, timed=bool(self.clauses.rhythm), enough=end
-        )
+        joiner = Joiner(self, lambda *line: _Walk(*line).as_companions())
+        line = _Walk(joiner, self.program, end, timed=bool(self.clauses.rhythm))
         places = dict(zip(_beginnings(hits), range(len(hits)), strict=True))
         owners, begun = [], line.roots()
         for entry, fits in zip(self.program.entries, begun, strict=True):
@@ -137,17 +136,15 @@ class _Walk(Walk):
 
     def __init__(
         self,
-        context: _Context,
-        joiner: LineJoiner,
+        joiner: Joiner,
         program: Program,
+        enough: str | None,
         *,
         timed: bool = False,
-        tracked: bool = True,
-        enough: str | None = None,
     ) -> None:
         # where each beginning has one match, its value has all but the symbols
         only = ONLY if enough == ONLY else None
-        super().__init__(context, joiner, program, timed=timed, tracked=True, enough=only)
+        super().__init__(joiner, program, timed=timed, tracked=True, enough=only)
         self._ahead: dict[int, tuple[IntArray, Transitions]] = {}
 
     def run(self, roots: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:

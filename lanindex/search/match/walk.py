@@ -42,8 +42,9 @@ from lanindex.search.match.backward import (
     value_of,
 )
 from lanindex.search.match.conditions import MET
-from lanindex.search.match.context import Context, Hulls, LineJoiner
+from lanindex.search.match.context import Context
 from lanindex.search.match.follow import NONE, Transitions, begins, roots
+from lanindex.search.match.join import CompanionMatches, Hulls, Joiner
 from lanindex.search.match.matches import (
     BEYOND,
     EVENT,
@@ -56,6 +57,8 @@ from lanindex.search.match.matches import (
     Nodes,
     beginning,
     close_group,
+    distinct,
+    no_claims,
 )
 from lanindex.search.match.relations import (
     FIRST,
@@ -114,8 +117,9 @@ def _latest_first(values: IntArray) -> IntArray:
 class Expiry:
     """Drops the claims of a line that no other line can want any more."""
 
-    def __init__(self, context: Context, joiner: LineJoiner, program: Program) -> None:
-        self._context, self._joiner, self._program = context, joiner, program
+    def __init__(self, joiner: Joiner, program: Program) -> None:
+        self._context, self._joiner, self._program = joiner.context, joiner, program
+        context = joiner.context
         self._open = open_groups(program)
         self._earliest: dict[Companion, tuple[IntArray, IntArray]] = {}
         self._ahead: dict[int, IntArray] = {}
@@ -222,8 +226,7 @@ class Walk:
 
     def __init__(
         self,
-        context: Context,
-        joiner: LineJoiner,
+        joiner: Joiner,
         program: Program,
         *,
         timed: bool = False,
@@ -231,8 +234,8 @@ class Walk:
         enough: str | None = None,
         rooted: bool = True,
     ) -> None:
-        self._context, self._program, self._batch = context, program, context.batch
-        self.joiner = joiner
+        self._context = context = joiner.context
+        self.joiner, self._program, self._batch = joiner, program, context.batch
         self._timed, self._rooted, self._tracked = timed, rooted, tracked or not rooted
         self.nodes = Nodes()
         self._open = open_groups(program)
@@ -242,7 +245,7 @@ class Walk:
         self._settled = context.settled(program)
         self._alive = context.alive(program)
         self._runs_on, self.best_ends = enough == ONLY, best_ends(context, program, enough)
-        self._expiry = Expiry(context, joiner, program)
+        self._expiry = Expiry(joiner, program)
         self._reaches: dict[int, tuple[Transitions, IntArray | None]] = {}
 
     @property
@@ -294,6 +297,22 @@ class Walk:
             ends.append((-1, self._with_best_ends()))
         none = beginning(np.empty((self._notes + self._context.clauses.width, 0), np.int64))
         return together([self._as_ends(*it) for it in ((0, none), *ends)])
+
+    def as_companions(self) -> tuple[CompanionMatches, Nodes | None]:
+        """Return the matches that may stand beside another line, and which goes on in which."""
+        context, program, ends = self._context, self._program, self.run()
+        memory, notes = ends.memory, ends.memory.columns[self._notes :]
+        found = CompanionMatches(
+            ends.spans,
+            memory.claims if program in context.rewrites.outside else no_claims(len(memory)),
+            self.joiner.still_unmet(memory.unmet, memory.claims),
+            notes,
+            ends.node,
+            context.joins.ended(self, len(memory)),
+        ).at(context.met_where_known(ends.spans.capture, notes))
+        if program.open_ended:
+            return found, self.nodes
+        return found.at(distinct(found.keys(), len(found))[0]), None
 
     def _as_ends(self, state: int, rows: Matches) -> Ends:
         """Return matches that end at a state; at state -1 they have values instead of events."""
@@ -656,3 +675,10 @@ class Walk:
                 begun = rows.columns[GROUPS + 3 * level + START]
                 frames = np.minimum(frames, begun + self._batch.bounds(group.length)[1][capture])
         return capture * FAR + np.maximum(frames, 0), capture * FAR + horizon
+
+
+def companions(
+    joiner: Joiner, program: Program, enough: str | None
+) -> tuple[CompanionMatches, Nodes | None]:
+    """Return the matches of a line that may stand beside another, and which goes on in which."""
+    return Walk(joiner, program, tracked=program.open_ended, enough=enough).as_companions()
