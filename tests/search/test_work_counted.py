@@ -49,7 +49,7 @@ def test_repeats_and_gaps_do_not_blow_up(pattern, monkeypatch):
     ],
 )
 def test_what_cannot_be_tried_is_said(pattern, monkeypatch):
-    monkeypatch.setattr(context, "MOST_TRIED", 100)
+    monkeypatch.setattr(context, "MOST_TRIED", 50)
     wave = WAVE.replace("low", "high")
     with pytest.raises(LanindexError, match=r"1\.lnd: the pattern fits in too many ways"):
         found(f"{wave}; {wave.replace('r_arm', 'l_arm')}; {wave.replace('r_arm', 'head')}", pattern)

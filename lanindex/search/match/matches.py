@@ -73,19 +73,18 @@ def in_sets(first: IntArray, last: IntArray) -> Claims:
 
 def _merged(first: IntArray, last: IntArray) -> Claims:
     """Return ranges in order as sets, those that follow each other as one."""
-    lines = np.arange(first.shape[1])
-    begin, end = np.full_like(first, FAR), np.full_like(last, FAR)
-    begin[0], end[0] = first[0], last[0]
-    place = np.zeros(len(lines), np.int64)
-    for next_first, next_last in zip(first[1:], last[1:], strict=True):
-        on = next_first <= end[place, lines] + 1
-        some = next_first < FAR
-        place += some & ~on
-        begin[place, lines] = np.where(some & ~on, next_first, begin[place, lines])
-        latest = np.maximum(end[place, lines], next_last)
-        end[place, lines] = np.where(some, np.where(on, latest, next_last), end[place, lines])
-    most = int((begin < FAR).any(axis=1).sum())
-    return Claims(begin[:most], end[:most])
+    some = first < FAR
+    reach = np.maximum.accumulate(np.where(some, last, -1), axis=0)
+    new = some.copy()
+    new[1:] &= first[1:] > reach[:-1] + 1
+    place = np.cumsum(new, axis=0) - 1
+    shape = int(place[-1].max(initial=-1)) + 1, first.shape[1]
+    begin, end = np.full(shape, FAR), np.full(shape, FAR)
+    row, column = np.nonzero(new)
+    begin[place[row, column], column] = first[row, column]
+    row, column = np.nonzero(some)
+    end[place[row, column], column] = reach[row, column]  # the last row of a range is kept
+    return Claims(begin, end)
 
 
 def no_claims(many: int) -> Claims:

@@ -76,9 +76,6 @@ from lanindex.search.plan import Companion, Edge, Exit, Group, Program, componen
 MATCH = 512
 """Bytes of a partial match that is followed, with all that is made of it."""
 
-TOGETHER = 1 << 10
-"""Matches that end and wait to be joined with the lines beside them at once: fewer cost more."""
-
 
 def best_ends(context: Context, program: Program, enough: str | None) -> list[IntArray] | None:
     """Return by state and event the values of the matches whose ends are `enough`, -1: none.
@@ -289,10 +286,7 @@ class Walk:
             for state, rows in waves:
                 self._context.tick()
                 self._leave(state, rows, at, ending)
-                for it in self._program.exits[state]:
-                    if sum(map(len, ending[it])) > TOGETHER:
-                        ends.append((state, self._ending_matches(it, ending.pop(it))))
-            ends += [(it.state, self._ending_matches(it, tables)) for it, tables in ending.items()]
+            ends += [(it.state, self._ended(it, tables)) for it, tables in ending.items()]
         if self._looked_up:
             ends.append((-1, self._with_best_ends()))
         none = beginning(np.empty((self._notes + self._context.clauses.width, 0), np.int64))
@@ -483,6 +477,10 @@ class Walk:
             rows = rows.at(np.flatnonzero(answered))
         return self._expiry.dropped(state, rows)
 
+    def _edges(self, state: int) -> tuple[Edge, ...]:
+        """Return the edges that are walked from a state."""
+        return self._program.edges[state] if self.best_ends is None else ()
+
     def _leave(
         self,
         state: int,
@@ -490,30 +488,24 @@ class Walk:
         at: dict[int, list[Matches]],
         ending: defaultdict[Exit, list[Matches]],
     ) -> None:
-        """Send matches over the edges of a state, and collect those that end there."""
+        """Send matches over the edges of a state, and collect those that may end there."""
         closed: dict[Exit, Matches] = {}
-        for edge in self._program.edges[state] if self.best_ends is None else ():
+        for edge in self._edges(state):
             if edge.exit not in closed:
                 closed[edge.exit] = self._closed(rows, edge.exit)
             for gone in self._followed_over(edge, closed[edge.exit]):
                 at[edge.entry.state].append(gone)
                 self._context.tick()
-        for leave in self._program.exits[state]:
-            ending[leave].append(closed.get(leave, rows))
+        for leaving in self._program.exits[state]:
+            ending[leaving].append(closed.get(leaving, rows))
 
-    def _goes_on_over(self, leave: Exit) -> bool:
-        """Return whether the matches that end by an exit also go on over it."""
-        edges = self._program.edges[leave.state] if self.best_ends is None else ()
-        return any(it.exit == leave for it in edges)
-
-    def _ending_matches(self, leave: Exit, tables: list[Matches]) -> Matches:
-        """Return the matches that end by an exit, closed already if they also go on over it."""
-        state, rows = leave.state, together(tables)
-        ended = rows if self._goes_on_over(leave) else self._closed(rows, leave)
-        events = self._batch.events(self._program.states[state])
-        if self._program.states[state].manner != "via":
-            ended = ended.at(np.flatnonzero(~events.passing[ended.columns[EVENT]]))
-        return ended
+    def _ended(self, leaving: Exit, tables: list[Matches]) -> Matches:
+        """Return the matches that end by an exit; they are closed already if an edge takes it."""
+        state, rows = self._program.states[leaving.state], together(tables)
+        if all(edge.exit != leaving for edge in self._edges(leaving.state)):
+            rows = self._closed(rows, leaving)
+        may_end = ~self._batch.events(state).passing | (state.manner == "via")
+        return rows.at(np.flatnonzero(may_end[rows.columns[EVENT]]))
 
     def _look_up_ends(self, state: int, rows: Matches) -> Matches:
         """Settle matches by their best ends; return starting positions, which may end alone."""
