@@ -407,8 +407,7 @@ class Joiner:
 def _pieces(beside: OtherLine, line: DistinctSpans) -> Iterator[IntArray]:
     """Yield matches, so many at once that their pairs with others keep within the budget."""
     relation, others, _ = beside
-    few = len(line.place) * len(others) <= MOST_AT_ONCE
-    if few or (relation == "with" and others.free and others.lines.plain):  # few pairs are made
+    if len(line.place) * len(others) <= MOST_AT_ONCE:
         yield np.arange(len(line.place))
         return
     index = relations.SpanIndex(others.lines)

@@ -2,8 +2,7 @@
 
 A search could keep every partial match of every line, with every symbol that it has taken. Most
 patterns need much less: no symbol can be wanted by two lines, one end a beginning is enough, or a
-line beside the first can never stand there. `Rewrites` holds what can be left out; `described` says
-it in words.
+line beside the first can never stand there. `Rewrites` holds what can be left out.
 """
 
 from __future__ import annotations

@@ -304,7 +304,7 @@ class Walk:
             ends.node,
             context.joins.ended(self, len(memory)),
         ).at(context.met_where_known(ends.spans.capture, notes))
-        if program.open_ended:
+        if program.open_ended and self.best_ends is None:
             return found, self.nodes
         return found.at(distinct(found.keys(), len(found))[0]), None
 
