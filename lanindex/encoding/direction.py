@@ -108,15 +108,9 @@ class Borders(NamedTuple):
 
 @cache
 def borders(each: tuple[Ranges, ...]) -> Borders:
-    """Return divisions as one."""
-    return Borders(
-        np.array([one.place for one in each]),
-        np.array([one.relative for one in each]),
-        np.array([one.mid for one in each]),
-        np.array([one.high for one in each]),
-        np.array([one.starts for one in each]),
-        np.array([_references(one) for one in each]),
-    )
+    """Return the divisions of several spaces as arrays."""
+    fields = zip(*((it.place, it.relative, it.mid, it.high, it.starts) for it in each), strict=True)
+    return Borders(*map(np.array, fields), np.array([_references(one) for one in each]))
 
 
 def numbers(around: Sequence[Space]) -> tuple[Borders, Floats]:

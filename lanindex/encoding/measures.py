@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encoding.arithmetic import blocks
+from lanindex.encoding.arithmetic import blocks, sizes
 from lanindex.encoding.limbs import Limbs
 from lanindex.encoding.profile import Profile
 from lanindex.model.symbol import FIELDS
@@ -95,20 +95,14 @@ def _looked(
     row = np.arange(len(first)).repeat(counts)
     frames = first[row] + pace * (np.arange(len(row)) - begins[row])
     points = curves[:, limb[row], np.minimum(frames, last[row])]
-    away = _size(points)
+    away = sizes(points.T)
     points /= np.maximum(away, _TINY)
     away /= lengths[limb[row]]
     before = np.arange(-1, len(row) - 1)
     after = before + 1
     before[begins], after[begins] = begins, begins + counts - 1
-    turned = _size(points[:, after] - points[:, before])
+    turned = sizes((points[:, after] - points[:, before]).T)
     return _peaks(curves, limb, first, last), begins, turned, away[after] - away[before]
-
-
-def _size(points: Floats) -> Floats:
-    x, y, z = points
-    found: Floats = np.sqrt(x * x + z * z + y * y)
-    return found
 
 
 def _peaks(curves: Floats, limb: IntArray, first: IntArray, last: IntArray) -> Floats:

@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -143,14 +143,13 @@ def _seconds(value: Any) -> float:
     return number / (1000 if unit == "ms" else 1)
 
 
-def _speed(value: Any) -> Measure:
-    number, unit = _quantity(value, "mm/s|L/s", '"600 mm/s" or "1.09 L/s"')
-    return Measure(number, unit == "L/s")
+def _measure(value: Any, units: str, wanted: str) -> Measure:
+    number, unit = _quantity(value, units, wanted)
+    return Measure(number, unit.startswith("L"))
 
 
-def _length(value: Any) -> Measure:
-    number, unit = _quantity(value, "mm|L", '"50 mm" or "0.09 L"')
-    return Measure(number, unit == "L")
+_speed = partial(_measure, units="mm/s|L/s", wanted='"600 mm/s" or "1.09 L/s"')
+_length = partial(_measure, units="mm|L", wanted='"50 mm" or "0.09 L"')
 
 
 def _rhythm(value: Any) -> tuple[int, int]:

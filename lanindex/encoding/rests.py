@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import CARRIERS
-from lanindex.encoding.arithmetic import blocks, held, runs
+from lanindex.encoding.arithmetic import blocks, held, runs, sizes
 from lanindex.encoding.curves import Event, pieces
-from lanindex.encoding.ground import SIDES, SLIDES, STANCE, STANDS, STIRS, Ground, fifth
+from lanindex.encoding.ground import SIDES, SLIDES, STANCE, STANDS, STIRS, Ground, fifth, slope
 from lanindex.encoding.places import Stretch
 
 Floats = NDArray[np.float64]
@@ -99,7 +99,7 @@ def carriers(points: Floats, masses: Floats, feet: Flags, rate: float) -> Flags:
 
     `points` (3, J, N) and `masses` (J,) as from the functions; `feet` (2, N) those that carry.
     """
-    pace = _pace(points, rate)
+    pace = sizes(slope(points, rate).transpose(1, 2, 0))
     hips, calm = points[1, :2].min(axis=0), pace[:2].min(axis=0)
     high = np.concatenate(([hips, np.maximum(hips, points[1, 2])], points[1, 3:7]))
     pace = np.concatenate(([calm, calm], pace[3:7]))
@@ -141,14 +141,6 @@ def _off(points: Floats, masses: Floats, on: Flags) -> Floats:
 def _dot(one: Floats, other: Floats) -> Floats:
     found: Floats = one[0] * other[0] + one[1] * other[1]
     return found
-
-
-def _pace(points: Floats, rate: float) -> Floats:
-    if points.shape[2] < 2:
-        return np.zeros(points.shape[1:])
-    x, y, z = np.gradient(points, axis=2) * rate
-    pace: Floats = np.sqrt(x * x + z * z + y * y)
-    return pace
 
 
 ANKLE = 0.08

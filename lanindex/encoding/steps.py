@@ -88,8 +88,9 @@ def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
         if flight and both:
             start = flight[0]
         else:
-            rests = release - full > stop - release
-            start = _left(ground, foot, (full, release, stop)) if rests else full
+            start = full
+            if release - full > stop - release:  # it rests before it is lifted
+                start += round(begun(ground.feet.speed[foot, full:stop], release - full, STIRS))
         spans.append((start, stop))
         full = stop
     found = [
@@ -128,12 +129,6 @@ def _flown(ground: Ground, stop: int, brief: int) -> tuple[int, int] | None:
     number = bisect_right(ground.air, stop, key=lambda one: one[1]) - 1
     flight = ground.air[number] if number >= 0 else None
     return flight if flight and stop - flight[1] <= brief else None
-
-
-def _left(ground: Ground, foot: int, times: tuple[int, int, int]) -> int:
-    """Return when a foot begins to leave that rests, then is lifted, and then stands."""
-    rests, release, stop = times
-    return rests + round(begun(ground.feet.speed[foot, rests:stop], release - rests, STIRS))
 
 
 def _landings(ground: Ground) -> list[tuple[int, int, int]]:

@@ -31,8 +31,6 @@ from lanindex.model.symbol import blank, joined
 
 Floats = NDArray[np.float64]
 
-_SURELY = 1 - 1e-9  # Below this part of a limit, rounding cannot change the comparison
-
 LONG_HOLD = 6
 """Frames: the noise of a hold, which tells where moves begin, is measured from this length on."""
 
@@ -102,44 +100,20 @@ def holds(
     curve: Floats, stops: NDArray[np.int64], distance: float, path_check: float
 ) -> list[Hold]:
     """Return the holds of a curve (N, 3): successive candidates near the first one of each hold."""
-    found: list[Hold] = []
     limit = path_check or np.inf
     within = min(distance, limit)
-    marks = _marks(curve, stops, path_check)
-    first, origin, strays = next(marks)
-    last, before = first, origin
-    for stop, point, further in marks:
+    found: list[Hold] = []
+    first, last, origin = 0, 0, curve[0].tolist()
+    for stop in stops[1:].tolist():
+        point = curve[stop].tolist()
         near = dist(point, origin) <= within
-        if near and dist(before, origin) + strays > limit * _SURELY:
+        if near and path_check:
             near = sizes(curve[last:stop] - curve[first]).max() <= limit
         if not near:
             found.append(Hold(first, last))
             first, origin = stop, point
-        last, before, strays = stop, point, further
-    found.append(Hold(first, last))
-    return found
-
-
-def _marks(
-    curve: Floats, stops: NDArray[np.int64], path_check: float
-) -> Iterator[tuple[int, tuple[float, ...], float]]:
-    """Yield frame, position and excursion of each candidate, converted in blocks to save memory."""
-    strayed = np.zeros(len(stops))
-    if path_check:
-        strayed[:-1] = _strayed(curve, stops)
-    for part in blocks(len(stops)):
-        some = stops[part.inner]
-        places = map(tuple, curve[some].tolist())
-        yield from zip(some.tolist(), places, strayed[part.inner].tolist(), strict=True)
-
-
-def _strayed(curve: Floats, stops: NDArray[np.int64]) -> Floats:
-    """Return the largest distance of the limb from each candidate before the next, (C - 1,)."""
-    away = np.empty(max(len(curve) - 1, 0))
-    origins = stops[:-1].repeat(stops[1:] - stops[:-1])
-    for part in blocks(len(away)):
-        away[part.inner] = sizes(curve[part.inner] - curve.T.take(origins[part.inner], axis=1).T)
-    return np.maximum.reduceat(away, stops[:-1])
+        last = stop
+    return [*found, Hold(first, last)]
 
 
 def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -> list[Segment]:

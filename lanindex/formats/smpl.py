@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.body import sampled
-from lanindex.formats.turning import UNSCALED, UNTURNED, place
+from lanindex.formats.turning import UNSCALED, UNTURNED, of_vectors, place
 
 Floats = NDArray[np.float64]
 
@@ -129,7 +129,7 @@ def posed(poses: NDArray[Any], shift: NDArray[Any]) -> tuple[NDArray[Any], NDArr
     for start in range(0, len(poses), BLOCK):
         block = slice(start, start + BLOCK)
         vectors = poses[block, : 3 * TURNED].astype(np.float64).reshape(-1, TURNED, 3)
-        local, root = _quaternions(vectors), shift[block].astype(np.float64) + REST
+        local, root = of_vectors(vectors), shift[block].astype(np.float64) + REST
 
         def standing(
             joint: int, local: Floats = local, root: Floats = root
@@ -139,13 +139,6 @@ def posed(poses: NDArray[Any], shift: NDArray[Any]) -> tuple[NDArray[Any], NDArr
 
         place(joints, joints, PARENTS, standing, places[block], turns[block])
     return places, turns
-
-
-def _quaternions(vectors: Floats) -> Floats:
-    """Return axis times angle (..., 3) as quaternions (..., 4), w first."""
-    angle = np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
-    half = np.sinc(angle / (2 * np.pi)) / 2  # sin(angle / 2) / angle, at 0 too
-    return np.concatenate((np.cos(angle / 2), vectors * half), axis=-1)
 
 
 # by how many numbers a frame of features has, twelve for each joint but one: whose they are

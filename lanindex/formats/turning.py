@@ -49,6 +49,13 @@ def inverse(turns: NDArray[Any]) -> Floats:
     return undone
 
 
+def of_vectors(vectors: NDArray[Any]) -> Floats:
+    """Return the quaternions (..., 4) of axes times angles (..., 3), radians."""
+    angle = np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
+    half = np.sinc(angle / (2 * np.pi)) / 2  # sin(angle / 2) / angle, at 0 too
+    return np.concatenate((np.cos(angle / 2), vectors * half), axis=-1)
+
+
 def rotated(turns: NDArray[Any], points: NDArray[Any]) -> NDArray[Any]:
     """Return points (..., 3) as turns (..., 4) take them."""
     w, x, y, z = _parts(turns)
