@@ -160,13 +160,7 @@ def skeleton_of(skeleton: Skeleton, joints: NDArray[np.int64]) -> Skeleton:
 
 
 def read_body_file(path: str) -> Mapping[str, tuple[str, ...]]:
-    """Read a file in which a user says which joints or markers play the body.
-
-    It has a line for each joint that is said, the others are found as ever::
-
-        RWrist = "hand_r"                  # a joint or marker of the capture
-        RElbow = ["elbow_in", "elbow_out"] # the middle of several markers
-    """
+    """Read a user's file of joints or markers that play the body: see ``guide/formats.md``."""
     try:
         with open(path, "rb") as file:
             table = tomllib.loads(file.read(_BODY_FILE).decode())

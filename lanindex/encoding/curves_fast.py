@@ -5,7 +5,7 @@ They give equal numbers.
 
 from __future__ import annotations
 
-from math import hypot
+from math import hypot, sqrt
 
 import numba
 import numpy as np
@@ -59,6 +59,12 @@ def middle(values):
 
 
 Floats = NDArray[np.float64]
+
+
+@numba.njit
+def size(x, y, z):
+    """Return the size of a vector, summed as `lanindex.encoding.arithmetic.sizes` does."""
+    return sqrt(x * x + z * z + y * y)
 
 
 @numba.njit

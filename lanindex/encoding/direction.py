@@ -110,7 +110,7 @@ class Borders(NamedTuple):
 def borders(each: tuple[Ranges, ...]) -> Borders:
     """Return the divisions of several spaces as arrays."""
     fields = zip(*((it.place, it.relative, it.mid, it.high, it.starts) for it in each), strict=True)
-    return Borders(*map(np.array, fields), np.array([_references(one) for one in each]))
+    return Borders._make((*map(np.array, fields), np.array([_references(it) for it in each])))
 
 
 def numbers(around: Sequence[Space]) -> tuple[Borders, Floats]:

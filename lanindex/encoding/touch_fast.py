@@ -1,6 +1,6 @@
 """What each hand is nearest to, compiled (extra ``fast``).
 
-The same as `touch` does with numpy, which is the truth: equal numbers.
+The numbers are equal to those of `touch`.
 """
 
 from __future__ import annotations
@@ -10,12 +10,8 @@ from math import sqrt
 import numba
 import numpy as np
 
+from lanindex.encoding.curves_fast import size
 from lanindex.encoding.touch import CLASPED, FAR, LEAVES, NEVER, Flags, Floats, Near, Plan, empty
-
-
-@numba.njit
-def _size(x, y, z):
-    return sqrt(x * x + z * z + y * y)
 
 
 @numba.njit(error_model="numpy")
@@ -36,7 +32,7 @@ def _look(points, ends, reach, ways, away, along):
         d, e, f = ways[3, frame], ways[4, frame], ways[5, frame]
         share = (a * d + c * f + b * e) / max(d * d + f * f + e * e, 1e-9)
         share = min(max(share, 0.0), 1.0)
-        away[frame] = _size(a - share * d, b - share * e, c - share * f) / reach
+        away[frame] = size(a - share * d, b - share * e, c - share * f) / reach
         along[frame] = share
 
 

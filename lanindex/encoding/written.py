@@ -128,22 +128,24 @@ def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -
     found = []
     for (before, after), (quiet, calm) in zip(pairwise(stops), pairwise(noise), strict=True):
         first, last = before.last, after.first
-        peak, move = max(values[first : last + 1]), range(first, last + 1)
-        begin = _begin(values, before.first, move, peak / 4, max(onset * peak, quiet))
-        end = _begin(values, after.last, move[::-1], peak / 4, max(onset * peak, calm))
+        peak = max(values[first : last + 1])
+        fast, slow = peak / 4, onset * peak
+        begin = onset_frame(values, before.first, first, last, 1, fast, max(slow, quiet))
+        end = onset_frame(values, after.last, last, first, -1, fast, max(slow, calm))
         found.append(Segment(first, last, begin, max(begin, end)))
     return found
 
 
-def _begin(speed: memoryview, hold: int, move: range, fast: float, slow: float) -> int:
-    """Return the last slow frame before the first fast frame of the move, or the hold's far end."""
-    for start in move:
-        if speed[start] >= fast:
-            break
-    for frame in range(start, hold, -move.step):
-        if speed[frame] <= slow:
-            return frame
-    return hold
+def onset_frame(
+    speed: Any, hold: int, first: int, last: int, step: int, fast: float, slow: float
+) -> int:
+    """Return the last slow frame before the first fast one of a move, or the hold's far end."""
+    frame = first
+    while speed[frame] < fast and frame != last:
+        frame += step
+    while frame != hold and speed[frame] > slow:
+        frame -= step
+    return frame
 
 
 class Run(NamedTuple):

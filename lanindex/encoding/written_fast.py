@@ -1,7 +1,7 @@
 """Stages 2 to 6, compiled (extra ``fast``): all parts of a stretch from curves to rows.
 
-The same as `segment`, `direction`, `symbols` and `measures` do with numpy, which are the truth:
-equal rows. What rounds otherwise in a compiled loop (angles, margins) is left to numpy.
+The rows are equal to those that `written`, `direction` and `measures` make with numpy. Angles and
+margins would round differently in a compiled loop, so numpy computes them here, too.
 """
 
 from __future__ import annotations
@@ -11,45 +11,41 @@ from math import atan2, degrees, inf, sqrt
 
 import numba
 import numpy as np
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PLACE
 from lanindex.encoding.arithmetic import parted
-from lanindex.encoding.curves_fast import middle
+from lanindex.encoding.curves_fast import middle, size
 from lanindex.encoding.direction import Space, angles, course
 from lanindex.encoding.limbs import Limbs
 from lanindex.encoding.measures import _TINY
 from lanindex.encoding.profile import Profile
-from lanindex.encoding.written import LONG_HOLD, ROW, Written, finished, spaces
+from lanindex.encoding.written import LONG_HOLD, ROW, Written, finished, onset_frame, spaces
 from lanindex.notation.lpd_ldd import Ranges
 
 UNSEEN, UNCLEAR = -2, -1
-"""What stands for a cell that nobody asked for, and for one at whose border a point lies."""
+"""Codes of a cell that was not computed, and of one whose border is too near to tell."""
 
-_CLEAR = 1e-9  # of a radius, or of a degree: nearer to a border the plain way decides
-
-
-@numba.njit
-def _size(x, y, z):
-    return sqrt(x * x + z * z + y * y)
+_CLEAR = 1e-9  # of a radius, or of a degree: nearer to a border numpy decides
 
 
 @numba.njit
 def _between(x, y, z, one, other):
-    return _size(x[one] - x[other], y[one] - y[other], z[one] - z[other])
+    return size(x[one] - x[other], y[one] - y[other], z[one] - z[other])
 
 
 @numba.njit
 def _speeds(x, y, z, rate, speed):
     last = len(speed) - 1
     for frame in range(1, last):
-        speed[frame] = _size(
+        speed[frame] = size(
             (x[frame + 1] - x[frame - 1]) / 2.0 * rate,
             (y[frame + 1] - y[frame - 1]) / 2.0 * rate,
             (z[frame + 1] - z[frame - 1]) / 2.0 * rate,
         )
     for frame, first in ((0, 0), (last, last - 1)):
-        speed[frame] = 0.0 if last < 1 else _size(
+        speed[frame] = 0.0 if last < 1 else size(
             (x[first + 1] - x[first]) * rate,
             (y[first + 1] - y[first]) * rate,
             (z[first + 1] - z[first]) * rate,
@@ -119,16 +115,7 @@ def _quiet(speed, hold, still):
     return max(still, middle(speed[first : last + 1].copy()))
 
 
-@numba.njit
-def _seen_from(speed, hold, first, last, step, fast, slow):
-    start = first
-    while speed[start] < fast and start != last:
-        start += step
-    while start != hold:
-        if speed[start] <= slow:
-            return start
-        start -= step
-    return hold
+register_jitable(onset_frame)  # compiled where a loop below calls it
 
 
 @numba.njit
@@ -143,11 +130,9 @@ def _moves(speed, holds, count, onset, still, moves):
             for frame in range(first, last + 1):
                 peak = max(peak, speed[frame])
             quiet, calm = calm, _quiet(speed, holds[number + 1], still)
-            slow = onset * peak
-            begin = _seen_from(speed, holds[number, 0], first, last, 1, peak / 4, max(slow, quiet))
-            end = _seen_from(
-                speed, holds[number + 1, 1], last, first, -1, peak / 4, max(slow, calm)
-            )
+            fast, slow = peak / 4, onset * peak
+            begin = onset_frame(speed, holds[number, 0], first, last, 1, fast, max(slow, quiet))
+            end = onset_frame(speed, holds[number + 1, 1], last, first, -1, fast, max(slow, calm))
             end = max(begin, end)
         moves[number, 0], moves[number, 1] = first, last
         moves[number, 2], moves[number, 3] = begin, end
@@ -206,8 +191,8 @@ def _nearest(x, y, z, start, stop, length, middle):
     found, least = start, inf
     forward, up, right = middle[0], middle[1], middle[2]
     for frame in range(start, stop):
-        scale = length if length else max(_size(x[frame], y[frame], z[frame]), 1e-9)
-        apart = _size(x[frame] / scale - forward, y[frame] / scale - up, z[frame] / scale - right)
+        scale = length if length else max(size(x[frame], y[frame], z[frame]), 1e-9)
+        apart = size(x[frame] / scale - forward, y[frame] / scale - up, z[frame] / scale - right)
         if apart < least:
             found, least = frame, apart
     return found, least
@@ -270,8 +255,7 @@ _SYMBOL, _DROPPED, _PASSING, _REJOINED = range(4)
 
 @numba.njit
 def _apart(curve, frame, x, y, z):
-    x, y, z = curve[0, frame] - x, curve[1, frame] - y, curve[2, frame] - z
-    return sqrt(x * x + z * z + y * y)
+    return size(curve[0, frame] - x, curve[1, frame] - y, curve[2, frame] - z)
 
 
 @numba.njit

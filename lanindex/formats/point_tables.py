@@ -337,23 +337,7 @@ _MOST = 1000  # lines that may be skipped
 
 
 def columns_of(path: str) -> dict[str, Any]:
-    """Read the user's file of columns (TOML).
-
-    All keys but ``joints`` may be left out::
-
-        separator = ";"       # between cells; "space" for blanks; else what the header has most of
-        comma = true          # a comma stands in numbers where a point would
-        skip = 3              # lines before the first row; the last of them names the columns
-        rate = 100            # frames a second; or
-        time = "t"            # the column of times, and
-        tick = 0.001          # seconds in one unit of it
-        unit = "mm"
-        up = "z"
-
-        [joints]              # a column by its name, or by its number, counted from 1
-        RightWrist = ["rwx", "rwy", "rwz"]
-        LeftWrist = [5, 6, 7]
-    """
+    """Read a user's file of columns (TOML): see ``guide/formats.md``."""
     try:
         columns = tomllib.loads(Path(path).read_text("utf-8"))
     except (OSError, ValueError) as error:
