@@ -126,10 +126,7 @@ class ColumnCache:
         self._drop_old(connection)
         missing = [name for name in names if name not in self._texts]
         if missing:
-
-            def read(spine: Spine) -> tuple[list[int], dict[str, list[Any]]]:
-                return columns.read_all_texts(connection, spine, missing)
-
+            read = partial(columns.read_all_texts, connection, names=missing)
             self._numbers, texts = self.trusting(connection, read)
             self._texts |= texts
         return self._numbers, {name: self._texts[name] for name in names}
@@ -228,7 +225,7 @@ def purge(connection: Link) -> bool:
     return False
 
 
-def cover(connection: Link, waiting: Callable[[int], None] = lambda count: None) -> bool:
+def cover(connection: Link, waiting: Callable[[int], None]) -> bool:
     """Write a segment of captures that are in none, and return whether any are left."""
     pending = segments.read_spine(connection).pending
     pieces: list[columns.Piece] = []

@@ -184,19 +184,16 @@ def ambiguous_error(name: str, locations: Sequence[str], place: str) -> LibraryE
 
 def absent_error(name: str, texts: Texts, place: str) -> AbsentError:
     """Return the error that a name means no capture, with those that have one like it."""
-    return AbsentError(f"there is no capture {name}", place=place, remedy=_suggestion(texts, name))
+    from rapidfuzz import process
+
+    pairs = zip(texts["location"], texts["path"], strict=True)
+    paths = {os.path.basename(location): path for location, path in pairs}
+    near = process.extract(os.path.basename(name), list(paths), limit=3, score_cutoff=60)
+    remedy = "All are shown by: lanindex list"
+    if near:
+        remedy = f"Did you mean {_joined_names([paths[file_name] for file_name, _, _ in near])}?"
+    return AbsentError(f"there is no capture {name}", place=place, remedy=remedy)
 
 
 def _joined_names(names: Sequence[str], most: int = 3) -> str:
     return ", ".join(names[:most]) + (" …" if len(names) > most else "")
-
-
-def _suggestion(texts: Texts, named: str) -> str:
-    from rapidfuzz import process
-
-    pairs = zip(texts["location"], texts["path"], strict=True)
-    names = {os.path.basename(location): path for location, path in pairs}
-    near = process.extract(os.path.basename(named), list(names), limit=3, score_cutoff=60)
-    if near:
-        return f"Did you mean {_joined_names([names[name] for name, _, _ in near])}?"
-    return "All are shown by: lanindex list"
