@@ -156,7 +156,7 @@ class Output:
                 self.line(self.paint(text, "dim") if index == 0 else text)
 
     def watch(self, noun: str, done: int, total: int) -> None:
-        """Note how far a job is; show it on a terminal if the job takes a while."""
+        """Note how far a job is; if it takes a while, show a bar until the next line is printed."""
         is_new, now = (noun, total) != (_job.noun, _job.total), monotonic()
         _job.noun, _job.done, _job.total = noun, done, total
         _job.begun = now if _job.begun is None else _job.begun
@@ -292,7 +292,7 @@ def choice(name: str, value: str, choices: Sequence[str]) -> None:
 
 
 def _say(line: str, stream: TextIO) -> None:
-    """Print a line; it ends the display of the job that was watched, and other bars step aside."""
+    """Print a line; the bar of the watched job is removed before it, other bars step aside."""
     global _job
     if _job.noun:
         _remove_bar(_job.bar)
