@@ -19,8 +19,7 @@ from lanindex.library.store import Store
 from lanindex.model import Capture, Score, Symbol, Track
 from lanindex.model.columns import STARTING, columns_of, roster_of
 from lanindex.search.dictionary import Entry, absent, entry_named, inside, load, spelled, words_of
-from lanindex.search.fields import CLIP_FIELDS, extras_in, measures_in
-from lanindex.search.hits import Hits
+from lanindex.search.hits import CLIP_FIELDS, Hits, extras_in, measures_in
 from lanindex.search.language import parse
 from lanindex.search.language.clauses import CLIP, references_in
 from lanindex.search.language.natural import reading

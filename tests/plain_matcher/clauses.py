@@ -12,7 +12,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from lanindex.model import Hit, Span, Symbol
-from lanindex.search.fields import names_in
+from lanindex.search.hits import names_in
 from lanindex.search.language.clauses import CLIP
 from lanindex.search.language.query import Query
 from plain_matcher.candidates import Match, Recording

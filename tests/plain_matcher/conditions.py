@@ -4,7 +4,7 @@ from fractions import Fraction
 
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVELS, MIRRORED, mirrored_part
 from lanindex.model import Hit, Symbol
-from lanindex.search.fields import COMPARE, Value, about, number_of, value_of
+from lanindex.search.hits import COMPARE, Value, about, number_of, value_of
 from lanindex.search.language.clauses import Condition, Mirrors, Reference, Sum, Term
 from lanindex.search.language.times import Clock, Time
 

@@ -7,7 +7,7 @@ import pytest
 from query_cases import recordings_of
 
 from lanindex.model import Capture, Meter
-from lanindex.search.fields import names_in
+from lanindex.search.hits import names_in
 from lanindex.search.language import parse
 from lanindex.search.match import find_in
 

@@ -15,7 +15,7 @@ from lanindex.model.columns import columns_of
 from lanindex.pipeline import open_library
 from lanindex.search.explain import sentence
 from lanindex.search.explain.why import away
-from lanindex.search.fields import measures_in
+from lanindex.search.hits import measures_in
 from lanindex.search.language import parse
 from lanindex.search.match.batch import Rows
 

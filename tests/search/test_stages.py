@@ -6,8 +6,7 @@ import pytest
 
 from lanindex.errors import UsageError
 from lanindex.model import Capture, Hit, Span, Symbol
-from lanindex.search.fields import value_of
-from lanindex.search.hits import Counts, Hits, ListedHits, hits_in, piped
+from lanindex.search.hits import Counts, Hits, ListedHits, hits_in, piped, value_of
 from lanindex.search.language import parse
 from lanindex.search.language.clauses import Reference
 

@@ -27,7 +27,7 @@ from lanindex.model import Capture
 from lanindex.model.columns import CELL, THOUSANDTHS, cell_of, has_amount
 from lanindex.model.derived import degree_of
 from lanindex.model.symbol import FIELDS
-from lanindex.search.fields import COMPARE, Value, about, constant, names_in, number_of
+from lanindex.search.hits import COMPARE, Value, about, constant, names_in, number_of
 from lanindex.search.language.clauses import (
     CLIP,
     MATCH,

@@ -15,7 +15,7 @@ from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of, roster_of
 from lanindex.model.symbol import joined as rows_joined
 from lanindex.model.symbol import listed
-from lanindex.search.fields import meets
+from lanindex.search.hits import meets
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
 from lanindex.search.match.arrays import IntArray, OverBudget, limited_to, once, together
