@@ -94,8 +94,8 @@ def imported(name: str) -> bool:
 def cached(name: str) -> bool:
     """Return whether loops are in the cache of numba, without importing it.
 
-    The cache of an older module looks the same: it is compiled anew when it is called. A constant
-    that a module imports from another one is not noticed.
+    The cache of an older module looks the same: it is compiled anew when it is called. A change
+    of a constant or a function that a module imports from another one is not noticed.
     """
     module, kernel = LOOPS[name].last
     source = Path(__file__).parents[1].joinpath(*module.split(".")).with_suffix(".py")

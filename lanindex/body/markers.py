@@ -433,7 +433,8 @@ class Clusters:
             for joint, pair in self.between.items():
                 out = found[start : start + BLOCK, JOINT_CODES[joint]]
                 sides = zip(pair, np.split(held[joint], 2), strict=True)
-                out[:] = _midpoint(*(_transformed(*turns[name], point) for name, point in sides))
+                moved = ((turns[name], point) for name, point in sides)
+                out[:] = _midpoint(*(turn @ point + middle for (turn, middle), point in moved))
         hips = found[:, [JOINT_CODES["RHip"], JOINT_CODES["LHip"]]]
         found[:, JOINT_CODES["Pelvis"]] = hips.mean(axis=1)
         return found
@@ -543,11 +544,6 @@ def turns_of(places: Floats, shape: Floats) -> tuple[Floats, Floats]:
     turn = left @ right
     turn[~enough] = np.nan
     return turn, middle - np.einsum("tij,tj->ti", turn, centre)
-
-
-def _transformed(turn: Floats, middle: Floats, point: Floats) -> Floats:
-    moved: Floats = turn @ point + middle
-    return moved
 
 
 def _midpoint(one: Floats, other: Floats) -> Floats:

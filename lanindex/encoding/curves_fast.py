@@ -142,7 +142,7 @@ for _function in (
     swings,
     turning_points,
 ):
-    register_jitable(_function)  # compiled where a loop below calls it
+    register_jitable(_function)  # compiled with the loops below that call it, and cached with them
 
 
 @numba.njit(cache=True, nogil=True)

@@ -115,7 +115,7 @@ def _quiet(speed, hold, still):
     return max(still, middle(speed[first : last + 1].copy()))
 
 
-register_jitable(onset_frame)  # compiled where a loop below calls it
+register_jitable(onset_frame)  # compiled with the loop below that calls it
 
 
 @numba.njit
