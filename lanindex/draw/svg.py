@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from bisect import bisect_right
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
 from html import escape
 from io import BytesIO
+from itertools import pairwise
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -132,36 +132,23 @@ def pages(picture: Picture) -> list[Picture]:
         return [picture]
     room = picture.height * RATIO - MARGIN
     each = max(int(room // (staves[1] - staves[0])), 1)
-    firsts = staves[::each]
-    marks: list[list[Mark]] = [[] for _ in firsts]
-    for mark in picture.marks:
-        for page, own in _parted(mark, firsts):
-            marks[page].append(own)
-    ends = [*firsts[1:], picture.width]
-    return [
-        replace(
-            picture,
-            left=first - MARGIN,
-            width=end - first + MARGIN,
-            marks=tuple(own),
-            staves=staves[number * each : (number + 1) * each],
-        )
-        for number, (first, end, own) in enumerate(zip(firsts, ends, marks, strict=True))
-    ]
+    firsts, found = staves[::each], list[Picture]()
+    for number, (first, end) in enumerate(pairwise([*firsts, picture.width])):
+        low, high = first if number else -inf, end if number + 1 < len(firsts) else inf
+        marks = tuple(cut for mark in picture.marks if (cut := _piece(mark, low, high)))
+        width, own = end - first + MARGIN, staves[number * each : (number + 1) * each]
+        page = replace(picture, left=first - MARGIN, width=width, marks=marks, staves=own)
+        found.append(page)
+    return found
 
 
-def _parted(mark: Mark, firsts: tuple[int, ...]) -> Iterable[tuple[int, Mark]]:
-    """Yield the pages of a mark and its piece on each: a symbol may stand on two."""
-    if not isinstance(mark, MarkGroup):
-        x = mark.x + (mark.lines[0][0][0] if isinstance(mark, Polyline) else 0)
-        yield max(bisect_right(firsts, x) - 1, 0), mark
-        return
-    held: dict[int, list[Mark]] = {}
-    for one in mark.marks:
-        for page, own in _parted(one, firsts):
-            held.setdefault(page, []).append(own)
-    for page, some in held.items():
-        yield page, replace(mark, marks=tuple(some))
+def _piece(mark: Mark, low: float, high: float) -> Mark | None:
+    """Return what begins of a mark between two places: a symbol may stand on two pages."""
+    if isinstance(mark, MarkGroup):
+        marks = tuple(cut for it in mark.marks if (cut := _piece(it, low, high)))
+        return replace(mark, marks=marks) if marks else None
+    x = mark.x + (mark.lines[0][0][0] if isinstance(mark, Polyline) else 0)
+    return mark if low <= x < high else None
 
 
 FORMS = ("svg", "png", "pdf")  # what a picture can be written as

@@ -127,35 +127,42 @@ _FIRST = (
 
 
 @dataclass(frozen=True, slots=True)
+class _Drawn:
+    """A symbol in rows of text."""
+
+    sign: str
+    bar: str  # What stands in the rows behind the sign
+    marked: bool
+    key: int  # The row in which it begins, times `_WITHIN`; of what began before: -1
+    end: int  # The last row that it reaches
+
+
+@dataclass(frozen=True, slots=True)
 class _Column:
     """What a track does between two frames."""
 
     part: str  # Whose
-    # The sign of each, its bar, and whether it is marked; the one in force at the beginning
-    symbols: list[tuple[str, str, bool]]
-    # The row in which each begins, times `_WITHIN`, and the last row that it reaches
-    keys: list[int]
-    ends: list[int]
-    before: list[tuple[str, str, bool]]
+    symbols: list[_Drawn]
+    before: list[_Drawn]  # The one in force at the beginning, if any
     # Rows in which the part begins to be seen, ceases to be seen ..., and the foot to stand
     known: list[int]
     stands: list[int]
 
     def events(self) -> list[int]:
-        """Return the rows that say something new."""
-        rows = (*(end + 1 for end in self.ends), *self.known, *self.stands)
-        return [*self.keys, *(row * _WITHIN for row in rows)]
+        """Return the keys of rows that say something new."""
+        rows = (*(it.end + 1 for it in self.symbols), *self.known, *self.stands)
+        return [*(it.key for it in self.symbols), *(row * _WITHIN for row in rows)]
 
     def first(self) -> tuple[str, bool]:
         """Return the sign in force at the beginning, and whether it is marked."""
-        return (self.before[0][0], self.before[0][2]) if self.before else ("", False)
+        return (self.before[0].sign, self.before[0].marked) if self.before else ("", False)
 
     def cell(self, key: int, hold: str) -> tuple[str, bool]:
         """Return the text of a row, and whether it is marked."""
-        at, row = bisect_right(self.keys, key) - 1, key // _WITHIN
-        if at >= 0 and (row <= self.ends[at] or self.keys[at] == key):
-            sign, bar, marked = self.symbols[at]
-            return (sign if self.keys[at] == key else bar), marked
+        at, row = bisect_right(self.symbols, key, key=lambda it: it.key) - 1, key // _WITHIN
+        symbol = self.symbols[at] if at >= 0 else None
+        if symbol and (row <= symbol.end or symbol.key == key):
+            return (symbol.sign if symbol.key == key else symbol.bar), symbol.marked
         if bisect_right(self.stands, row) % 2:
             return hold, False
         return "" if bisect_right(self.known, row) % 2 else "?", False
@@ -170,10 +177,6 @@ class TextStaff:
             part: rows
             for part, track in score.tracks.items()
             if len(rows := track.symbols[~track.symbols["passing"]])
-        }
-        self._times = {
-            part: (np.ascontiguousarray(rows["start"]), np.ascontiguousarray(rows["stop"]))
-            for part, rows in self._rows.items()
         }
 
     def lines(
@@ -206,7 +209,7 @@ class TextStaff:
         scale, meant = rate * step, {part for part, *_ in marked}
         wanted = {*(parts or meant | ({*usual_tracks(self._rows)} - STANCES) or self._rows)}
         drawn = [self._column(part, span, scale, marked) for part in self._rows if part in wanted]
-        moving = [it for it in drawn if parts or it.keys or it.part in meant] or drawn
+        moving = [it for it in drawn if parts or it.symbols or it.part in meant] or drawn
         still = [it for it in drawn if it not in moving]
         label = max(5, len(_seconds(span.stop / rate)))
         blank, wide = " " * label, signs.cell + 1
@@ -251,51 +254,30 @@ class TextStaff:
             for it in self.score.tracks[part].known
             if it.start < span.stop and span.start < it.stop
         ]
-        before = rows[max(first - 1, 0) : first]
-        if not (kind.lasts and known and (before["start"] >= known[0].start).any()):
-            before = before[:0]
-        keys, ends = list[int](), list[int]()
-        times = (rows[name][first:last].tolist() for name in ("start", "stop"))
-        for start, stop in zip(*times, strict=True):
+        in_force = first and kind.lasts and known and rows["start"][first - 1] >= known[0].start
+        before = 1 if in_force else 0
+        symbols = list[_Drawn]()
+        names = ["direction", "level", "amount", "start", "stop"]
+        for number, fields in enumerate(rows[names][first - before : last].tolist()):
+            direction, level, amount, start, stop = fields
             row = _row(max(start, span.start), scale)
-            keys.append(max([row * _WITHIN, *(key + 1 for key in keys[-1:])]))
-            ends.append(_row(min(stop, span.stop) - 1, scale) if start < stop else row - 1)
-        names = ("direction", "level", "amount", "start", "stop")
-        symbols = [
-            (
-                self.signs.of(kind, direction, level, amount),
-                self.signs.bars[level],
-                (part, start, stop) in marked,
-            )
-            for own in (before, rows[first:last])
-            for direction, level, amount, start, stop in zip(
-                *(own[name].tolist() for name in names), strict=True
-            )
-        ]
+            key = max([row * _WITHIN, *(it.key + 1 for it in symbols[-1:])])
+            end = _row(min(stop, span.stop) - 1, scale) if start < stop else row - 1
+            sign, bar = self.signs.of(kind, direction, level, amount), self.signs.bars[level]
+            lit = (part, start, stop) in marked
+            symbols.append(_Drawn(sign, bar, lit, -1 if number < before else key, end))
         stances, stance = list[Span](), f"{part[:2]}stance"
         if kind.name == "support" and stance in self._rows:  # the foot stands
-            some = slice(*self._within(stance, span))
-            stances = [
-                Span(*it)
-                for it in zip(*(times[some].tolist() for times in self._times[stance]), strict=True)
-            ]
-        return _Column(
-            part,
-            symbols[len(before) :],
-            keys,
-            ends,
-            symbols[: len(before)],
-            _toggles(known, scale),
-            _toggles(stances, scale),
-        )
+            some = self._rows[stance][slice(*self._within(stance, span))]
+            stances = [Span(*it) for it in some[["start", "stop"]].tolist()]
+        toggles = _toggles(known, scale), _toggles(stances, scale)
+        return _Column(part, symbols[before:], symbols[:before], *toggles)
 
     def _within(self, part: str, span: Span) -> tuple[int, int]:
         """Return which rows of a track lie between two frames, but those that end there."""
-        begins, ends = self._times[part]
-        return (
-            int(np.searchsorted(ends, span.start, "right")),
-            int(np.searchsorted(begins, span.stop)),
-        )
+        rows = self._rows[part]
+        ends = np.searchsorted(rows["stop"], span.start, "right")
+        return int(ends), int(np.searchsorted(rows["start"], span.stop))
 
 
 def _seconds(time: Fraction) -> str:

@@ -168,14 +168,8 @@ def shown(score: Score, part: str) -> NDArray[Any]:
     return found
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reach:
-    """A stretch of frames in which a part goes from one cell to another, or stays."""
-
-    frames: slice
-    start: Cell
-    stop: Cell
-    share: Floats  # (T,) of the way done in each frame
+Reach = tuple[slice, Cell, Cell, Floats]
+"""Frames in which a part goes from a cell to another, or stays, and the share done, (T,)."""
 
 
 def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> Iterator[Reach]:
@@ -185,11 +179,11 @@ def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> It
         cell = int(row["direction"]), int(row["level"])
         start, stop = float(row["start"] / rate), float(row["stop"] / rate)
         begin, end = np.searchsorted(times, [start - 1e-9, stop - 1e-9])
-        yield Reach(slice(done, begin), now, now, np.zeros(begin - done))
+        yield (slice(done, begin), now, now, np.zeros(begin - done))
         share = (times[begin:end] - start) / (stop - start)
-        yield Reach(slice(begin, end), now, cell, minimum_jerk(share))
+        yield (slice(begin, end), now, cell, minimum_jerk(share))
         now, done = cell, int(end)
-    yield Reach(slice(done, len(times)), now, now, np.zeros(len(times) - done))
+    yield (slice(done, len(times)), now, now, np.zeros(len(times) - done))
 
 
 def reach_when_bent(rows: NDArray[Any], times: Floats, rate: Fraction) -> Floats:

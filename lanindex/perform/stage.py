@@ -38,7 +38,6 @@ from lanindex.perform.limbs import (
     Cell,
     Floats,
     Limb,
-    Reach,
     direction_vector,
     dot,
     great_circle,
@@ -215,9 +214,10 @@ def _bone_directions(score: Score, part: str, times: Floats) -> Floats:
     rows = shown(score, part)
     points = np.empty((len(times), 3))
     side = np.array([0.0, 0.0, _side(part)])
-    for reach in reaches(rows[~_folds(rows)], times, score.rate, REST.get(part, (PLACE, LOW))):
-        ends = direction_vector(reach.start), direction_vector(reach.stop)
-        points[reach.frames] = great_circle(*ends, reach.share, side)
+    rest = REST.get(part, (PLACE, LOW))
+    for frames, begin, end, share in reaches(rows[~_folds(rows)], times, score.rate, rest):
+        ends = direction_vector(begin), direction_vector(end)
+        points[frames] = great_circle(*ends, share, side)
     return points
 
 
@@ -228,9 +228,9 @@ def _bent_limb_directions(
     directions, aside = np.empty((2, len(times), 3))
     reach_of = np.empty(len(times))
     mirror = np.array([1.0, 1.0, _side(part)])
-    for reach in reaches(shown(score, part), times, score.rate, REST.get(part, (PLACE, LOW))):
-        frames = reach.frames
-        directions[frames], aside[frames], reach_of[frames] = _limb_directions(reach, limb, mirror)
+    for frames, begin, end, share in reaches(shown(score, part), times, score.rate, (PLACE, LOW)):
+        ways = _limb_directions(begin, end, share, limb, mirror)
+        directions[frames], aside[frames], reach_of[frames] = ways
     if BENDS[part] in score.tracks:
         bent_reach = reach_when_bent(shown(score, BENDS[part]), times, score.rate)
         reach_of = np.minimum(np.maximum(reach_of, IN_PLACE), bent_reach)
@@ -239,15 +239,14 @@ def _bent_limb_directions(
     return along + across, along - across
 
 
-def _limb_directions(reach: Reach, limb: Limb, mirror: Floats) -> tuple[Floats, Floats, Floats]:
+def _limb_directions(
+    begin: Cell, end: Cell, share: Floats, limb: Limb, mirror: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Return a limb's direction and where its joint goes, (T, 3), and how far it reaches, (T,)."""
     toward, side = limb.toward * mirror, mirror * [0, 0, 1]
-    start, stop = (
-        toward if cell == FOLDED else direction_vector(cell) for cell in (reach.start, reach.stop)
-    )
-    lengths = [limb.near if cell == FOLDED else 1.0 for cell in (reach.start, reach.stop)]
-    length = lengths[0] + (lengths[1] - lengths[0]) * reach.share
-    share = reach.share
+    start, stop = (toward if it == FOLDED else direction_vector(it) for it in (begin, end))
+    lengths = [limb.near if it == FOLDED else 1.0 for it in (begin, end)]
+    length = lengths[0] + (lengths[1] - lengths[0]) * share
     if lengths[0] != lengths[1]:
         turn = np.clip((TURNING - length) / (TURNING - limb.near), 0, 1)
         share = turn if lengths[1] < lengths[0] else 1 - turn
