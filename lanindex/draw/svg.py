@@ -132,14 +132,14 @@ def pages(picture: Picture) -> list[Picture]:
         return [picture]
     room = picture.height * RATIO - MARGIN
     each = max(int(room // (staves[1] - staves[0])), 1)
-    firsts, found = staves[::each], list[Picture]()
+    firsts, sheets = staves[::each], list[Picture]()
     for number, (first, end) in enumerate(pairwise([*firsts, picture.width])):
         low, high = first if number else -inf, end if number + 1 < len(firsts) else inf
         marks = tuple(cut for mark in picture.marks if (cut := _piece(mark, low, high)))
         width, own = end - first + MARGIN, staves[number * each : (number + 1) * each]
-        page = replace(picture, left=first - MARGIN, width=width, marks=marks, staves=own)
-        found.append(page)
-    return found
+        left = first - MARGIN
+        sheets.append(replace(picture, left=left, width=width, marks=marks, staves=own))
+    return sheets
 
 
 def _piece(mark: Mark, low: float, high: float) -> Mark | None:

@@ -163,10 +163,7 @@ class View:
 
 
 def view(
-    figure: Figure,
-    tracks: Sequence[str] | None = None,
-    start: int = 0,
-    stop: int | None = None,
+    figure: Figure, tracks: Sequence[str] | None = None, start: int = 0, stop: int | None = None
 ) -> View:
     """Return the view in which the parts that move spread widest, or else the front.
 

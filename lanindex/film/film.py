@@ -42,12 +42,7 @@ if TYPE_CHECKING:
 _X264 = "bframes=0:subme=1:me=dia"  # a third faster on lines that move, a tenth larger
 
 _AV: dict[str, tuple[str, str, dict[str, str], dict[str, str]]] = {
-    "mp4": (
-        "libx264",
-        "yuv420p",
-        {"preset": "veryfast", "crf": "23", "x264-params": _X264},
-        {},
-    ),
+    "mp4": ("libx264", "yuv420p", {"preset": "veryfast", "crf": "23", "x264-params": _X264}, {}),
     "webp": (
         "libwebp_anim",
         "bgra",

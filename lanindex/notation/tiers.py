@@ -17,15 +17,7 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import (
-    BENDS,
-    BENT,
-    HOW_BENT,
-    KINDS,
-    MOST_AMOUNT,
-    TRACKS,
-    kind_of,
-)
+from lanindex.alphabet import BENDS, BENT, HOW_BENT, KINDS, MOST_AMOUNT, TRACKS, kind_of
 from lanindex.errors import ExportError, shown
 from lanindex.model import Score, Track
 from lanindex.notation.lnd import PART, LndReader, SymbolLine, fields_of, rank
@@ -47,26 +39,26 @@ class TierEntry:
 
 def entries_of(score: Score) -> dict[str, list[TierEntry]]:
     """Return the entries of each part of a score: starting positions and movements."""
-    tracks = score.tracks
-    written = [part for part in tracks if KINDS[tracks[part].kind].keyword and len(tracks[part])]
-    return {part: _entries(tracks[part], score.rate) for part in sorted(written, key=rank)}
-
-
-def _entries(track: Track, rate: Fraction) -> list[TierEntry]:
-    if not PART.fullmatch(track.part):
-        wanted = "small letters and _, as in r_arm"
-        raise ExportError(f'the part "{shown(track.part)}"', wanted=wanted)
-    found: list[TierEntry] = []
-    for symbol in track.listed():
-        if symbol.passing:
+    tiers: dict[str, list[TierEntry]] = {}
+    for part in sorted(score.tracks, key=rank):
+        track = score.tracks[part]
+        if not (KINDS[track.kind].keyword and len(track)):
             continue
-        start, stop = (milliseconds(frame, rate) for frame in (symbol.start, symbol.stop))
-        again = bool(found) and found[-1].start == start == stop
-        if again or (start == stop and symbol.start < symbol.stop):
-            place = f"{track.part} at {start / SECOND:g} s"
-            raise ExportError("a symbol of less than 1 ms", place=place, wanted="1 ms at least")
-        found.append(TierEntry(symbol.words, start, stop))
-    return found
+        if not PART.fullmatch(part):
+            raise ExportError(
+                f'the part "{shown(part)}"', wanted="small letters and _, as in r_arm"
+            )
+        entries = tiers[part] = list[TierEntry]()
+        for symbol in track.listed():
+            if symbol.passing:
+                continue
+            start, stop = (milliseconds(it, score.rate) for it in (symbol.start, symbol.stop))
+            again = bool(entries) and entries[-1].start == start == stop
+            if again or (start == stop and symbol.start < symbol.stop):
+                place = f"{part} at {start / SECOND:g} s"
+                raise ExportError("a symbol of less than 1 ms", place=place, wanted="1 ms at least")
+            entries.append(TierEntry(symbol.words, start, stop))
+    return tiers
 
 
 def milliseconds(frame: int, rate: Fraction) -> int:

@@ -343,9 +343,7 @@ _SLIGHT = 1e-6
 
 
 def face_palms(
-    joints: Floats,
-    wanted: Mapping[str, tuple[Floats, NDArray[np.int64]]],
-    body: Body,
+    joints: Floats, wanted: Mapping[str, tuple[Floats, NDArray[np.int64]]], body: Body
 ) -> list[str]:
     """Place knuckles, in (T, J, 3) mm, as palms shall face, (T, 3) by part; return what fails."""
     warnings = []

@@ -136,24 +136,27 @@ def carrier_spans(score: Score) -> list[CarrierSpan]:
 
 
 def plan_rests(
-    those: Sequence[CarrierSpan], busy: Sequence[tuple[float, float, float]], last: float
+    carriers: Sequence[CarrierSpan], moves: Sequence[Move], last: float
 ) -> tuple[list[Rest], list[str]]:
     """Return how the body comes down to each carrier and rises, and which have no time for it."""
-    joined = [None, *map(_joined, those[:-1], those[1:]), None]
-    halves = [-np.inf, *((one[1] + two[0]) / 2 for one, two in pairwise(those)), np.inf]
-    ends, rests, doubts = [it[1] for it in busy], list[Rest](), list[str]()
-    for number, (start, stop, what) in enumerate(those):
+    joined = [None, *map(_joined, carriers[:-1], carriers[1:]), None]
+    halves = [-np.inf, *((one[1] + two[0]) / 2 for one, two in pairwise(carriers)), np.inf]
+    ends, rests, doubts = [it.stop for it in moves], list[Rest](), list[str]()
+    for number, (start, stop, what) in enumerate(carriers):
         pose, (before, after) = POSES[what], joined[number : number + 2]
         past, next_one = bisect_right(ends, start), bisect_right(ends, stop)
-        step_end, height = (ends[past - 1] + LANDS, busy[past - 1][2]) if past else (-np.inf, 0.0)
+        step_end, height = -np.inf, 0.0
+        if past:
+            step_end, height = ends[past - 1] + LANDS, moves[past - 1].height
         length = min(max(start - max(step_end, halves[number]), LEAST), DOWN)
         until = start + pose.comes * pose.slower(height) * length**1.5 if start > 0 else 0.0
         down = before or (until - length, until)
         room, returns = halves[number + 1] - stop, after is None
-        if next_one < len(busy):
-            begin, end, then = busy[next_one]
+        if next_one < len(moves):
+            step = moves[next_one]
+            begin = step.start
             if begin - stop < LEAST:
-                returns, begin, height = False, end, min(height, then)
+                returns, begin, height = False, step.stop, min(height, step.height)
             room = min(room, begin - stop)
         length = min(max(room, LEAST), RISES)
         begin = stop - pose.leaves * pose.slower(height) * length**1.5
@@ -407,6 +410,11 @@ class Move:
     to: Floats | None = None
 
     @property
+    def height(self) -> float:
+        """Lengths of a leg that it takes the body up."""
+        return HEIGHT.get(self.level, 0.0)
+
+    @property
     def steps(self) -> bool:
         """Whether a foot is lifted, and stands anew."""
         return not self.flies and self.to is None
@@ -494,7 +502,7 @@ class FeetPath:
         body, front = self.body, self._front(move.stop)
         some, share = move.within(self.times)
         toe, reach = body.toe[0] * toward(front + np.pi / 2), body.leg + np.linalg.norm(body.toe)
-        high = body.leg * (REACHES + HEIGHT.get(move.level, 0.0) - HANGS) - body.toe[1]
+        high = body.leg * (REACHES + move.height - HANGS) - body.toe[1]
         room = np.sqrt(max(reach**2 - high**2, 0))  # of a toe near the floor, over the ground
         if move.direction != PLACE:
             way, stride = toward(np.radians(45.0 * move.direction) + front), STRIDE
@@ -563,8 +571,7 @@ def travel_of(score: Score, times: Floats, body: Body, bones: Bones) -> Travel |
         lean = bones["torso"][_frame((start + stop) / 2, times)]
         if what == "trunk" and lean[0] > PRONE:
             carried[number] = start, stop, "prone trunk"
-    busy = [(it.start, it.stop, HEIGHT.get(it.level, 0.0)) for it in moves]
-    rests, doubts = plan_rests(carried, busy, score.frames / rate)
+    rests, doubts = plan_rests(carried, moves, score.frames / rate)
     resting, path = Resting(score, rests, times), FeetPath(body, times, front)
     placed = _placed_feet(resting, bones)
     path.follow(moves, rests, placed)
@@ -717,7 +724,7 @@ def _levels(score: Score, moves: list[Move], times: Floats) -> Floats:
     for move in moves:
         if move.level >= 0:
             knots += [max(move.start, knots[-1] + 1e-6), max(move.stop, knots[-1] + 2e-6)]
-            values += [values[-1], HEIGHT.get(move.level, 0.0)]
+            values += [values[-1], move.height]
     levels: Floats = np.interp(times, knots, values)
     return levels
 
