@@ -197,8 +197,13 @@ class Joiner:
                 and self.context.rewrites.programs(companion)
                 and len(hulls.line)
             ):
-                self.context.tick()
-                hulls = self._without(companion, lines, hulls, outermost=outermost)
+                pieces = []
+                for some in in_pieces(np.ones(len(hulls.line), np.int64)):
+                    self.context.tick()
+                    pieces.append(
+                        self._without(companion, lines, hulls.at(some), outermost=outermost)
+                    )
+                hulls = together(pieces)
         return hulls
 
     def still_unmet(self, unmet: IntArray, claims: Claims) -> IntArray:
