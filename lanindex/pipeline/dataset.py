@@ -66,12 +66,12 @@ LICENCES = ("licence", "license")
 
 @dataclass(frozen=True, slots=True)
 class ClipGroup:
-    """Clips of a data set that share a label and a pattern."""
+    """Clips of a data set that share a label and a pattern; `tally` counts them by capture."""
 
     label: str
     pattern: str
     sentence: str
-    tally: Sequence[tuple[int, int]]
+    tally: Counter[int]
     requests: Iterable[Request]
     expected: frozenset[int] | None = None
 
@@ -88,16 +88,15 @@ def of_hits(
     numbers = [capture.id for capture, _ in hits.spans()]
     if any(one > other for one, other in pairwise(numbers)):
         hits = hits.arranged(sorted(range(len(numbers)), key=numbers.__getitem__))
-    tally = list(Counter(numbers).items())
-    return ClipGroup(label, hits.pattern, sentence, tally, from_hits(hits, hits.pattern))
+    requests = from_hits(hits, hits.pattern)
+    return ClipGroup(label, hits.pattern, sentence, Counter(numbers), requests)
 
 
-def of_requests(requests: Iterable[Request], label: str = "", sentence: str = "") -> ClipGroup:
-    """Return listed clips as a group."""
+def of_requests(requests: Iterable[Request], pattern: str = "") -> ClipGroup:
+    """Return listed clips as a group, those of one pattern or of none."""
     ordered = sorted(requests, key=lambda one: one.capture.id)
-    patterns = {one.pattern for one in ordered}
-    tally = list(Counter(one.capture.id for one in ordered).items())
-    return ClipGroup(label, " or ".join(sorted(patterns - {""})), sentence, tally, ordered)
+    tally = Counter(one.capture.id for one in ordered)
+    return ClipGroup("", pattern, sentence_of(pattern) if pattern else "", tally, ordered)
 
 
 def of_captures(captures: Iterable[Capture]) -> ClipGroup:
@@ -167,7 +166,7 @@ class _Job:
         shares = read_shares(options.shares)
         numbers: Counter[int] = Counter()
         for one in groups:
-            numbers.update(dict(one.tally))
+            numbers.update(one.tally)
         chosen = [capture for capture in store.captures() if capture.id in numbers]
         self.column = performers(chosen, options.split_by)
         moving = [capture for capture in chosen if capture.format not in NOTATIONS]
@@ -292,7 +291,7 @@ class _Job:
 
 
 def _check_sources(captures: Sequence[Capture]) -> None:
-    """Refuse to begin where files are surely gone: it would be said after hours."""
+    """Refuse to begin if a source is missing: its clips may come only after hours."""
     lost = [one for one in captures if is_gone(one.location)]
     if lost:
         more = f", nor are those of {len(lost) - 1} others" if lost[1:] else ""
@@ -346,7 +345,7 @@ def performers(captures: Sequence[Capture], column: str | None = None) -> str:
 
 
 def units(captures: Iterable[Capture], column: str) -> dict[int, str]:
-    """Return by number of capture what must stay in one split with it, as a name."""
+    """Return the unit of each capture by its number; captures of one unit stay in one split."""
     above: dict[str, str] = {}
 
     def top(key: str) -> str:
@@ -405,11 +404,11 @@ _AS_SEEN = {
     r" \(or begins? there\)": "",
     r"; and in the meantime, sharing a frame at least,": ", while",
 }
-"""What is said of a pattern that may match in several ways, and of what was seen instead."""
+"""Phrases about a pattern that may match in several ways, and what replaces them for a clip."""
 
 
 def sentence_of(pattern: str, names: Mapping[str, str] | None = None) -> str:
-    """Return what a pattern asks for as a sentence; empty where it is not understood here."""
+    """Return the English sentence of a pattern; empty if it cannot be parsed."""
     try:
         return english(parse(pattern, names=names))
     except LanindexError:
@@ -417,7 +416,7 @@ def sentence_of(pattern: str, names: Mapping[str, str] | None = None) -> str:
 
 
 def sentence_of_symbols(symbols: Sequence[Mapping[str, Any]]) -> str:
-    """Return what some symbols say as a sentence; empty where they are none, or too many."""
+    """Return the English sentence of some symbols; empty if there are none, or too many."""
     if not 0 < len(symbols) <= _LONGEST:
         return ""
     order = list(dict.fromkeys(one["part"] for one in symbols))
@@ -433,7 +432,7 @@ def sentence_of_symbols(symbols: Sequence[Mapping[str, Any]]) -> str:
 
 
 def as_seen(text: str) -> str:
-    """Return what is said of a pattern as it is said of what was seen."""
+    """Turn the sentence of a pattern into that of a clip in which it was found."""
     for pattern, instead in _AS_SEEN.items():
         text = re.sub(pattern, instead, text)
     return text
@@ -445,7 +444,7 @@ def _step(symbol: Mapping[str, Any]) -> str:
 
 
 def distinct(texts: Iterable[str]) -> list[str]:
-    """Return texts that say anything, each once, in order."""
+    """Return the texts that are not blank, each once, in order."""
     tidy = (" ".join(text.split()) for text in texts)
     return list(dict.fromkeys(text for text in tidy if text))
 

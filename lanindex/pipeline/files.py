@@ -101,7 +101,7 @@ def _refuse_source(path: Path, sources: Container[tuple[int, int] | None]) -> No
 
 
 def _write_draft(path: Path, content: bytes | Callable[[IO[bytes]], object]) -> str:
-    """Write the content beside its place, under a name of no importance."""
+    """Write the content to a temporary file beside its place, and return that file's path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, draft = tempfile.mkstemp(dir=path.parent, prefix=".lanindex-")
     try:

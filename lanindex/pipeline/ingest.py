@@ -41,10 +41,10 @@ SUFFIXES = {suffix: form.name for form in formats.FORMATS for suffix in form.suf
 _UNSURE = {suffix for form in formats.FORMATS if not form.certain for suffix in form.suffixes}
 
 CaptureLabels = tuple[str | None, dict[str, str]]
-"""Of a capture: the label, None where the table has none, and the other columns."""
+"""The label of a capture, None where the table has none, and its other columns."""
 
 Labels = dict[str, CaptureLabels]
-"""By `key_of` a capture's path."""
+"""The labels of captures, by `key_of` their paths."""
 
 _FROM = "a relative path counts from the table's folder, else from the working directory"
 _DELIMITERS = (",", ";", "\t")
@@ -261,7 +261,7 @@ def left_out(others: Iterable[str]) -> str:
 
 
 def key_of(path: str | os.PathLike[str]) -> str:
-    """Return by what a path is known in `Labels`: absolute, its letters composed.
+    """Return the key of a path in `Labels`: absolute, its letters composed.
 
     One system writes é as one character, another as two; a table made on the one fits files that
     lie on the other.
@@ -272,7 +272,7 @@ def key_of(path: str | os.PathLike[str]) -> str:
 def read_labels(
     path: str | os.PathLike[str], files: Iterable[str | os.PathLike[str]] | None = None
 ) -> Labels:
-    """Read labels and other columns; refuse a table that speaks of none of the files."""
+    """Read labels and other columns; refuse a table that names none of the files."""
     place = Path(path)
     (first, names), *rows = _rows(place) or [(1, [])]
     head = [name.lower() for name in names]

@@ -1,4 +1,4 @@
-"""A query, or the word that stands for one; and the search for it, in a library or in scores."""
+"""Queries, words of the dictionary that stand for one, and the search for them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from os import PathLike
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lanindex.alphabet import FACING, TRACKS, mirrored_part
 from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError, PatternError, UsageError
@@ -169,7 +168,7 @@ def search(
         palms = any(part in FACING for part in absent)
         hint = ": few captures tell where palms face (lanindex inspect FILE)" if palms else ""
         store.session.note(f"no capture that was searched has symbols of {', '.join(absent)}{hint}")
-    if count := _count_unmeasured(columns, measures) if measures else 0:
+    if count := _count_unmeasured(len(roster), columns, measures) if measures else 0:
         store.session.note(
             f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "
             "as scores, or from an earlier version, and want to be ingested anew"
@@ -210,32 +209,25 @@ def _absent_parts(columns: Mapping[str, Columns]) -> list[str]:
     return [part for part in TRACKS if part in blank and mirrored_part(part) not in moving]
 
 
-def _count_unmeasured(columns: Mapping[str, Columns], measures: Collection[str]) -> int:
-    """Return of how many captures no movement of some parts was measured, though there are some."""
-    moving: NDArray[np.int64] = np.zeros(1, np.int64)
-    known = moving
+def _count_unmeasured(
+    captures: int, columns: Mapping[str, Columns], measures: Collection[str]
+) -> int:
+    """Count the captures whose movements of some parts all lack these measures."""
+    moving, known = np.zeros(captures, np.bool_), np.zeros(captures, np.bool_)
     for one in columns.values():
         held = [getattr(one, name) for name in measures if getattr(one, name) is not None]
         if held:
-            moving = moving + _counts_by_capture(one.cell < STARTING, one.bounds)
-            known = known + _counts_by_capture(
-                np.logical_and.reduce([it > 0 for it in held]), one.bounds
-            )
-    return int(((moving > 0) & (known == 0)).sum())
-
-
-def _counts_by_capture(rows: NDArray[np.bool_], bounds: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return how many rows of each capture are so."""
-    before = np.append(0, np.cumsum(rows))
-    counts: NDArray[np.int64] = before[bounds[1:]] - before[bounds[:-1]]
-    return counts
+            owner = np.repeat(np.arange(captures), np.diff(one.bounds))
+            moving[owner[one.cell < STARTING]] = True
+            known[owner[np.logical_and.reduce([values > 0 for values in held])]] = True
+    return int((moving & ~known).sum())
 
 
 def _recordings(store: Store, roster: Roster, columns: Mapping[str, Columns]) -> Recordings:
     """Return what fetches captures with some of their tracks, by their places in a roster.
 
-    They are held against the columns, for a hit is told by its rows, and these may be others by
-    now: the library has changed, or it is damaged.
+    They are compared with the columns: a hit refers to rows, and these may be others by now, since
+    the library has changed or is damaged.
     """
 
     def recordings(places: Sequence[int], parts: Collection[str]) -> Sequence[Recording]:

@@ -173,7 +173,7 @@ def _groups(
     search_options: dict[str, Any],
 ) -> list[ClipGroup]:
     """Return the clips of a data set, those of each pattern together."""
-    from lanindex.pipeline.dataset import of_captures, of_hits, of_requests, sentence_of
+    from lanindex.pipeline.dataset import of_captures, of_hits, of_requests
     from lanindex.pipeline.search import entry_of_query
     from lanindex.search.hits import hits_in
     from lanindex.search.language.score import pattern_in
@@ -195,8 +195,8 @@ def _groups(
         for request in requests:
             by_pattern[request.pattern].append(request)
         return [
-            of_requests(clips, sentence=sentence_of(pattern))
-            for pattern, clips in by_pattern.items()
+            of_requests((it for it in requests if it.pattern == pattern), pattern)
+            for pattern in dict.fromkeys(request.pattern for request in requests)
         ]
     if source.pattern is None:
         return [of_captures(library.captures(search_options["selection"]))]
