@@ -38,30 +38,17 @@ from lanindex.search.language.times import Clock, Length, Time, decimal
 from lanindex.search.language.words import ANY, MOVING, RELATIVE, UNITS, Mover, Vocabulary
 from lanindex.search.plan import NEGATIONS
 
-SECONDS = 2.0
-"""How long may be spent on looking for what would be found."""
-
-MOST = 5
-"""Patterns that are offered."""
-
-_CLOCK_FACTOR = 4
-"""How many times as long it may take by the clock on a busy machine."""
-
+SECONDS = 2.0  # how long the changes of a query may be tried
+MOST = 5  # patterns that are offered
+_CLOCK_FACTOR = 4  # how many times as long it may take by the clock on a busy machine
+# Shares of the time: limits are left out until the first, similar patterns are tried until the
+# second; the rest is for the other conditions
 _FOR_LIMITS, _FOR_EDITS = 0.4, 0.7
-"""Shares of the time: limits are left out until the first, similar patterns are tried until the
-second; the rest is for the other conditions."""
+_COMBINED = 60  # changes, and changes of each changed query, that are tried if no single one helps
 
-_COMBINED = 60
-"""How many changes, and changes of each changed query, are tried where no single one helps."""
-
-HitCounts = tuple[int, int]
-"""How many hits, and in how many captures."""
-
-Count = Callable[[Query], HitCounts | None]
-"""Counts the hits of a query; None: there was no time for it."""
-
-Read = Callable[[str], Query | None]
-"""Reads a pattern; None: it is not understood."""
+HitCounts = tuple[int, int]  # how many hits, and in how many captures
+Count = Callable[[Query], HitCounts | None]  # None: there was no time to count the hits
+Read = Callable[[str], Query | None]  # None: the pattern is not understood
 
 
 @dataclass(frozen=True)
@@ -75,10 +62,8 @@ class Budget:
     def late(self, share: float = 1) -> bool:
         """Return whether a share of the time is over."""
         allowed = share * self.seconds
-        return (
-            process_time() - self._worked >= allowed
-            or monotonic() - self._begun >= _CLOCK_FACTOR * allowed
-        )
+        worked, passed = process_time() - self._worked, monotonic() - self._begun
+        return worked >= allowed or passed >= _CLOCK_FACTOR * allowed
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,12 +164,11 @@ def _with_noun(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
-def advise(query: Query, count: Count, read: Read, *, budget: Budget | None = None) -> Advice:
+def advise(query: Query, count: Count, read: Read, *, budget: Budget) -> Advice:
     """Return why a query finds nothing, and what would be found.
 
     Each pattern in the advice parses to exactly the query that was counted.
     """
-    budget = budget or Budget(SECONDS)
     return _Adviser(query, count, read, budget, counted={query: (0, 0)}).advice()
 
 
@@ -443,8 +427,8 @@ def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
                 rhythm = f"rhythm {':'.join(map(decimal, node.rhythm))}"
                 yield LEFT_OUT, rhythm, replace(node, rhythm=())
             for index, clause in enumerate(node.where):
-                condition = f"{'and' if index else 'where'} {clause}"
-                yield LEFT_OUT, condition, _without(node, "where", index)
+                joined = "and" if index else "where"
+                yield LEFT_OUT, f"{joined} {clause}", _without(node, "where", index)
         case Lines():
             for index, beside in enumerate(node.others):
                 yield LEFT_OUT, str(beside), _without(node, "others", index)

@@ -122,8 +122,7 @@ _FIELDS = {
 }
 _OWNERS = {CLIP: "the clip's", MATCH: "the hit's"}
 
-_AT_ONCE = 200
-"""Captures in which steps are counted together."""
+_AT_ONCE = 200  # captures in which steps are counted together
 
 
 def sentence(query: Query) -> str:
@@ -277,11 +276,11 @@ def _verb(step: Step) -> tuple[str, str]:
 
 def _where(step: Step) -> str:
     kind = kind_of(step.mover.members[0])
-    values = {word.kind: word.values for word in step.words if not word.negated}
-    level = values.get("level", ())
-    at_joint = kind == "gesture" and values.get("direction") == ("place",)
-    if at_joint and len(level) == 1 and len(step.words) == 2:
-        return _PLACES[level[0]]
+    match sorted(step.words, key=lambda word: word.kind):
+        case [Word("direction", ("place",), False), Word("level", (level,), False)] if (
+            kind == "gesture"
+        ):
+            return _PLACES[level]
     curves = "on a way that curves " if kind == "travel" else ""
     return ", ".join(_word(word, curves) for word in step.words)
 
@@ -448,12 +447,12 @@ def _state(state: State) -> str:
 
 
 def _searched(program: Program, rewrites: Rewrites, clauses: Clauses) -> Iterator[tuple[str, str]]:
-    wanted = [_state(state) for state in unavoidable(program)]
+    wanted = unavoidable(program)
     for companion in program.outermost.companions:
         if companion.relation not in NEGATIONS and len(companion.programs) == 1:
-            wanted += [_state(state) for state in unavoidable(companion.programs[0])]
+            wanted += unavoidable(companion.programs[0])
     if wanted:
-        yield "prefilter", f"captures with {', '.join(dict.fromkeys(wanted))}"
+        yield "prefilter", f"captures with {', '.join(dict.fromkeys(map(_state, wanted)))}"
     end = enough(program)
     yield "ends", _ENDS[end]
     one_by_one = bool(clauses or program.brackets or rewrites.contested.get(program) or not end)

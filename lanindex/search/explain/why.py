@@ -444,11 +444,8 @@ def _unwanted_text(step: Step) -> str:
 
 # The nearest symbol.
 
-_RUNNER_UP = 0.5
-"""How far what nearly fits is, of which another cell's width is 1."""
-
-_FAR = 9.0
-"""How far what has no direction or no level is from what has one."""
+_RUNNER_UP = 0.5  # how far a symbol at its border is from the next cell, in cells
+_FAR = 9.0  # how far what has no direction or no level is from what has one
 
 
 def away(symbol: Symbol | None, step: Step) -> float:
