@@ -186,23 +186,19 @@ class Joiner:
         closed.
         """
         needed = [it for it in group.companions if it.relation not in NEGATIONS]
-        for companion in needed:
+        denied = [it for it in group.companions if it.relation in NEGATIONS]
+        for companion in (*needed, *filter(self.context.rewrites.programs, denied)):
             if len(hulls.line):
                 self.context.tick()
-                last = since if companion is needed[-1] else None
-                hulls = self._with(companion, lines, hulls, outermost=outermost, since=last)
-        for companion in group.companions:
-            if (
-                companion.relation in NEGATIONS
-                and self.context.rewrites.programs(companion)
-                and len(hulls.line)
-            ):
+                if companion.relation not in NEGATIONS:
+                    last = since if companion is needed[-1] else None
+                    hulls = self._with(companion, lines, hulls, outermost=outermost, since=last)
+                    continue
                 pieces = []
                 for some in in_pieces(np.ones(len(hulls.line), np.int64)):
                     self.context.tick()
-                    pieces.append(
-                        self._without(companion, lines, hulls.at(some), outermost=outermost)
-                    )
+                    own = hulls.at(some)
+                    pieces.append(self._without(companion, lines, own, outermost=outermost))
                 hulls = together(pieces)
         return hulls
 

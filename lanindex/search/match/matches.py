@@ -73,18 +73,19 @@ def in_sets(first: IntArray, last: IntArray) -> Claims:
 
 def _merged(first: IntArray, last: IntArray) -> Claims:
     """Return ranges in order as sets, those that follow each other as one."""
-    some = first < FAR
-    reach = np.maximum.accumulate(np.where(some, last, -1), axis=0)
-    new = some.copy()
-    new[1:] &= first[1:] > reach[:-1] + 1
-    place = np.cumsum(new, axis=0) - 1
-    shape = int(place[-1].max(initial=-1)) + 1, first.shape[1]
-    begin, end = np.full(shape, FAR), np.full(shape, FAR)
-    row, column = np.nonzero(new)
-    begin[place[row, column], column] = first[row, column]
-    row, column = np.nonzero(some)
-    end[place[row, column], column] = reach[row, column]  # the last row of a range is kept
-    return Claims(begin, end)
+    begin, end, place = first.copy(), last.copy(), np.zeros(first.shape[1], np.int64)
+    begin[1:] = end[1:] = FAR
+    for next_first, next_last in zip(first[1:], last[1:], strict=True):
+        some = np.flatnonzero(next_first < FAR)
+        at = place[some]
+        latest = end[at, some]
+        apart = next_first[some] > latest + 1
+        new = some[apart]
+        place[new] += 1
+        begin[place[new], new] = next_first[new]
+        end[place[some], some] = np.maximum(next_last[some], np.where(apart, 0, latest))
+    most = int((begin < FAR).any(axis=1).sum())
+    return Claims(begin[:most], end[:most])
 
 
 def no_claims(many: int) -> Claims:

@@ -425,7 +425,7 @@ class Walk:
     ) -> Iterator[tuple[int, Matches]]:
         """Yield the matches that stand at states that lead to each other, in order of time."""
         ranks = self._ranks(states)
-        waves: dict[int, dict[int, list[Matches]]] = {}
+        waves: defaultdict[tuple[int, int], list[Matches]] = defaultdict(list)
         now = -1
         while True:
             for state in states:
@@ -437,12 +437,12 @@ class Walk:
                         rank = int(ranked[own[0]])
                         assert rank > now, "an arrow that leads back"
                         self._context.tick()
-                        waves.setdefault(rank, {}).setdefault(state, []).append(rows.at(own))
+                        waves[rank, state].append(rows.at(own))
                 at[state] = []
             if not waves:
                 return
-            now = min(waves)
-            yield from ((it, self._merged(it, tables)) for it, tables in waves.pop(now).items())
+            now, state = min(waves)
+            yield state, self._merged(state, waves.pop((now, state)))
 
     def _ranks(self, states: list[int]) -> dict[int, IntArray]:
         """Return the order of time of the events of some states in their captures."""
