@@ -1,5 +1,6 @@
 """Folders and users for libraries that may not be written."""
 
+import codecs
 import os
 import tempfile
 from contextlib import contextmanager
@@ -24,6 +25,7 @@ def without_rights():
 @pytest.fixture
 def common_user():
     """Return a context in which files have the rights that they say."""
+    codecs.lookup("utf-32-le")  # Python imports it on first use, from a folder that may be root's
     return without_rights
 
 
