@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import lru_cache
 from io import BytesIO
 from math import floor, inf
 from typing import TYPE_CHECKING, Any
@@ -243,18 +244,28 @@ def turned_of(view: str | float) -> float:
     return degrees
 
 
+@lru_cache(maxsize=1)
+def _rows_drawn(score: Score) -> dict[str, tuple[NDArray[Any], NDArray[np.int32], NDArray[Any]]]:
+    """Return by part the rows drawn, their starts, and when each and all before it are over."""
+    drawn = {}
+    for part, track in score.tracks.items():
+        rows = track.symbols[~track.symbols["passing"]]
+        starts = np.ascontiguousarray(rows["start"])
+        drawn[part] = rows, starts, np.maximum.accumulate(rows["stop"])
+    return drawn
+
+
 def stretch_of(
     score: Score, start: float, stop: float, parts: Collection[str] | None = None
 ) -> Score:
     """Return a score with the rows drawn of a stretch, seconds, and one more on either side."""
     tracks, rate = {}, float(score.rate)
-    for part, track in score.tracks.items():
+    for part, (rows, starts, ends) in _rows_drawn(score).items():
         if parts is None or part in parts:
-            rows = track.symbols[~track.symbols["passing"]]
-            ends = np.maximum.accumulate(rows["stop"])  # when a row and all before it are over
             first = int(np.searchsorted(ends, start * rate, "right"))
-            last = int(np.searchsorted(rows["start"], stop * rate, "left"))
-            tracks[part] = Track(part, rows[max(first - 1, 0) : max(last, first) + 1], track.known)
+            last = int(np.searchsorted(starts, stop * rate, "left"))
+            some = rows[max(first - 1, 0) : max(last, first) + 1]
+            tracks[part] = Track(part, some, score.tracks[part].known)
     return replace(score, tracks=tracks)
 
 
