@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
-from lanindex.library import columns, segments
+from lanindex.library import segments
 from lanindex.library.connect import Link, Session
 from lanindex.library.read import read_state
 from lanindex.library.segments import Distrust, Segment, Spine
@@ -115,7 +115,7 @@ class ColumnCache:
                 for part in missing
             }
             spine = segments.read_spine(connection, trusted=trusted)
-            self._roster, loaded = columns.read_all_columns(connection, spine, wanted)
+            self._roster, loaded = segments.read_all_columns(connection, spine, wanted)
             self._columns |= loaded
         return self._roster, {part: self._columns[part] for part in parts}
 
@@ -126,7 +126,7 @@ class ColumnCache:
         self._drop_old(connection)
         missing = [name for name in names if name not in self._texts]
         if missing:
-            read = partial(columns.read_all_texts, connection, names=missing)
+            read = partial(segments.read_all_texts, connection, names=missing)
             self._numbers, texts = self.trusting(connection, read)
             self._texts |= texts
         return self._numbers, {name: self._texts[name] for name in names}
@@ -208,7 +208,7 @@ class ColumnCache:
 def verify(connection: Link) -> None:
     """Load all segments, which checks them."""
     spine = segments.read_spine(connection)
-    columns.read_rosters(connection, spine)
+    segments.read_rosters(connection, spine)
     for segment in spine.segments:
         segments.read_texts(connection, segment)
         for part in segment.parts:
@@ -228,10 +228,10 @@ def purge(connection: Link) -> bool:
 def cover(connection: Link, waiting: Callable[[int], None]) -> bool:
     """Write a segment of captures that are in none, and return whether any are left."""
     pending = segments.read_spine(connection).pending
-    pieces: list[columns.Piece] = []
+    pieces: list[segments.Piece] = []
     symbols = covered = 0
     waiting(len(pending))
-    for piece in columns.batches(connection, pending):
+    for piece in segments.batches(connection, pending):
         pieces.append(piece)
         covered += len(piece.roster)
         symbols += sum(map(len, piece.columns.values()))
@@ -240,8 +240,8 @@ def cover(connection: Link, waiting: Callable[[int], None]) -> bool:
             break
     if not covered:
         return False
-    whole = columns.together(pieces)
-    columns.check_pending(whole.roster.number.tolist(), pending[:covered])
+    whole = segments.together(pieces)
+    segments.check_pending(whole.roster.number.tolist(), pending[:covered])
     segments.put(connection, whole.roster, whole.texts, whole.columns.values())
     segments.mark_covered(connection, pending[:covered])
     return covered < len(pending)
@@ -260,8 +260,8 @@ def join(connection: Link) -> bool:
         return False
     dead = {number: last for number, last in spine.dead.items() if last >= old[0].id}
     roster = enrolled([segments.read_roster(connection, one) for one in old])
-    order = columns.order_of(Spine(old, dead, []), roster.number)
-    texts = columns.joined_texts([segments.read_texts(connection, one) for one in old], order)
+    order = segments.order_of(Spine(old, dead, []), roster.number)
+    texts = segments.joined_texts([segments.read_texts(connection, one) for one in old], order)
     roster = roster if order is None else roster.at(order)
     segments.put(connection, roster, texts, _take_columns(connection, old, order))
     segments.drop(connection, old)
@@ -273,7 +273,7 @@ def _take_columns(
 ) -> Iterator[Columns]:
     """Yield the columns of segments part by part, and delete each: its room is used again."""
     for part in dict.fromkeys(part for one in old for part in one.parts):
-        moved = columns.stored_columns(connection, old, part, order)
+        moved = segments.stored_columns(connection, old, part, order)
         segments.drop_part(connection, old, part)
         yield moved
 

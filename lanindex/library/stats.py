@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.library import columns, read, segments
+from lanindex.library import read, segments
 from lanindex.library.connect import MOST, Link
 from lanindex.library.segments import Spine
 from lanindex.library.selection import Texts
@@ -98,11 +98,11 @@ def _seconds(codes: NDArray[Any], frames: NDArray[Any], periods: list[Fraction])
 
 def _pieces(connection: Link, spine: Spine) -> Iterator[_Piece]:
     """Yield all captures of a library, those of segments first."""
-    rosters, _ = columns.read_rosters(connection, spine)
-    columns.check_pending(read.read_numbers(connection, spine.pending), spine.pending)
+    rosters, _ = segments.read_rosters(connection, spine)
+    segments.check_pending(read.read_numbers(connection, spine.pending), spine.pending)
     for segment, roster in zip(spine.segments, rosters, strict=True):
         alive = np.zeros(len(roster), np.bool_)
-        alive[columns.alive(spine, segment, roster)] = True
+        alive[segments.alive(spine, segment, roster)] = True
         by_part = {
             part: (
                 segments.read_counts(connection, segment, part),
@@ -115,5 +115,5 @@ def _pieces(connection: Link, spine: Spine) -> Iterator[_Piece]:
         chosen = read.read_captures(connection, spine.pending[first : first + MOST])
         tracks = read.read_track_rows(connection, chosen)
         roster = roster_of([one.capture for one in chosen])
-        texts = columns.texts_of(_TEXTS, chosen, tracks)
-        yield roster, np.ones(len(roster), np.bool_), texts, columns.tracks_by_part(tracks)
+        texts = segments.texts_of(_TEXTS, chosen, tracks)
+        yield roster, np.ones(len(roster), np.bool_), texts, segments.tracks_by_part(tracks)

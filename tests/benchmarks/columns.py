@@ -17,7 +17,7 @@ from statistics import median
 import synthetic
 from sqlalchemy import update
 
-from lanindex.library import cache, columns, read, schema, segments
+from lanindex.library import cache, read, schema, segments
 from lanindex.pipeline import open_library
 
 ROUNDS = 5
@@ -103,7 +103,7 @@ def anew(path: Path, captures: int) -> None:
         with library.store.session.reading() as connection:
             numbers = read.capture_numbers(connection)
             found = []
-            spent = seconds(lambda: found.extend(columns.batches(connection, numbers)))
+            spent = seconds(lambda: found.extend(segments.batches(connection, numbers)))
         symbols = sum(len(one) for piece in found for one in piece.columns.values())
         print(f"{captures} captures with rows: {path.stat().st_size / symbols:.1f} bytes a symbol")
         print(f"  rows to arrays: {symbols / spent / 1e6:.2f} M rows/s")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from sample_library import add_sample, fill, sample_score, sql
 
-from lanindex.library import cache, columns
+from lanindex.library import cache
 from lanindex.library.migrate import check, status, upgrade
 from lanindex.library.rows import checksum
 from lanindex.library.segments import TEXTS, read_spine
@@ -201,7 +201,7 @@ def test_a_large_segment_is_left_alone(library, monkeypatch):
 
 def test_a_segment_holds_no_more_than_a_chunk(library, monkeypatch):
     monkeypatch.setattr(cache, "CHUNK", 40)
-    monkeypatch.setattr(columns, "BATCH", 1)
+    monkeypatch.setattr(cache.segments, "BATCH", 1)
     monkeypatch.setattr(cache, "join", lambda connection: False)
     for number in range(7):
         add_sample(library, number)
