@@ -14,9 +14,8 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from lanindex.app import completion
 from lanindex.app.options import flag, ungrouped
-from lanindex.app.output import end_progress, escaped, how_far, say_error
+from lanindex.app.output import Output, end_progress, escaped, how_far, say_error
 from lanindex.errors import LanindexError, UsageError, did_you_mean
 
 VERBS = {
@@ -50,6 +49,11 @@ SETTINGS: dict[str, Any] = {
     "pretty_exceptions_enable": False,
     "context_settings": {"help_option_names": ["-h", "--help"]},
 }
+
+COMPLETION = "_LANINDEX_COMPLETE"
+"""The environment variable in which a shell asks for completions."""
+
+SHELLS = ("bash", "zsh", "fish", "powershell", "pwsh")
 
 GARBAGE_THRESHOLD = 100_000
 """How many new objects start a garbage collection: thousands of rows and hits hold no cycles."""
@@ -165,12 +169,40 @@ def lanindex(
 
         print(f"lanindex {__version__}")
     elif install_completion:
-        completion.install()
+        _install_completion()
     elif show_completion:
-        completion.show()
+        from typer._completion_shared import get_completion_script
+
+        names = {"prog_name": "lanindex", "complete_var": COMPLETION}
+        Output().text(get_completion_script(**names, shell=_shell()))
     else:
         return
     raise typer.Exit
+
+
+def _install_completion() -> None:
+    """Install completion for the shell that runs this."""
+    from typer._completion_shared import install
+
+    try:
+        shell, path = install(shell=_shell(), prog_name="lanindex", complete_var=COMPLETION)
+    except OSError as error:
+        raise LanindexError(
+            f"cannot be written ({error.strerror})", place=str(error.filename)
+        ) from error
+    Output().note(f"{path}: completes lanindex in {shell} from its next start on")
+
+
+def _shell() -> str:
+    from shellingham import ShellDetectionFailure, detect_shell
+
+    try:
+        shell = str(detect_shell()[0])
+    except ShellDetectionFailure:
+        shell = os.path.basename(os.environ.get("SHELL", ""))
+    if shell not in SHELLS:
+        raise UsageError(f'no shell that is known ("{shell}")', wanted=" or ".join(SHELLS))
+    return shell
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -190,7 +222,7 @@ def main() -> None:
         # this locale cannot encode the non-ASCII file names of archives: restart with UTF-8
         os.execv(sys.executable, [sys.executable, "-X", "utf8", *sys.orig_argv[1:]])
     gc.set_threshold(GARBAGE_THRESHOLD)
-    if completion.VARIABLE in os.environ:  # the shell calls for completions
+    if COMPLETION in os.environ:  # the shell calls for completions
         from typer._completion_classes import completion_init
 
         completion_init()

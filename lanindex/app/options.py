@@ -1,8 +1,9 @@
-"""The options that several verbs share, and groups of them that arrive as one value."""
+"""The options that several verbs share, groups of them, and what a shell offers to complete."""
 
 from __future__ import annotations
 
 import inspect
+import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
@@ -13,9 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import lanindex
-from lanindex.app import completion
 from lanindex.app.output import Output, choice
-from lanindex.errors import UsageError
+from lanindex.errors import LanindexError, UsageError
 from lanindex.library.selection import Selection
 
 if TYPE_CHECKING:
@@ -23,6 +23,60 @@ if TYPE_CHECKING:
 
 DB = "lanindex.db"  # the default library
 STDOUT = Path("-")  # the output file name that means standard output
+
+_FRAGMENT = re.compile(r"[\w@]*\Z")
+_MOST = 200  # captures offered at once; a longer list helps nobody
+
+
+def complete_pattern(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Return the continuations of a pattern: parts and words, each behind what was typed before."""
+    if incomplete.startswith("@"):
+        return sorted(f"@{path}" for path in _pattern_files(incomplete[1:]))
+    begin = len(incomplete) - len(_FRAGMENT.search(incomplete)[0])  # type: ignore[index]
+    before, fragment = incomplete[:begin], incomplete[begin:].lower()
+    words = _pattern_words(ctx, only_parts=not before.strip())
+    return [before + word for word in words if word.startswith(fragment)]
+
+
+def complete_capture(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Return captures whose path, or whose file's name, begins with what was typed."""
+    return _from_library(ctx, lambda library: library.store.paths_starting(incomplete, _MOST))
+
+
+def _pattern_files(begun: str) -> list[str]:
+    from lanindex.notation import notation_of
+
+    folder, name = begun.rpartition("/")[::2]
+    prefix = f"{folder}/" if folder or begun.startswith("/") else ""
+    return [
+        prefix + path.name
+        for path in Path(folder or ".").glob("*")
+        if path.name.startswith(name) and (path.suffix.lower() == ".lq" or notation_of(path.name))
+    ]
+
+
+def _pattern_words(ctx: typer.Context, *, only_parts: bool) -> list[str]:
+    from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
+
+    parts = _from_library(ctx, lambda library: library.store.parts(checked=False))
+    movers = {
+        mover.name
+        for mover in Vocabulary(parts).movers.values()
+        if not parts or not {*parts}.isdisjoint(mover.members)
+    }
+    values = {name for _, name in VALUES.values() if " " not in name}
+    return sorted(movers if only_parts else {*movers, *values, *LANGUAGE})
+
+
+def _from_library(ctx: typer.Context, query: Callable[[Library], list[str]]) -> list[str]:
+    """Return what the library answers; nothing where it cannot be read."""
+    from lanindex.pipeline import open_library
+
+    try:
+        with open_library(ctx.params["db"], readonly=True) as library:
+            return query(library)
+    except (LanindexError, OSError):
+        return []
 
 
 def option(default: Any, metavar: str | None, help: str, *names: str, **settings: Any) -> Any:
@@ -47,7 +101,7 @@ def argument(default: Any, metavar: str | None, help: str, **settings: Any) -> A
 
 def captures(default: Any, metavar: str, help: str) -> Any:
     """Return an argument that names captures."""
-    return argument(default, metavar, help, autocompletion=completion.captures)
+    return argument(default, metavar, help, autocompletion=complete_capture)
 
 
 CaptureArgument = Annotated[

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import islice
 from typing import Any, Self
@@ -24,7 +24,6 @@ from lanindex.library.connect import (
     DEFAULT,
     MOST,
     Link,
-    Progress,
     Session,
     ask,
     first_values,
@@ -63,27 +62,9 @@ class Store:
         self.session, self.cache = session, ColumnCache(session)
 
     @classmethod
-    def open(
-        cls,
-        named: str | os.PathLike[str] = DEFAULT,
-        *,
-        create: bool = False,
-        readonly: bool = False,
-        timeout: float = 30.0,
-        note: Callable[[str], None] | None = None,
-        progress: Progress | None = None,
-    ) -> Self:
-        """Open a library; notes are kept in `Session.notes` unless `note` is given."""
-        return cls(
-            Session(
-                target(named),
-                create=create,
-                readonly=readonly,
-                timeout=timeout,
-                note=note,
-                progress=progress,
-            )
-        )
+    def open(cls, named: str | os.PathLike[str] = DEFAULT, **options: Any) -> Self:
+        """Open a library with options of `Session`, which keeps notes unless there is `note`."""
+        return cls(Session(target(named), **options))
 
     def __repr__(self) -> str:
         return f"<Store {self.place}>"

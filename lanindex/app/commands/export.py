@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from lanindex.app import completion, options
+from lanindex.app import options
 from lanindex.app.commands.search import pattern_of
 from lanindex.app.options import argument, option
 from lanindex.app.output import Output, counted, duration
@@ -30,10 +30,10 @@ class Source:
         None,
         "PATTERN|-",
         "A pattern, or - for hits from search --json.",
-        autocompletion=completion.patterns,
+        autocompletion=options.complete_pattern,
     )
     capture: str | None = option(
-        None, "PATH|ID", "Cut from this capture.", autocompletion=completion.captures
+        None, "PATH|ID", "Cut from this capture.", autocompletion=options.complete_capture
     )
     begin: int | None = option(None, "FRAME", "First frame.", "--from", min=0)
     end: int | None = option(None, "FRAME", "Frame after the last.", "--to", min=1)

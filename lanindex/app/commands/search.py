@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from lanindex import records
-from lanindex.app import completion, formatting, options
+from lanindex.app import formatting, options
 from lanindex.app.options import argument, exclusive, flag, option
 from lanindex.app.output import Output, choice, counted, cut_note
 from lanindex.errors import UsageError, shown
@@ -76,7 +76,7 @@ class View:
 
 def run(
     patterns: list[str] | None = argument(
-        None, "[PATTERN]", "r_arm right mid -> high", autocompletion=completion.patterns
+        None, "[PATTERN]", "r_arm right mid -> high", autocompletion=options.complete_pattern
     ),
     like: str | None = option(None, "CLIP[:FROM-TO]", "Find what is like a capture."),
     rerank: bool = flag("--rerank", "With --like: compare joint positions, too."),
@@ -95,7 +95,7 @@ def run(
         None,
         "CAPTURE",
         "Say what matched in one capture, or where matching failed.",
-        autocompletion=completion.captures,
+        autocompletion=options.complete_capture,
     ),
     view: Annotated[View, options.Group(View)],
     db: options.Db = options.DB,
