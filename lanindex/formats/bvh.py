@@ -325,7 +325,7 @@ def _lines(data: Content, first: int, width: int) -> tuple[Places, Places]:
     starts = np.concatenate(([first], breaks + 1))
     stops = np.concatenate((breaks, [length]))
     ends = np.minimum(stops + 1, length)
-    ends[:-1] += pairs
+    ends[: len(pairs)] += pairs
     del breaks, pairs
     keep = stops > starts
     if not keep.all():
@@ -337,23 +337,18 @@ def _lines(data: Content, first: int, width: int) -> tuple[Places, Places]:
 
 
 def _breaks(data: Content, first: int) -> tuple[Places, NDArray[np.bool_]]:
-    """Return the bytes that end a line, and which of them are followed by their second half."""
-    breaks: list[Places] = [np.zeros(0, np.int64)]
-    pairs: list[NDArray[np.bool_]] = [np.zeros(0, bool)]
+    """Return the bytes that end a line, and which of all but the last the next one continues."""
+    breaks, returned = [np.zeros(0, np.int64)], [np.zeros(0, bool)]
     for start in range(first, len(data), SEARCHED):
-        stop = min(start + SEARCHED + 1, len(data))  # and the byte behind, for a pair across
+        stop = min(start + SEARCHED, len(data))
         held, begin = holding(data, start, stop)
         text = np.frombuffer(held, np.uint8)[start - begin : stop - begin]
-        here = text[:SEARCHED]
         returns = held.find(b"\r", start - begin, stop - begin) >= 0
-        found = np.flatnonzero((here == 10) | (here == 13) if returns else here == 10)
-        pair = np.zeros(len(found), bool)
-        if returns:
-            behind = np.append(text[1:], 0).astype(np.uint8)
-            pair = (text[found] == 13) & (behind[found] == 10)
+        found = np.flatnonzero((text == 10) | (text == 13) if returns else text == 10)
         breaks.append(found + start)
-        pairs.append(pair)
-    return np.concatenate(breaks), np.concatenate(pairs)
+        returned.append(text[found] == 13)
+    places, carriage = np.concatenate(breaks), np.concatenate(returned)
+    return places, carriage[:-1] & ~carriage[1:] & (np.diff(places) == 1)
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
