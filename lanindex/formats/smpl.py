@@ -157,11 +157,7 @@ def placed(values: NDArray[Any]) -> NDArray[np.float32]:
     places = np.zeros((len(values), (values.shape[1] - 4) // 3 + 1, 3))
     places[1:, 0, [0, 2]] = values[:-1, 1:3]
     places[:, 1:] = values[:, 4:].reshape(len(values), -1, 3)
-    x, z, cos, sin = places[..., 0], places[..., 2], np.cos(turned), np.sin(turned)
-    places[..., 0], places[..., 2] = (
-        x * cos[:, None] - z * sin[:, None],
-        x * sin[:, None] + z * cos[:, None],
-    )
+    places = _in_facing_frame(places, turned)
     places[:, 0] = np.cumsum(places[:, 0], axis=0)
     places[:, 1:, [0, 2]] += places[:, :1, [0, 2]]
     places[:, 0, 1] = values[:, 3]
