@@ -143,6 +143,17 @@ def waving(made: Made, nodes: dict[str, int], frames: int = 10, name: str = "wav
     made.track(take, nodes["RightArm"], "rotation", times, made.accessor(turns))
 
 
+def with_unknown(data: bytes, gaps: dict[str, list[list[int]]]) -> bytes:
+    """Return a GLB of LanIndex that says in which frames joints are unknown."""
+    length = struct.unpack("<I", data[12:16])[0]
+    root, binary = json.loads(data[20 : 20 + length]), data[20 + length :]
+    root["animations"][0]["extras"]["unknown"] = gaps
+    text = json.dumps(root, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    head = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(binary), len(text), b"JSON")
+    return head + text + binary
+
+
 def plain_value(
     node: dict[str, Any], path: str, tracks: dict[Any, Any], index: int, second: float
 ) -> Any:

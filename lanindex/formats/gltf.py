@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import base64
 import json
+import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -19,17 +20,20 @@ from lanindex.errors import CaptureError, UsageError, quoted
 from lanindex.formats import gltf_scene, turning
 from lanindex.formats.animation import rest_of_axes, turn_to_axes
 from lanindex.formats.file import File, Wanted
-from lanindex.formats.gltf_document import (
-    INDICES,
-    VERTICES,
+from lanindex.formats.gltf_scene import (
+    BINARY_CHUNK,
+    JSON_CHUNK,
+    MAGIC,
+    TYPES,
+    WIDTHS,
+    Clock,
     Document,
-    Pack,
+    Nodes,
+    Track,
     Value,
     companions,
-    glb,
     opened_document,
 )
-from lanindex.formats.gltf_scene import Clock, Nodes, Track
 from lanindex.formats.people import distinct, is_human, named, others, person, take_doubt
 from lanindex.formats.points import BLOCK, Frames, Places, Points, motion_of
 from lanindex.formats.rates import given_rate
@@ -44,6 +48,10 @@ Floats = NDArray[np.float64]
 MOST = 20_000_000  # places of joints in a file that is smaller than four bytes for each
 # metres: farther away a place is no number of 32 bits any more, in millimetres
 FARTHEST = 1e30
+VERTICES, INDICES = 34962, 34963  # what a buffer view of a mesh is for
+
+_KINDS = {width: name for name, width in WIDTHS.items()}
+_CODES = {kind: code for code, kind in TYPES.items()}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -246,78 +254,63 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
 
     A clip has one animation, with a key for each frame from second 0 on, and all else of the file.
     """
-    found, _ = chosen(file, options.take if options else None)
-    return _Cutter(found).cut
+    performance, _ = chosen(file, options.take if options else None)
+    document = performance.document
+    tracks = gltf_scene.timed(gltf_scene.tracks(document, performance.take), performance.clock)
+    moving = {(track.node, track.path) for track in performance.tracks}
+    first = [(track.node, track.path) in moving for track in tracks].index(True)
+    other = {key: value for key, value in document.root.value.items() if key != "animations"}
+    rest = _without_animations(document, other)
 
-
-class _Cutter:
-    """What is the same in all clips of a file."""
-
-    def __init__(self, performance: Performance) -> None:
-        self.performance = performance
-        self.document = performance.document
-        self.tracks = gltf_scene.timed(
-            gltf_scene.tracks(self.document, performance.take), performance.clock
-        )
-        moving = {(track.node, track.path) for track in performance.tracks}
-        self.first = [(track.node, track.path) in moving for track in self.tracks].index(True)
-        root: dict[str, Any] = self.document.root.value
-        self.other = {key: value for key, value in root.items() if key != "animations"}
-        self.free = sorted(_samplers(self.document) - _accessors(self.other))
-        self.pack = self._rest(root)
-
-    def _rest(self, root: dict[str, Any]) -> Pack:
-        """Lay down what is not animation."""
-        accessors: list[Any] = deepcopy(root.get("accessors") or [])
-        others = [one for number, one in enumerate(accessors) if number not in set(self.free)]
-        used = {
-            it["bufferView"]
-            for it in _objects([others, {**self.other, "accessors": None}])
-            if isinstance(it.get("bufferView"), int)
-        }
-        views: list[Any] = deepcopy(root.get("bufferViews") or [])
-        unused = [number for number in range(len(views)) if number not in used]
-        pack = Pack(views, accessors, unused[::-1], self.free[::-1])
-        for number in sorted(used):
-            where = Value(number, "a bufferView", self.document.file.name)
-            buffer, first, length, _ = self.document.view(where)
-            views[number] |= pack.lay(self.document.bytes(buffer, first, first + length))
-        return pack
-
-    def cut(self, span: Span) -> bytes:
-        """Return the clip of some frames."""
+    def cut(span: Span) -> bytes:
         frames = np.arange(span.start, span.stop)
-        pack = self.pack.copy()
-        seconds = np.arange(len(span)) / float(rate_of(self.performance))
+        pack = rest.copy()
+        seconds = np.arange(len(span)) / float(rate_of(performance))
         every = pack.accessor(seconds, bounds=True)
         once = pack.accessor(seconds[:1], bounds=True)
-        take = deepcopy(self.performance.take.value)
+        take = deepcopy(performance.take.value)
         take["samplers"] = []
-        for number, track in enumerate(self.tracks):
+        for number, track in enumerate(tracks):
             values = track.at(frames, exactly=True)
             values = values[:, [1, 2, 3, 0]] if track.path == "rotation" else values
             values = values.astype(np.float32)
-            still = number != self.first and not (values != values[0]).any()
+            still = number != first and not (values != values[0]).any()
             values = values[:1] if still else values
             output = pack.accessor(values.reshape(-1, gltf_scene.PATHS.get(track.path, 1)))
             sampler = {"input": once if still else every, "output": output}
             step = {"interpolation": "STEP"} if track.kind == "STEP" else {}
             take["samplers"].append({**sampler, **step})
             take["channels"][number]["sampler"] = number
-        take["extras"] = _extras_of(self.performance, span)
+        take["extras"] = _extras_of(performance, span)
         pack.fill(once)
-        root = {
-            **self.other,
-            "animations": [take],
-            "accessors": pack.accessors,
-            "bufferViews": pack.views,
-            "buffers": [{"byteLength": pack.size}],
-        }
-        if self.document.is_glb:
+        root = {**other, "animations": [take], **pack.description()}
+        if document.is_glb:
             return glb(root, pack)
         data = base64.b64encode(b"".join(pack.parts)).decode()
         root["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{data}"
         return json.dumps(root, allow_nan=False).encode()
+
+    return cut
+
+
+def _without_animations(document: Document, other: dict[str, Any]) -> Pack:
+    """Lay down the numbers of a file that are not of its animations, `other` its JSON but these."""
+    free = sorted(_samplers(document) - _accessors(other))
+    accessors: list[Any] = deepcopy(other.get("accessors") or [])
+    others = [one for number, one in enumerate(accessors) if number not in set(free)]
+    used = {
+        it["bufferView"]
+        for it in _objects([others, {**other, "accessors": None}])
+        if isinstance(it.get("bufferView"), int)
+    }
+    views: list[Any] = deepcopy(other.get("bufferViews") or [])
+    unused = [number for number in range(len(views)) if number not in used]
+    pack = Pack(views, accessors, unused[::-1], free[::-1])
+    for number in sorted(used):
+        where = Value(number, "a bufferView", document.file.name)
+        buffer, first, length, _ = document.view(where)
+        views[number] |= pack.lay(document.bytes(buffer, first, first + length))
+    return pack
 
 
 def _extras_of(performance: Performance, span: Span) -> dict[str, Any]:
@@ -371,6 +364,86 @@ def _accessors(value: Any) -> set[int]:
     return {number for number in found if isinstance(number, int)}
 
 
+@dataclass(slots=True)
+class Pack:
+    """Numbers, and the accessors and buffer views that tell of them."""
+
+    views: list[Any] = field(default_factory=list)
+    accessors: list[Any] = field(default_factory=list)
+    free_views: list[int] = field(default_factory=list)  # those that may be overwritten
+    free_accessors: list[int] = field(default_factory=list)
+    size: int = 0  # bytes
+    parts: list[bytes | memoryview] = field(default_factory=list)
+
+    def copy(self) -> Pack:
+        """Return the same once more."""
+        free = (list(self.free_views), list(self.free_accessors))
+        return Pack(list(self.views), list(self.accessors), *free, self.size, list(self.parts))
+
+    def description(self) -> dict[str, Any]:
+        """Return what the JSON says of the numbers."""
+        buffers = [{"byteLength": self.size}]
+        return {"accessors": self.accessors, "bufferViews": self.views, "buffers": buffers}
+
+    def fill(self, number: int) -> None:
+        """Let what is free yet be the same as an accessor."""
+        entry = self.accessors[number]
+        for free in self.free_accessors:
+            self.accessors[free] = entry
+        for free in self.free_views:
+            self.views[free] = self.views[entry["bufferView"]]
+
+    def lay(self, data: bytes | memoryview) -> dict[str, int]:
+        """Lay bytes behind the others; return where, as a buffer view tells it."""
+        gap = -self.size % 4
+        self.parts += [b"\0" * gap, data]
+        place = {"buffer": 0, "byteOffset": self.size + gap, "byteLength": len(data)}
+        self.size += gap + len(data)
+        return place
+
+    def accessor(
+        self,
+        values: NDArray[Any],
+        kind: str = "<f4",
+        *,
+        target: int | None = None,
+        bounds: bool = False,
+    ) -> int:
+        """Add an accessor of (N, width) numbers; return its number."""
+        rows = np.ascontiguousarray(values, kind).reshape(len(values), -1)
+        view = self.lay(rows.tobytes()) | ({} if target is None else {"target": target})
+        entry: dict[str, Any] = {
+            "bufferView": _place_item(self.views, view, self.free_views),
+            "componentType": _CODES[kind],
+            "count": len(rows),
+            "type": _KINDS[rows.shape[1]],
+        }
+        if bounds:
+            entry |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
+        return _place_item(self.accessors, entry, self.free_accessors)
+
+
+def _place_item(items: list[Any], item: Any, free: list[int]) -> int:
+    """Put an item into a free place, else behind the others; return its number."""
+    if free:
+        items[free[-1]] = item
+        return free.pop()
+    items.append(item)
+    return len(items) - 1
+
+
+def glb(root: dict[str, Any], pack: Pack) -> bytes:
+    """Return a GLB of its JSON and its numbers."""
+    data = b"".join(pack.parts)
+    text = json.dumps(root, separators=(",", ":"), allow_nan=False).encode()
+    text += b" " * (-len(text) % 4)
+    rest = -len(data) % 4
+    binary = struct.pack("<I4s", len(data) + rest, BINARY_CHUNK) if data else b""
+    size = 20 + len(text) + len(binary) + (len(data) + rest)
+    head = struct.pack("<4sIII4s", MAGIC, 2, size, len(text), JSON_CHUNK)
+    return b"".join((head, text, binary, data, b"\0" * rest))
+
+
 METRE = 1000.0  # millimetres
 RIGID = 0.005  # millimetres by which a bone may change its length and still not move in its parent
 WRONG = 0.2  # of a bone's length: what the skeleton's may be off by and still tell the rest pose
@@ -381,16 +454,14 @@ TIP = 0.02  # metres that the last joint of a limb is shown by
 
 
 def write(motion: Motion) -> bytes:
-    """Write a motion as GLB: one skeleton, m, y up, an octahedron for each bone.
+    """Write a motion of one root without gaps as GLB: m, y up, an octahedron for each bone.
 
     A joint rotates as the motion says, else from the rest pose (`lanindex.rotation`), or from the
-    first frame if lengths of bones contradict the rest pose. An unknown joint keeps its last
-    offset, as a viewer has to show something; the animation's ``extras`` name the frames, which are
-    read as unknown.
+    first frame if lengths of bones contradict the rest pose.
     """
     skeleton = motion.skeleton
     parents = skeleton.parents.astype(int)
-    points, unknown = _without_gaps(motion, parents)
+    points = motion.positions.astype(np.float64)
     turns, offsets = _rotations_from_rest(motion, points, parents)
     ways, turned = _local_transforms(points, turns, parents)
     pack = Pack()
@@ -401,10 +472,6 @@ def write(motion: Motion) -> bytes:
             skeleton.names, (offsets / METRE).astype(np.float32).tolist(), children, strict=True
         )
     ]
-    roots: list[int] = np.flatnonzero(parents < 0).tolist()
-    if len(roots) > 1:
-        nodes.append({"name": "roots", "children": roots})
-        roots = [len(nodes) - 1]
     nodes.append({"name": "bones", "mesh": 0, "skin": 0})
     standing = offsets / METRE  # at rest
     for joint, parent in enumerate(parents.tolist()):
@@ -412,44 +479,21 @@ def write(motion: Motion) -> bytes:
             standing[joint] += standing[parent]
     mesh = _mesh(pack, standing, parents.tolist())
     animation = _animation(pack, motion, ways / METRE, turned, offsets / METRE)
-    animation["extras"] = _extras(motion, unknown)
+    animation["extras"] = {"frames": len(motion), "rate": str(motion.rate)}
     binding = np.tile(np.eye(4), (len(parents), 1, 1))  # from the mesh into each joint's own axes
     binding[:, 3, :3] = -standing  # column after column
     joints = {"joints": list(range(len(parents))), "inverseBindMatrices": pack.accessor(binding)}
     root = {
         "asset": {"version": "2.0", "generator": "LanIndex"},
         "scene": 0,
-        "scenes": [{"nodes": [*roots, len(nodes) - 1]}],
+        "scenes": [{"nodes": [0, len(nodes) - 1]}],
         "nodes": nodes,
         "meshes": [mesh],
         "skins": [joints],
         "animations": [animation],
-        "accessors": pack.accessors,
-        "bufferViews": pack.views,
-        "buffers": [{"byteLength": pack.size}],
+        **pack.description(),
     }
     return glb(root, pack)
-
-
-def _without_gaps(motion: Motion, parents: NDArray[np.int_]) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return positions without gaps, and where there were gaps (T, J)."""
-    points = motion.positions.astype(np.float64)
-    unknown = np.asarray(np.isnan(points).any(axis=2))
-    for joint in np.flatnonzero(unknown.any(axis=0)).tolist():
-        parent = parents[joint]
-        base = points[:, parent] if parent >= 0 else np.zeros((len(points), 3))
-        known = ~unknown[:, joint]
-        if parent >= 0 and (known & ~unknown[:, parent]).any():
-            known &= ~unknown[:, parent]
-        way = points[:, joint] - base
-        if not known.any():
-            way[:] = motion.skeleton.offsets[joint]
-        else:
-            last = np.maximum.accumulate(np.where(known, np.arange(len(points)), -1))
-            way = way[np.where(last < 0, known.argmax(), last)]
-        missing = unknown[:, joint]
-        points[missing, joint] = (base + way)[missing]
-    return points, unknown
 
 
 def _rotations_from_rest(
@@ -518,16 +562,6 @@ def _animation(
             track(joint, "translation", way, still)
         track(joint, "rotation", turn, np.ptp(turn, axis=0).max() <= STILL)
     return {"name": "capture", "channels": channels, "samplers": samplers}
-
-
-def _extras(motion: Motion, unknown: NDArray[np.bool_]) -> dict[str, Any]:
-    """Return what keys do not tell: the rate of a single pose, and what was unknown."""
-    extras: dict[str, Any] = {"frames": len(motion), "rate": str(motion.rate)}
-    gaps = {}
-    for joint in np.flatnonzero(unknown.any(axis=0)).tolist():
-        edges = np.flatnonzero(np.diff(unknown[:, joint].astype(np.int8), prepend=0, append=0))
-        gaps[motion.skeleton.names[joint]] = edges.reshape(-1, 2).tolist()
-    return {**extras, "unknown": gaps} if gaps else extras
 
 
 def _mesh(pack: Pack, standing: Floats, parents: Sequence[int]) -> dict[str, Any]:
