@@ -24,7 +24,7 @@ import numpy as np
 from places import CAPTURES
 
 from lanindex.errors import LibraryError
-from lanindex.library import write
+from lanindex.library import store
 from lanindex.library.rows import Encoding
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.model.columns import (
@@ -242,8 +242,8 @@ def put(connection, found: Real, block: Block, place: int) -> None:
     name = f"{found.names[block.sources[place]]}/{number:06}.bvh"
     values = {"path": name, "location": f"/synthetic/{name}", "format": "bvh"}
     values |= {"sha256": f"{number:064x}", "warnings": "[]"}
-    put_number, new = write.put_capture(connection, values, score, Encoding("default", "d" * 64))
-    write.describe(connection, put_number, found.names[block.sources[place]], {}, new)
+    put_number, new = store.put_capture(connection, values, score, Encoding("default", "d" * 64))
+    store.describe(connection, put_number, found.names[block.sources[place]], {}, new)
 
 
 if __name__ == "__main__":

@@ -30,9 +30,9 @@ HALF_WRITTEN = """
 import os, sys
 sys.path[:0] = [sys.argv[2]]
 from sample_library import add_sample
-from lanindex.library import write
+from lanindex.library import store
 from lanindex.library.store import Store
-write.describe = lambda connection, *_: (
+store.describe = lambda connection, *_: (
     connection.exec_driver_sql("UPDATE capture SET label = 'half'"),
     connection.connection.driver_connection.execute("PRAGMA cache_spill = 1"),
     os._exit(9),
