@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import lanindex
-from lanindex.app import formatting, options
+from lanindex.app import options
 from lanindex.app.options import argument, option
-from lanindex.app.output import Output, counted, cut, duration, room
+from lanindex.app.output import Output, counted, cut, duration, print_hits, room
 from lanindex.errors import LanindexError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def demo(
             out.line()
             out.line(out.paint(f'$ lanindex search "{pattern}"', "match"))
             out.line(out.paint(f"# {meaning}", "dim"))
-            formatting.hits(out, hits[:3], pattern)
+            print_hits(out, hits[:3], pattern)
             out.line(f"{counted(len(hits), 'hit')} in {counted(hits.captures, 'capture')}")
         pattern = SEARCHES[0][0]
         clips = library.export(

@@ -9,9 +9,9 @@ from typing import IO, TYPE_CHECKING
 
 import lanindex
 from lanindex import records
-from lanindex.app import formatting, options
+from lanindex.app import options
 from lanindex.app.options import captures, dependent, exclusive, flag
-from lanindex.app.output import Output, counted, duration, room
+from lanindex.app.output import Output, counted, duration, print_staff, room
 from lanindex.errors import LibraryError, UsageError
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def show(
             if not staff:
                 _show(out, found, tracks)
             elif shown:
-                formatting.staff(out, found, tracks, part and shown)
+                print_staff(out, found, tracks, part and shown)
     out.note(counted(symbols, "symbol"))
     return not symbols
 

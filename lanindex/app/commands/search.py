@@ -9,9 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from lanindex import records
-from lanindex.app import formatting, options
+from lanindex.app import options
 from lanindex.app.options import argument, exclusive, flag, option
-from lanindex.app.output import Output, choice, counted, cut_note
+from lanindex.app.output import (
+    Output,
+    choice,
+    counted,
+    cut_note,
+    print_hits,
+    print_hits_with_staves,
+)
 from lanindex.errors import UsageError, shown
 
 if TYPE_CHECKING:
@@ -202,9 +209,9 @@ def _hits(out: Output, library: Library, hits: Hits, view: View, best: int | Non
         most = FORMS[form_of(view.preview)]
     first = view.first(hits, most)
     if view.context is not None:
-        formatting.hits_with_staves(out, library, first, view.context)
+        print_hits_with_staves(out, library, first, view.context)
     elif view.preview is None:
-        formatting.hits(out, first, first.pattern)
+        print_hits(out, first, first.pattern)
     elif first:
         _draw(out, library, first, view.preview, view.force)
     cut = cut_note(len(first), len(hits))
@@ -334,7 +341,7 @@ def _print_alike(
             rows.append((f"{hit.fit:.2f}", hit.path, hit.capture.label, *times, common))
         out.table(("like", "capture", "label", "frames", "seconds", "most in common"), rows)
     else:
-        formatting.hits(out, hits, alike.hits.pattern)
+        print_hits(out, hits, alike.hits.pattern)
     out.notes(alike.notes[:3], "not ranked by its joints")
     if len(alike.notes) > 3:
         out.note(f"and {len(alike.notes) - 3} more")
