@@ -9,11 +9,11 @@ import base64
 import binascii
 import json
 import struct
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from heapq import heapify, heappop, heappush
 from math import ceil
 from pathlib import Path, PurePosixPath
 from typing import Any, NoReturn
@@ -26,7 +26,7 @@ from lanindex.errors import CaptureError, quoted
 from lanindex.formats import archives
 from lanindex.formats.file import Content, File, on_disk, opened
 from lanindex.formats.rates import nearest_rate
-from lanindex.formats.turning import JointTree, between, joint_tree, quaternions, unit
+from lanindex.formats.turning import JointTree, ancestry, between, joint_tree, quaternions, unit
 from lanindex.model import Reading
 
 Floats = NDArray[np.float64]
@@ -468,8 +468,7 @@ def people(document: Document, nodes: Nodes, moved: set[int]) -> list[tuple[str,
     groups = list[tuple[str, set[int]]]()
     skinned = _skins(document, nodes)
     for name, joints in skinned or _trees(nodes, moved):
-        known = set(joints)
-        top = _joined(nodes, known, joints)
+        known, top = _joined(nodes, set(joints))
         if top is not None and (top in moved or not skinned):
             known.add(top)
         groups.append((name, known))
@@ -533,22 +532,17 @@ def _trees(nodes: Nodes, moved: set[int]) -> list[tuple[str, list[int]]]:
     return [(nodes.names[root], joints) for root, joints in groups.items()]
 
 
-def _joined(nodes: Nodes, known: set[int], joints: Iterable[int]) -> int | None:
-    """Add the nodes between some to them; return the one above all, where it is none of them."""
-    waiting = [(-nodes.depths[joint], joint) for joint in joints]
-    heapify(waiting)
-    seen = {joint for _, joint in waiting}
-    while len(waiting) > 1:
-        _, node = heappop(waiting)
-        known.add(node)
-        above = nodes.parents[node]
-        if above < 0:  # roots of their own
-            known.update(joint for _, joint in waiting)
-            return None
-        if above not in seen:
-            seen.add(above)
-            heappush(waiting, (-nodes.depths[above], above))
-    return None if not waiting or waiting[0][1] in known else waiting[0][1]
+def _joined(nodes: Nodes, joints: set[int]) -> tuple[set[int], int | None]:
+    """Return joints, the nodes between them, and the one above all, where it is none of them."""
+    above = ancestry(joints, nodes.parents)
+    below = Counter(nodes.parents[node] for node in above)
+    if below[-1] > 1:  # roots of their own
+        return above, None
+    path = sorted(above, key=nodes.depths.__getitem__)  # one node after the other, to the first:
+    first = next(n for n, node in enumerate(path) if node in joints or below[node] > 1)
+    if path[first] in joints:
+        return set(path[first:]), None
+    return set(path[first + 1 :]), path[first]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
