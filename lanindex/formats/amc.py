@@ -65,7 +65,7 @@ _NUMBER = 64  # bytes that the number of a frame, and what surrounds it, is shor
 _DIGITS = 15
 _INCH = 25.4
 _SAME = 0.01  # of a unit: two of its names
-_RATE = re.compile(rb"\s*:SAMPLES-PER-SECOND\s+([\d.]{1,12})\s*", re.IGNORECASE)
+_RATE = re.compile(rb"\s*:SAMPLES-PER-SECOND\s+(?![\d.]{13})(\d+\.?\d*|\.\d+)\s*", re.IGNORECASE)
 _TURNS = {"RX": 0, "RY": 1, "RZ": 2}
 _CHANNELS = {**_TURNS, "TX": 3, "TY": 4, "TZ": 5}
 _AXES = {"X": 0, "Y": 1, "Z": 2}
@@ -304,25 +304,9 @@ class AmcLayout:
     """The bytes of an AMC file."""
 
     header: bytes  # what stands before the first frame
-    starts: Places  # (T,) int64, where the number of each frame begins
-    stops: Places  # (T,) int64, the byte behind it
+    stops: Places  # (T,) int64, the byte behind the number of each frame
     ends: Places  # (T,) int64, the byte behind each frame
     numbers: Places  # (T,) int64, the frames' own numbers
-
-    @property
-    def radians(self) -> bool | None:
-        """Whether angles are said to be radians; None: nothing is said."""
-        words = self.header.upper().split()
-        return True if b":RADIANS" in words else False if b":DEGREES" in words else None
-
-    @property
-    def rate(self) -> Fraction | None:
-        """Frames a second, where the header says."""
-        for line in self.header.splitlines():
-            rate = _RATE.fullmatch(line)
-            if rate and rate.group(1).count(b".") < 2 and rate.group(1) != b".":
-                return Fraction(rate.group(1).decode()) or None
-        return None
 
 
 def scan(data: Content, path: str) -> AmcLayout:
@@ -348,7 +332,7 @@ def scan(data: Content, path: str) -> AmcLayout:
         raise CaptureError("no frames", place=path, wanted=wanted, remedy=remedy)
     starts, stops, numbers = np.array(rows, np.int64).T
     ends = np.append(starts[1:], len(data))
-    return AmcLayout(data[: rows[0][0]], starts, stops, ends, numbers)
+    return AmcLayout(data[: rows[0][0]], stops, ends, numbers)
 
 
 def _numbered_lines(piece: bytes, first: bool) -> list[int]:
@@ -486,8 +470,9 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     skeleton = parse(asf)
     rate, rate_doubts = _rate(layout, options)
     names, parents, offsets = joints_of(skeleton.bones)
-    numbers, count = Numbers(skeleton.bones), len(layout.starts)
-    radians = not skeleton.degrees if layout.radians is None else layout.radians
+    numbers, count = Numbers(skeleton.bones), len(layout.stops)
+    words = layout.header.upper().split()  # where they say nothing, angles are as in the skeleton
+    radians = b":RADIANS" in words or (b":DEGREES" not in words and not skeleton.degrees)
     turn, tilt = (1.0 if it else math.pi / 180 for it in (radians, not skeleton.degrees))
     axes = [_axes(bone, tilt) for bone in skeleton.bones]
     if count * len(names) > len(file.content) + MANY_PLACES:
@@ -523,8 +508,9 @@ def _line(file: File, first: int, at: int) -> str:
 def _rate(layout: AmcLayout, options: Reading) -> tuple[Fraction, tuple[str, ...]]:
     if options.rate is not None:
         return given_rate(options.rate), ()
-    if layout.rate is not None:
-        return nearest_rate(layout.rate), ()
+    rates = filter(None, map(_RATE.fullmatch, layout.header.splitlines()))
+    if (said := next(rates, None)) and (rate := Fraction(said[1].decode())):
+        return nearest_rate(rate), ()
     doubt = f"it does not tell its rate: {USUAL_RATE} frames a second. If that is wrong, give --fps"
     return USUAL_RATE, (doubt,)
 

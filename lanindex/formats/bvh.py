@@ -81,7 +81,6 @@ class Hierarchy:
     parents: tuple[int, ...]  # (J) index of each parent, -1 for a root
     offsets: tuple[tuple[float, ...], ...]  # (J, 3) in units of the file
     channels: tuple[tuple[int, ...], ...]  # (J) codes of `CHANNELS`, in file order
-    ends: frozenset[int]  # the indices that are End Sites
 
     @property
     def width(self) -> int:
@@ -221,7 +220,6 @@ class _Parser:
             tuple(self.parents),
             tuple([self.offsets[joint] for joint in joints]),
             tuple([self.channels.get(joint, ()) for joint in joints]),
-            frozenset(self.ends),
         )
 
 

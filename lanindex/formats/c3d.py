@@ -29,6 +29,7 @@ from lanindex.formats.file import PIECE, Content, File, Wanted, holding, text_of
 from lanindex.formats.people import named, subject_points
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import rate_by
+from lanindex.formats.tables import points_of
 from lanindex.model import Motion, Reading, Span
 
 BLOCK = 512  # bytes in which a file counts
@@ -608,9 +609,7 @@ def _frames(content: Content, start: int, size: int, span: Span) -> bytes:
 
 def write(motion: Motion) -> bytes:
     """Write a motion as C3D, Intel floats, mm, y up: its markers, or else its joints."""
-    points = motion.markers
-    names = points.names if points else motion.skeleton.names
-    places = points.positions if points else motion.positions
+    names, places = points_of(motion)
     section = _parameters(motion, names, len(places), 0)
     start = 2 + len(section) // BLOCK
     table = np.zeros((len(places), len(names), 4), "<f4")

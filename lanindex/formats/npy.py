@@ -75,11 +75,6 @@ class Header:
         """Bytes of its numbers."""
         return math.prod(self.shape) * self.kind.itemsize
 
-    def array(self, data: bytes) -> NDArray[Any]:
-        """Return the array whose numbers these bytes are."""
-        order = "F" if self.fortran else "C"
-        return np.frombuffer(data, self.kind).reshape(self.shape, order=order)  # type: ignore[call-overload,no-any-return]
-
 
 @dataclass(frozen=True, slots=True)
 class Arrays:
@@ -93,7 +88,9 @@ class Arrays:
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return an array."""
         header = self.headers[name]
-        return header.array(self.fetch(name, header.first, header.first + header.size))
+        data = self.fetch(name, header.first, header.first + header.size)
+        order = "F" if header.fortran else "C"
+        return np.frombuffer(data, header.kind).reshape(header.shape, order=order)  # type: ignore[call-overload,no-any-return]
 
 
 def header_of(head: bytes, there: int, place: str) -> Header:

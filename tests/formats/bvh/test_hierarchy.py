@@ -35,7 +35,6 @@ def test_a_small_hierarchy():
     assert joints.parents == (-1, 0, 1)
     assert joints.offsets == ((1, 2, 3), (0, 10, -0.1), (0, 5, 0))
     assert joints.channels == ((0, 1, 2, 5, 3, 4), (5, 4, 3), ())
-    assert joints.ends == {2}
     assert joints.width == 9
     assert MINIMAL[:behind].endswith("MOTION")
 
