@@ -20,7 +20,7 @@ import os
 import sqlite3
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -416,40 +416,6 @@ def change_journal(connection: Link, before: str, after: str) -> None:
 def is_sqlite(connection: Link) -> bool:
     """Return whether SQLite keeps a library."""
     return isinstance(connection, Reader) or connection.dialect.name == "sqlite"
-
-
-def give_back_room(connection: Connection) -> None:
-    """Make the file as small as its content; leave it as it is if the disk has no room for that."""
-    driver = driver_of(connection)
-    if driver is not None:
-        with suppress(sqlite3.Error):  # It is as before then
-            driver.execute("VACUUM")
-
-
-def loose_rows(connection: Link, table: str = "") -> list[Any]:
-    """Return the rows of a table, or of all, that refer to rows that do not exist."""
-    asked = f"PRAGMA foreign_key_check({table})" if table else "PRAGMA foreign_key_check"
-    return list(ask(connection, asked).fetchall()) if is_sqlite(connection) else []
-
-
-def damaged_pages(connection: Link, most: int) -> list[str]:
-    """Return the damage that SQLite finds in the pages of a file, so many lines at the most."""
-    if not is_sqlite(connection):
-        return []
-    # quick_check takes two thirds of the time, but leaves out whether the keys of rows rise, and
-    # nothing else looks at the keys of symbols.
-    try:
-        lines = first_values(ask(connection, f"PRAGMA integrity_check({most})").fetchall())
-    except faults() as error:
-        return [str(getattr(error, "orig", error))]
-    return [line for line in lines if line != "ok"]
-
-
-def has_view(connection: Link, name: str, statement: str) -> bool:
-    """Return whether a view is what a statement makes; other databases than SQLite are trusted."""
-    asked = "SELECT sql FROM sqlite_master WHERE type = 'view' AND name = :name"
-    held = ask(connection, asked, {"name": name}).fetchall() if is_sqlite(connection) else None
-    return held in (None, [(statement,)])
 
 
 class Session:

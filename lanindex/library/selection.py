@@ -11,7 +11,7 @@ from numbers import Integral
 from typing import Any, TypeGuard
 from unicodedata import normalize
 
-from lanindex.errors import AbsentError, LibraryError, UsageError
+from lanindex.errors import UsageError
 
 _COMPARED = {"path": ("path", "location"), "label": ("label",), "format": ("format",)}
 """Which texts of captures a glob of a column is compared with; of other columns ``metadata``."""
@@ -171,29 +171,3 @@ def is_gone(path: str) -> bool:
     except OSError:  # It may be there, in a folder that may not be read
         return False
     return False
-
-
-def ambiguous_error(name: str, locations: Sequence[str], place: str) -> LibraryError:
-    """Return the error that a name means several captures."""
-    return LibraryError(
-        f"{len(locations)} captures are called {name}",
-        place=place,
-        remedy=f"Name one: {_joined_names(locations)}",
-    )
-
-
-def absent_error(name: str, texts: Texts, place: str) -> AbsentError:
-    """Return the error that a name means no capture, with those that have one like it."""
-    from rapidfuzz import process
-
-    pairs = zip(texts["location"], texts["path"], strict=True)
-    paths = {os.path.basename(location): path for location, path in pairs}
-    near = process.extract(os.path.basename(name), list(paths), limit=3, score_cutoff=60)
-    remedy = "All are shown by: lanindex list"
-    if near:
-        remedy = f"Did you mean {_joined_names([paths[file_name] for file_name, _, _ in near])}?"
-    return AbsentError(f"there is no capture {name}", place=place, remedy=remedy)
-
-
-def _joined_names(names: Sequence[str], most: int = 3) -> str:
-    return ", ".join(names[:most]) + (" …" if len(names) > most else "")

@@ -17,7 +17,7 @@ from typing import Any, Self
 import numpy as np
 
 from lanindex.alphabet import TRACKS
-from lanindex.errors import LibraryError, UsageError
+from lanindex.errors import AbsentError, LibraryError, UsageError
 from lanindex.library import read, rows, segments
 from lanindex.library.cache import ColumnCache
 from lanindex.library.connect import (
@@ -34,9 +34,8 @@ from lanindex.library.rows import Encoding
 from lanindex.library.selection import (
     ALL,
     Selection,
-    absent_error,
+    Texts,
     absolute,
-    ambiguous_error,
     check_description,
     check_text,
     is_gone,
@@ -359,12 +358,17 @@ class Store:
                 if len(fitting) == 1:
                     return fitting[0][0]
                 if fitting:
-                    raise ambiguous_error(named, [location for _, location in fitting], self.place)
+                    locations = [location for _, location in fitting]
+                    raise LibraryError(
+                        f"{len(locations)} captures are called {named}",
+                        place=self.place,
+                        remedy=f"Name one: {_joined_names(locations)}",
+                    )
             _, texts = self.cache.texts(connection, ("path", "location"))
-            raise absent_error(named, texts, self.place)
+            raise _absent_error(named, texts, self.place)
         if is_number(which) and read.read_numbers(connection, [int(which)]):
             return int(which)
-        raise absent_error(str(which), {"path": [], "location": []}, self.place)
+        raise _absent_error(str(which), {"path": [], "location": []}, self.place)
 
 
 def _matches_of_name(connection: Link, name: str) -> Iterator[list[tuple[int, str]]]:
@@ -383,6 +387,23 @@ def _matches_of_name(connection: Link, name: str) -> Iterator[list[tuple[int, st
     for way, one in ways:
         asked = f"SELECT id, location FROM capture WHERE {way}"
         yield sorted(ask(connection, asked, {"one": one}))  # sorted by SQL, it would scan the table
+
+
+def _absent_error(name: str, texts: Texts, place: str) -> AbsentError:
+    """Return the error that a name means no capture, with those that have one like it."""
+    from rapidfuzz import process
+
+    pairs = zip(texts["location"], texts["path"], strict=True)
+    paths = {os.path.basename(location): path for location, path in pairs}
+    near = process.extract(os.path.basename(name), list(paths), limit=3, score_cutoff=60)
+    remedy = "All are shown by: lanindex list"
+    if near:
+        remedy = f"Did you mean {_joined_names([paths[file_name] for file_name, _, _ in near])}?"
+    return AbsentError(f"there is no capture {name}", place=place, remedy=remedy)
+
+
+def _joined_names(names: Sequence[str], most: int = 3) -> str:
+    return ", ".join(names[:most]) + (" …" if len(names) > most else "")
 
 
 def put_capture(
