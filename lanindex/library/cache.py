@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
 from lanindex.library import segments
-from lanindex.library.connect import Link, Session
+from lanindex.library.connect import Link, Session, ask
 from lanindex.library.read import read_state
 from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model.columns import Columns, Roster, enrolled, extras_of
@@ -68,7 +68,7 @@ class ColumnCache:
             with self._session.reading() as connection:
                 self._drop_old(connection)
                 if self._roster is None or self._missing_parts(parts, extra):
-                    pending = segments.count_pending(connection)
+                    ((pending,),) = ask(connection, "SELECT count(*) FROM segment_pending")
                 if pending <= MOST_PENDING:
                     result = self._load(connection, parts, extra)
         except Distrust as error:

@@ -59,18 +59,8 @@ def no_progress(noun: str, done: int, total: int) -> None:
     """Report nothing."""
 
 
-class Reader(sqlite3.Connection):
-    """A connection to a file that is only read."""
-
-    closed = False
-
-    def close(self) -> None:
-        """Let go of the file."""
-        super().close()
-        self.closed = True
-
-
-Link: TypeAlias = "Reader | Connection"
+Link: TypeAlias = "sqlite3.Connection | Connection"
+"""SQLite's own to a file that is only read, else SQLAlchemy's."""
 
 
 def ask(link: Link, statement: str, values: Values | None = None) -> Any:
@@ -101,10 +91,10 @@ def insert(link: Link, table: str, names: Sequence[str], rows: Sequence[Sequence
 
 def driver_of(link: Link) -> sqlite3.Connection | None:
     """Return SQLite's own connection, which is faster than SQLAlchemy; None if there is none."""
+    if isinstance(link, sqlite3.Connection):
+        return link
     if link.closed:
         return None
-    if isinstance(link, Reader):
-        return link
     driver = link.connection.driver_connection
     return driver if isinstance(driver, sqlite3.Connection) else None
 
@@ -220,11 +210,11 @@ def target(named: str | os.PathLike[str]) -> Target:
 
 
 def connected(database: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
-    """Return a connection to a database of any content; a `Reader` for a file that is only read."""
+    """Return a connection to a database of any content."""
     _check_path(database, create=create)
     with translated(database.place):
         if database.sqlite and readonly and not create:
-            reader = _sqlite_connection(database.path, False, timeout, Reader)
+            reader = _sqlite_connection(database.path, False, timeout)
             reader.execute("PRAGMA query_only = ON")
             return reader
         return _engine(database, create=create, timeout=timeout).connect()
@@ -282,18 +272,11 @@ def _engine(database: Target, *, create: bool, timeout: float) -> Engine:
     return engine
 
 
-def _sqlite_connection(
-    path: Path | None,
-    create: bool,
-    timeout: float,
-    factory: type[sqlite3.Connection] = sqlite3.Connection,
-) -> sqlite3.Connection:
+def _sqlite_connection(path: Path | None, create: bool, timeout: float) -> sqlite3.Connection:
     # A file that is only read is opened for writing where it may be, too: only then can a write
     # that was broken off be undone.
     name = f"{path.as_uri()}?mode={'rwc' if create else 'rw'}" if path else f"file:{MEMORY}"
-    connection = sqlite3.connect(
-        name, timeout=timeout, isolation_level=None, uri=True, factory=factory
-    )
+    connection = sqlite3.connect(name, timeout=timeout, isolation_level=None, uri=True)
     connection.execute("PRAGMA foreign_keys = ON")
     # Bytes that are no UTF-8 are damage: a checksum names the capture.
     connection.text_factory = methodcaller("decode", "utf-8", "surrogateescape")
@@ -322,7 +305,7 @@ def revision(connection: Link, place: str) -> str | None:
 
     Reads ``alembic_version`` itself: importing Alembic takes longer than most searches.
     """
-    if isinstance(connection, Reader):
+    if isinstance(connection, sqlite3.Connection):
         asked = "SELECT name FROM sqlite_master WHERE type = 'table' "
         names = {*first_values(ask(connection, f"{asked} AND substr(name, 1, 7) <> 'sqlite_'"))}
     else:
@@ -388,7 +371,7 @@ def make_tables(connection: Connection, place: str) -> None:
 def transaction(connection: Link, *, writes: bool = False) -> Iterator[None]:
     """Begin a transaction that sees one state of the library or, if it `writes`, may change it."""
     begun: AbstractContextManager[Any] = nullcontext()
-    if isinstance(connection, Reader):
+    if isinstance(connection, sqlite3.Connection):
         connection.execute("BEGIN")
     else:
         connection.execution_options(writes=writes)
@@ -415,7 +398,7 @@ def change_journal(connection: Link, before: str, after: str) -> None:
 
 def is_sqlite(connection: Link) -> bool:
     """Return whether SQLite keeps a library."""
-    return isinstance(connection, Reader) or connection.dialect.name == "sqlite"
+    return isinstance(connection, sqlite3.Connection) or connection.dialect.name == "sqlite"
 
 
 class Session:
@@ -436,12 +419,7 @@ class Session:
         self.note = note or self.notes.append
         self.progress = progress or no_progress
         self.connection: Any = opened(target, create=create, readonly=readonly, timeout=timeout)
-        self._wrote, self._thread = False, get_ident()
-
-    @property
-    def is_open(self) -> bool:
-        """Whether it has not been closed."""
-        return not self.connection.closed
+        self.is_open, self._wrote, self._thread = True, False, get_ident()
 
     def close(self) -> None:
         """Let go of the database; what is left is one file."""
@@ -453,6 +431,7 @@ class Session:
                 with translated(self.target.place):
                     change_journal(self.connection, "persist", "delete")
         finally:
+            self.is_open = False
             self.connection.close()
 
     @contextmanager
@@ -467,7 +446,7 @@ class Session:
         """Begin a transaction that writes what no reader notices."""
         self._check_usable()
         with translated(self.target.place):
-            if isinstance(self.connection, Reader):
+            if isinstance(self.connection, sqlite3.Connection):
                 self.connection.execute("UPDATE state SET id = id")  # SQLite refuses it
             if not self._wrote:
                 change_journal(self.connection, "delete", "persist")

@@ -265,9 +265,8 @@ def _shorten(lines: list[str]) -> list[str]:
 def _pieces_of_segments(connection: Link) -> Iterator[tuple[int, segments.Piece]]:
     """Yield the captures that the segments hold, some at a time, with the number of the segment."""
     spine = segments.read_spine(connection)
-    segments.read_rosters(connection, spine)
-    for segment in spine.segments:
-        roster = segments.read_roster(connection, segment)
+    rosters, _ = segments.read_rosters(connection, spine)
+    for segment, roster in zip(spine.segments, rosters, strict=True):
         held = {part: segments.read_columns(connection, segment, part) for part in segment.parts}
         whole = segments.Piece(roster, held, segments.read_texts(connection, segment))
         order = segments.alive(spine, segment, roster)

@@ -177,11 +177,6 @@ def _distrusting_damage(what: str) -> Iterator[None]:
         raise Distrust(f"damaged: {what} cannot be read") from error
 
 
-def count_pending(connection: Link) -> int:
-    """Return how many captures are in no segment."""
-    return int(ask(connection, "SELECT count(*) FROM segment_pending").fetchone()[0])
-
-
 def part_names(connection: Link) -> list[str]:
     """Return the parts that any capture has; with segments, also those that only dead ones have."""
     asked, names = "SELECT DISTINCT part FROM track", list[str]()
