@@ -59,7 +59,7 @@ def cross(one: Floats, other: Floats) -> Floats:
     return product
 
 
-def dist(one: Sequence[float], other: Sequence[float]) -> float:
+def dist(one: Sequence[float] | Floats, other: Sequence[float] | Floats) -> float:
     """Return how far two points (3,) are apart, summed as `sizes` does."""
     x, y, z = one[0] - other[0], one[1] - other[1], one[2] - other[2]
     return sqrt(x * x + z * z + y * y)

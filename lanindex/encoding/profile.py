@@ -15,7 +15,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, partial
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -73,19 +72,6 @@ class Rules:
         ]
         borders = np.cumsum([0, *map(len, those)], dtype=np.int64)
         return borders, np.array(rows, np.int64).reshape(-1, 4)
-
-    def first_match(self, cells: Sequence[int]) -> tuple[int, Rule] | None:
-        """Return where the first rule applies, and which; the ends are never deleted."""
-        for start, opening in enumerate(pairwise(cells)):
-            for wanted, rule in self._by_opening.get(opening, ()):
-                stop = start + len(wanted)
-                if (
-                    tuple(cells[start:stop]) == wanted
-                    and not (start == 0 and rule.deleted[0])
-                    and not (stop == len(cells) and rule.deleted[-1])
-                ):
-                    return start, rule
-        return None
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,9 +11,8 @@ Source: ``encoding/METHOD.md``, stages 2, 2b, 4, 5 and 6; Matsumoto and Hachimur
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields
-from itertools import pairwise
-from operator import attrgetter
+from dataclasses import dataclass
+from itertools import islice, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,15 +20,16 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.encoding.arithmetic import blocks, dist, median, parted, sizes
-from lanindex.encoding.direction import Course, Space, course, margins, space
+from lanindex.encoding.direction import CELLS, Course, Space, course, margins, space
 from lanindex.encoding.limbs import Limbs
 from lanindex.encoding.measures import measure
-from lanindex.encoding.profile import Profile, Rules
+from lanindex.encoding.profile import Profile
 from lanindex.encoding.timing import to_source
 from lanindex.model import Span
 from lanindex.model.symbol import blank, joined
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 LONG_HOLD = 6
 """Frames: the noise of a hold, which tells where moves begin, is measured from this length on."""
@@ -148,6 +148,14 @@ def onset_frame(
     return frame
 
 
+OUTCOMES = ("symbol", "passing", "rejoined", "not achieved", "joined", "in force")
+"""What becomes of a run: a symbol; passing, deleted by a rule; rejoined with an equal run that
+became its neighbour through a deletion; or no symbol, because it is not achieved, is joined with an
+equal neighbour, or is in force already."""
+
+_SYMBOL, _PASSING, _REJOINED, _NOT_ACHIEVED, _JOINED, _IN_FORCE = range(len(OUTCOMES))
+
+
 class Run(NamedTuple):
     """Consecutive frames that lie in one cell."""
 
@@ -157,39 +165,33 @@ class Run(NamedTuple):
     achieved: int  # The frame at which the cell's direction is achieved
     angle: float  # Degrees from the reference direction there
     apart: float  # Distance from the middle of the cell there, as in `direction.Course`
-    # ``symbol``, or the reason why the run makes no symbol: ``not achieved``; ``in force``;
-    # ``joined`` with an equal neighbour; ``passing``, deleted by a rule; ``rejoined`` with an equal
-    # run that became its neighbour through a deletion
-    outcome: str = "symbol"
-    rule: int = 0  # Line of the rule that deleted it, else 0
+    outcome: str  # Of `OUTCOMES`
+    rule: int  # Line of the rule that deleted it, else 0
 
 
-def runs(course: Course, moves: Sequence[Segment]) -> Iterator[list[Run]]:
-    """Yield the runs of each move, each with the frame that comes nearest to its reference."""
-    cells, apart, angle = course.cells, course.apart, course.angle
+def runs(course: Course, moves: Sequence[Segment]) -> tuple[Ints, Floats, Floats, Ints]:
+    """Return the runs (R, 4) of moves, `apart` and `angle` (R,) of each; how many a move has, (M,).
+
+    A run is its cell, its frames, and the frame that comes nearest to its reference.
+    """
+    cells = course.cells
     changed = np.append(True, cells[1:] != cells[:-1])
     borders = np.flatnonzero(changed)
     changed[[move.first for move in moves]] = True
     starts = np.flatnonzero(changed)
     stops = np.append(starts[1:], len(cells))
-    nearest = _nearest(apart, starts, stops)
-    # views, because a list of Python numbers takes four times the memory
-    fields = [
-        np.ascontiguousarray(field).data
-        for field in (cells[starts], starts, stops, nearest, angle[nearest], apart[nearest])
-    ]
     edges = np.array([move[:2] for move in moves], np.int64).reshape(-1, 2)
-    begins = starts.searchsorted(edges[:, 0]).tolist()
-    inside, places = (
-        borders.searchsorted(edges, side="right").tolist(),
-        starts.searchsorted(borders),
-    )
-    for (first, stop), begin, (_, last, *_) in zip(inside, begins, moves, strict=True):
-        chosen = (begin, *places[first:stop].tolist())
-        passed = [Run(*[field[index] for field in fields]) for index in chosen]
-        end = float(angle[last]), float(apart[last])
-        passed[-1] = Run(passed[-1].cell, passed[-1].start, last + 1, last, *end)
-        yield passed
+    inside = borders.searchsorted(edges, side="right")
+    counts = inside[:, 1] - inside[:, 0] + 1
+    behind = counts.cumsum()
+    begins = behind - counts
+    within = np.arange(counts.sum()) + (inside[:, 0] - 1 - begins).repeat(counts)
+    chosen = starts.searchsorted(borders)[within]
+    chosen[begins] = starts.searchsorted(edges[:, 0])
+    nearest = _nearest(course.apart, starts, stops)
+    table = np.stack((cells[starts], starts, stops, nearest), axis=1)[chosen]
+    table[behind - 1, 2:] = edges[:, 1:] + (1, 0)
+    return table, course.apart[table[:, 3]], course.angle[table[:, 3]], counts
 
 
 def _nearest(
@@ -206,125 +208,214 @@ def _nearest(
     return nearest
 
 
-def achieve(found: Sequence[Run], in_force: int, within: float) -> list[Run]:
-    """Return the runs of a move, each with its outcome before the rules are applied."""
-    result, last = list(found), len(found) - 1
-    kept: list[int] = []
-    for index, run in enumerate(found):
-        if run.angle > within and index < last:
-            result[index] = run._replace(outcome="not achieved")
-        elif kept and found[kept[-1]].cell == run.cell:
-            before = result[kept[-1]]
-            if before.apart <= run.apart and index < last:
-                result[index] = run._replace(
-                    achieved=before.achieved, angle=before.angle, apart=before.apart
-                )
-            result[kept[-1]] = before._replace(outcome="joined")
-            kept[-1] = index
-        else:
-            kept.append(index)
-    if kept and found[kept[0]].cell == in_force:
-        result[kept[0]] = result[kept[0]]._replace(outcome="in force")
-    return result
+_FIELDS = ("cell", "start", "stop", "achieved", "rule", "passing", "swings")
+ROW = np.dtype([(name, np.int64) for name in _FIELDS])
+"""A symbol that a later move may lengthen; frames are half-open, from the stretch's first."""
 
 
-def apply(runs: Sequence[Run], in_force: int, rules: Rules) -> list[Run]:
-    """Return the runs with the symbols that a rule deletes marked as passing, and equals joined."""
-    result = list(runs)
-    alive = [index for index, run in enumerate(runs) if run.outcome == "symbol"]
-    while match := rules.first_match([in_force, *[runs[index].cell for index in alive]]):
-        start, rule = match
-        gone = [alive[start + place - 1] for place, deleted in enumerate(rule.deleted) if deleted]
-        for index in gone:
-            result[index] = runs[index]._replace(outcome="passing", rule=rule.line)
-        alive = [index for index in alive if index not in gone]
-    for before, after in pairwise(alive):
-        if runs[before].cell == runs[after].cell:
-            result[before] = runs[before]._replace(outcome="rejoined")
-    return result
+def _way(curve: Floats, move: Ints) -> float:
+    """Return the distance between the ends of a move, in mm."""
+    return dist(curve[:, move[0]], curve[:, move[1]])
 
 
-_SHOWN = ("symbol", "passing", "rejoined")
+def _gain(curve: Floats, move: Ints, middle: Floats) -> float:
+    """Return by how many mm a move approaches the middle of a cell."""
+    return dist(curve[:, move[0]], middle) - dist(curve[:, move[1]], middle)
 
 
-@dataclass(slots=True)
-class Row:
-    """A symbol that a later move may lengthen; frames are half-open, from the stretch's first."""
+def achieve(
+    cells: Any,
+    achieved: Any,
+    apart: Any,
+    angle: Any,
+    in_force: int,
+    within: float,
+    outcome: Any,
+    alive: Ints,
+) -> int:
+    """Write the outcomes of the runs of a move before rules; return how many are symbols.
 
-    cell: int
-    start: int
-    stop: int
-    achieved: int
-    rule: int = 0
-    passing: bool = False
-    swings: int = 0
+    These are listed in `alive`.
+    """
+    last, many = len(cells) - 1, 0
+    for run in range(last + 1):
+        outcome[run] = _SYMBOL
+        if angle[run] > within and run < last:
+            outcome[run] = _NOT_ACHIEVED
+            continue
+        before = alive[many - 1]
+        if many and cells[before] == cells[run]:
+            if apart[before] <= apart[run] and run < last:
+                achieved[run] = achieved[before]
+                apart[run], angle[run] = apart[before], angle[before]
+            outcome[before] = _JOINED
+            many -= 1
+        alive[many] = run
+        many += 1
+    if many and cells[alive[0]] == in_force:
+        outcome[alive[0]] = _IN_FORCE
+        alive[: many - 1] = alive[1:many].copy()
+        many -= 1
+    return many
 
 
-_NAMES = [field.name for field in fields(Row)]
-_FIELDS = attrgetter(*_NAMES)
-ROW = np.dtype([(name, np.int64) for name in _NAMES])
-"""`Row` as a record of a table."""
-
-
-class Writer:
-    """Writes the symbols of one part, `curve` (N, 3) mm, move by move."""
-
-    def __init__(
-        self, curve: Floats, cell: int, around: Space, distance: float, *, lengthen: bool
-    ) -> None:
-        self.curve, self.around, self.distance, self.lengthen = curve, around, distance, lengthen
-        self.rows = [Row(cell, 0, 0, 0)]
-        self.in_force = self.rows[0]
-        self.idle: list[Segment] = []
-
-    def add(self, move: Segment, runs: list[Run]) -> None:
-        """Add the symbols of a move, or keep a move that has none."""
-        shown = [run for run in runs if run.outcome in _SHOWN]
-        if not shown:
-            self._stay(move)
-            return
-        cut = start = max(self._begin(move, shown[0].cell), self.in_force.stop)
-        end = max(move.end + 1, start)
-        for run in shown:
-            stop = min(max(run.achieved + 1, cut), end)
-            if run.outcome == "passing":
-                self.rows.append(Row(run.cell, cut, stop, run.achieved, run.rule, passing=True))
-            elif run.outcome == "symbol":
-                stop = end if run is runs[-1] else stop
-                self.in_force = Row(run.cell, start, stop, run.achieved)
-                self.rows.append(self.in_force)
-                start = stop
-            cut = stop
-        self.idle.clear()
-
-    def _stay(self, move: Segment) -> None:
-        """Count a move without symbols as a swing; lengthen the symbol in force or keep it."""
-        if self._way(move) >= self.distance:
-            self.in_force.swings += 1
-        touches = self.in_force.stop > 0 and move.begin <= self.in_force.stop
-        if self.lengthen and touches and self._gain(move, self.in_force.cell) > 0:
-            self.in_force.stop = max(self.in_force.stop, move.end + 1)
-        else:
-            self.idle.append(move)
-
-    def _begin(self, move: Segment, cell: int) -> int:
-        """Return where the first symbol begins: at the first idle move that leads to its cell."""
-        begin = move.begin
-        for before in reversed(self.idle if self.lengthen else []):
-            if before.end + 1 < begin or self._gain(before, cell) < self._way(before) / 2:
+def apply_rules(
+    cells: Any,
+    in_force: int,
+    alive: Ints,
+    many: int,
+    openings: Ints,
+    rules: Ints,
+    outcome: Any,
+    deleted: Any,
+) -> None:
+    """Write which symbols rules delete, and which are joined with an equal neighbour."""
+    start = 0
+    while start < many:
+        before = in_force if start == 0 else cells[alive[start - 1]]
+        opening = before * CELLS + cells[alive[start]]
+        found = -1
+        for rule in range(openings[opening], openings[opening + 1]):
+            length, third, gone, _ = rules[rule]
+            if start + length > many + 1 or (start == 0 and gone & 1):
+                continue
+            if start + length == many + 1 and gone >> (length - 1) & 1:
+                continue
+            if length == 2 or cells[alive[start + 1]] == third:
+                found = rule
                 break
-            begin = before.begin
-        return begin
+        if found < 0:
+            start += 1
+            continue
+        length, _, gone, line = rules[found]
+        kept = start - 1 if start else 0
+        for place in range(0 if start else 1, length):
+            run = alive[start + place - 1]
+            if gone >> place & 1:
+                outcome[run], deleted[run] = _PASSING, line
+            else:
+                alive[kept] = run
+                kept += 1
+        rest = many - (start + length - 1)
+        for place in range(rest):
+            alive[kept + place] = alive[start + length - 1 + place]
+        many = kept + rest
+        start = max(start - 2, 0)
+    for place in range(many - 1):
+        if cells[alive[place]] == cells[alive[place + 1]]:
+            outcome[alive[place]] = _REJOINED
 
-    def _way(self, move: Segment) -> float:
-        """Return the distance between the ends of a move, in mm."""
-        return dist(*self.curve[[move.first, move.last]].tolist())
 
-    def _gain(self, move: Segment, cell: int) -> float:
-        """Return by how many mm a move approaches the middle of a cell."""
-        middle = self.around.reference(cell).tolist()
-        before, after = self.curve[[move.first, move.last]].tolist()
-        return dist(before, middle) - dist(after, middle)
+def symbol_begin(curve: Floats, moves: Ints, move: Ints, idle: Ints, middle: Floats) -> int:
+    """Return where the first symbol of a move begins: at the first idle move towards its cell."""
+    begin: int = move[2]
+    for number in idle[::-1]:
+        before = moves[number]
+        if before[3] + 1 < begin or _gain(curve, before, middle) < _way(curve, before) / 2:
+            break
+        begin = before[2]
+    return begin
+
+
+def _put(
+    cells: Any,
+    achieved: Any,
+    outcome: Any,
+    deleted: Any,
+    start: int,
+    end: int,
+    rows: Ints,
+    many: int,
+    now: int,
+) -> tuple[int, int]:
+    """Write the rows of a move; return how many there are, and which is in force."""
+    cut = start
+    for run in range(len(cells)):
+        if outcome[run] > _REJOINED:
+            continue
+        stop = min(max(achieved[run] + 1, cut), end)
+        if outcome[run] != _REJOINED:
+            passing = outcome[run] == _PASSING
+            if not passing and run == len(cells) - 1:
+                stop = end
+            begin = cut if passing else start
+            row = (cells[run], begin, stop, achieved[run], deleted[run], int(passing), 0)
+            rows[many] = row
+            if not passing:
+                now, start = many, stop
+            many += 1
+        cut = stop
+    return many, now
+
+
+def write_rows(
+    curve: Floats,
+    cell: int,
+    moves: Ints,
+    cells: Any,
+    achieved: Any,
+    apart: Any,
+    angle: Any,
+    outcome: Any,
+    deleted: Any,
+    within: float,
+    distance: float,
+    middles: Floats,
+    lengthen: bool,
+    openings: Ints,
+    rules: Ints,
+) -> Ints:
+    """Return the rows of a part, (S, 7) as of `ROW`, in frames from the stretch's first.
+
+    `curve` (3, N) mm; `moves` (M, 5), a `Segment` and the number of its runs; of all runs, (R,)
+    each, arrays or the faster `memoryview` of plain loops: `cells`, the frames in which they are
+    `achieved`, and `apart` and `angle` there; `outcome` and the line of the rule by which each is
+    `deleted`, zeros, to be written; the rest as from `settings`.
+    """
+    alive = np.empty(max(1, moves[:, 4].max()) if len(moves) else 1, np.int64)
+    idle = np.empty(len(moves), np.int64)
+    rows = np.zeros((len(cells) + 1, 7), np.int64)
+    rows[0, 0] = cell
+    many, now, waiting, behind = 1, 0, 0, 0
+    for number in range(len(moves)):
+        move, begun, force = moves[number], behind, int(rows[now, 0])
+        behind = begun + int(move[4])
+        some, there = cells[begun:behind], achieved[begun:behind]
+        told, gone = outcome[begun:behind], deleted[begun:behind]
+        near, off = apart[begun:behind], angle[begun:behind]
+        symbols = achieve(some, there, near, off, force, within, told, alive)
+        if symbols == 0:  # count it as a swing; lengthen the symbol in force or keep the move
+            rows[now, 6] += _way(curve, move) >= distance
+            touches = rows[now, 2] > 0 and move[2] <= rows[now, 2]
+            if lengthen and touches and _gain(curve, move, middles[force]) > 0:
+                rows[now, 2] = max(rows[now, 2], move[3] + 1)
+            else:
+                idle[waiting] = number
+                waiting += 1
+            continue
+        first = some[alive[0]]
+        apply_rules(some, force, alive, symbols, openings, rules, told, gone)
+        earlier = idle[: waiting if lengthen else 0]
+        begin = symbol_begin(curve, moves, move, earlier, middles[first])
+        waiting, start = 0, int(max(begin, rows[now, 2]))
+        end = int(max(move[3] + 1, start))
+        many, now = _put(some, there, told, gone, start, end, rows, many, now)
+    return rows[:many].copy()
+
+
+def settings(part: str, around: Space, profile: Profile) -> tuple[Any, ...]:
+    """Return what `write_rows` knows of a part beside its movement.
+
+    Degrees within which a run is achieved; d_t, mm; the middles of cells (27, 3) mm; whether moves
+    without symbols lengthen others; and the rules, as of `Rules.table`.
+    """
+    return (
+        profile.achieved_within,
+        profile.distance.of(around.length),
+        around.references * around.length,
+        profile.onset > 0,
+        *profile.rules[part].table,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -444,9 +535,8 @@ def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Itera
         _follow(*part[:3], cells, moves, profile, traced)
         for part, cells, (*_, moves) in zip(parts, passed, moved, strict=True)
     ]
-    rows = [_FIELDS(row) for _, writer in followed for row in writer.rows]
-    table = np.array(rows, np.int64).view(ROW)[:, 0]
-    counts = [len(writer.rows) for _, writer in followed]
+    table = np.concatenate([rows for _, rows in followed]).view(ROW)[:, 0]
+    counts = [len(rows) for _, rows in followed]
     for part, stops, cells, (found, _), (*_, own) in zip(
         parts, moved, passed, followed, finished(table, counts, limbs, around, profile), strict=True
     ):
@@ -475,15 +565,18 @@ def _follow(
     moves: list[Segment],
     profile: Profile,
     traced: bool,
-) -> tuple[list[list[Run]], Writer]:
-    """Return the runs of each move, if `traced`, and the writer of the symbols."""
-    distance = profile.distance.of(around.length)
-    writer = Writer(curve, int(passed.cells[0]), around, distance, lengthen=profile.onset > 0)
-    found = []
-    for move, seen in zip(moves, runs(passed, moves), strict=True):
-        cell = writer.in_force.cell
-        judged = apply(achieve(seen, cell, profile.achieved_within), cell, profile.rules[part])
-        writer.add(move, judged)
-        if traced:
-            found.append(judged)
-    return found, writer
+) -> tuple[list[list[Run]], Ints]:
+    """Return the runs of each move, if `traced`, and the rows of the symbols."""
+    table, apart, angle, counts = runs(passed, moves)
+    cells, _, _, achieved = columns = table.T.copy()
+    outcome, deleted = np.zeros((2, len(table)), np.int64)
+    counted = np.column_stack((np.array(moves, np.int64).reshape(-1, 4), counts))
+    of_runs: list[Any] = [it.data for it in (cells, achieved, apart, angle, outcome, deleted)]
+    told, begin = settings(part, around, profile), int(passed.cells[0])
+    rows = write_rows(curve.T, begin, counted, *of_runs, *told)
+    if not traced:
+        return [], rows
+    outcomes = [OUTCOMES[code] for code in outcome.tolist()]
+    fields = (*columns.tolist(), angle.tolist(), apart.tolist(), outcomes, deleted.tolist())
+    found = iter(map(Run, *fields))
+    return [list(islice(found, count)) for count in counts.tolist()], rows

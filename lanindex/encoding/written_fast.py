@@ -15,13 +15,28 @@ from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from lanindex.alphabet import PLACE
-from lanindex.encoding.arithmetic import parted
+from lanindex.encoding.arithmetic import dist, parted
 from lanindex.encoding.curves_fast import middle, size
 from lanindex.encoding.direction import Space, angles, course
 from lanindex.encoding.limbs import Limbs
 from lanindex.encoding.measures import _TINY
 from lanindex.encoding.profile import Profile
-from lanindex.encoding.written import LONG_HOLD, ROW, Written, finished, onset_frame, spaces
+from lanindex.encoding.written import (
+    LONG_HOLD,
+    ROW,
+    Written,
+    _gain,
+    _put,
+    _way,
+    achieve,
+    apply_rules,
+    finished,
+    onset_frame,
+    settings,
+    spaces,
+    symbol_begin,
+    write_rows,
+)
 from lanindex.notation.lpd_ldd import Ranges
 
 UNSEEN, UNCLEAR = -2, -1
@@ -250,162 +265,9 @@ def passed(curve, moves, length, middles, cells):
     return runs[:many].copy(), apart[:many].copy()
 
 
-_SYMBOL, _DROPPED, _PASSING, _REJOINED = range(4)
-
-
-@numba.njit
-def _apart(curve, frame, x, y, z):
-    return size(curve[0, frame] - x, curve[1, frame] - y, curve[2, frame] - z)
-
-
-@numba.njit
-def _moved(curve, move):
-    last = move[1]
-    return _apart(curve, move[0], curve[0, last], curve[1, last], curve[2, last])
-
-
-@numba.njit
-def _gain(curve, move, middle):
-    before = _apart(curve, move[0], middle[0], middle[1], middle[2])
-    return before - _apart(curve, move[1], middle[0], middle[1], middle[2])
-
-
-@numba.njit
-def _achieved(runs, apart, angle, in_force, within, outcome, alive):
-    """Write what becomes of the runs of a move; return how many are symbols, and list them."""
-    last, many = len(runs) - 1, 0
-    for run in range(last + 1):
-        outcome[run] = _SYMBOL
-        if angle[run] > within and run < last:
-            outcome[run] = _DROPPED
-            continue
-        before = alive[many - 1]
-        if many and runs[before, 0] == runs[run, 0]:
-            if apart[before] <= apart[run] and run < last:
-                runs[run, 3], apart[run] = runs[before, 3], apart[before]
-            outcome[before] = _DROPPED
-            many -= 1
-        alive[many] = run
-        many += 1
-    if many and runs[alive[0], 0] == in_force:
-        outcome[alive[0]] = _DROPPED
-        alive[: many - 1] = alive[1:many].copy()
-        many -= 1
-    return many
-
-
-@numba.njit
-def _apply_rules(runs, in_force, alive, many, openings, rules, outcome, deleted):
-    """Write which symbols the rules delete, and which are joined with an equal neighbour."""
-    start = 0
-    while start < many:
-        before = in_force if start == 0 else runs[alive[start - 1], 0]
-        opening = before * 27 + runs[alive[start], 0]
-        found = -1
-        for rule in range(openings[opening], openings[opening + 1]):
-            length, third, gone, _ = rules[rule]
-            if start + length > many + 1 or (start == 0 and gone & 1):
-                continue
-            if start + length == many + 1 and gone >> (length - 1) & 1:
-                continue
-            if length == 2 or runs[alive[start + 1], 0] == third:
-                found = rule
-                break
-        if found < 0:
-            start += 1
-            continue
-        length, _, gone, line = rules[found]
-        kept = start - 1 if start else 0
-        for place in range(0 if start else 1, length):
-            run = alive[start + place - 1]
-            if gone >> place & 1:
-                outcome[run], deleted[run] = _PASSING, line
-            else:
-                alive[kept] = run
-                kept += 1
-        rest = many - (start + length - 1)
-        for place in range(rest):
-            alive[kept + place] = alive[start + length - 1 + place]
-        many = kept + rest
-        start = max(start - 2, 0)
-    for place in range(many - 1):
-        if runs[alive[place], 0] == runs[alive[place + 1], 0]:
-            outcome[alive[place]] = _REJOINED
-
-
-@numba.njit
-def _symbol_begin(curve, moves, move, idle, middle):
-    """Return where the first symbol of a move begins: perhaps with moves before that had none."""
-    begin = move[2]
-    for number in idle[::-1]:
-        before = moves[number]
-        if before[3] + 1 < begin or _gain(curve, before, middle) < _moved(curve, before) / 2:
-            break
-        begin = before[2]
-    return begin
-
-
-@numba.njit
-def _put(runs, outcome, deleted, start, end, rows, many, now):
-    """Write the rows of a move; return how many there are, and which is in force."""
-    cut = start
-    for run in range(len(runs)):
-        if outcome[run] == _DROPPED:
-            continue
-        stop = min(max(runs[run, 3] + 1, cut), end)
-        if outcome[run] != _REJOINED:
-            passing = outcome[run] == _PASSING
-            if not passing and run == len(runs) - 1:
-                stop = end
-            rows[many].cell, rows[many].achieved = runs[run, 0], runs[run, 3]
-            rows[many].start, rows[many].stop = cut if passing else start, stop
-            rows[many].rule, rows[many].passing = deleted[run] if passing else 0, passing
-            if not passing:
-                now, start = many, stop
-            many += 1
-        cut = stop
-    return many, now
-
-
-@numba.njit(cache=True, nogil=True)
-def written_rows(
-    curve, cell, moves, runs, apart, angle, within, distance, middles, lengthen, openings, rules
-):
-    """Return the rows of a part, (S,) of `ROW`, in frames from the stretch's first.
-
-    `curve` (3, N) mm; `angle` (R,) degrees from the middles of the runs' cells; `distance` d_t, mm;
-    `middles` (27, 3) mm; `openings` and `rules` as of `Rules.table`.
-    """
-    longest = max(1, moves[:, 4].max()) if len(moves) else 1
-    alive, outcome = np.empty(longest, np.int64), np.empty(longest, np.int64)
-    deleted, idle = np.empty(longest, np.int64), np.empty(len(moves), np.int64)
-    rows = np.zeros(len(runs) + 1, ROW)
-    rows[0].cell = cell
-    many, now, waiting, begun = 1, 0, 0, 0
-    for number in range(len(moves)):
-        move = moves[number]
-        behind = begun + move[4]
-        some, near, off = runs[begun:behind], apart[begun:behind], angle[begun:behind]
-        begun = behind
-        force = rows[now].cell
-        symbols = _achieved(some, near, off, force, within, outcome, alive)
-        if symbols == 0:
-            rows[now].swings += _moved(curve, move) >= distance
-            touches = rows[now].stop > 0 and move[2] <= rows[now].stop
-            if lengthen and touches and _gain(curve, move, middles[force]) > 0:
-                rows[now].stop = max(rows[now].stop, move[3] + 1)
-            else:
-                idle[waiting] = number
-                waiting += 1
-            continue
-        first = alive[0]
-        _apply_rules(some, force, alive, symbols, openings, rules, outcome, deleted)
-        earlier = idle[: waiting if lengthen else 0]
-        begin = _symbol_begin(curve, moves, move, earlier, middles[some[first, 0]])
-        waiting, start = 0, max(begin, rows[now].stop)
-        end = max(move[3] + 1, start)
-        many, now = _put(some, outcome, deleted, start, end, rows, many, now)
-    return rows[:many].copy()
+for _function in (dist, _way, _gain, achieve, apply_rules, symbol_begin, _put):
+    register_jitable(_function)  # compiled with the loop that calls them
+written_rows = numba.njit(cache=True, nogil=True)(write_rows)
 
 
 @numba.njit
@@ -469,17 +331,19 @@ def written(limbs: Limbs, profile: Profile) -> list[Written]:
     tables = [
         written_rows(
             curves[:, part],
-            *each[part],
+            cell,
+            moves,
+            own[:, 0],
+            own[:, 3],
+            off,
             angle[part],
-            profile.achieved_within,
-            profile.distance.of(one.length),
-            one.references * one.length,
-            profile.onset > 0,
-            *profile.rules[limbs.parts[part]].table,
+            *np.zeros((2, counts[part]), np.int64),
+            *settings(limbs.parts[part], around[part], profile),
         )
-        for part, one in enumerate(around)
+        for part, (cell, moves, own, off) in enumerate(each)
     ]
-    return finished(np.concatenate(tables), list(map(len, tables)), limbs, around, profile, True)
+    table = np.concatenate(tables).view(ROW)[:, 0]
+    return finished(table, list(map(len, tables)), limbs, around, profile, True)
 
 
 def _passed(curve: Floats, around: Space, profile: Profile) -> tuple[int, Ints, Ints, Floats]:

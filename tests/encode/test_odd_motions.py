@@ -11,7 +11,7 @@ from lanindex.encoding import encode, joints, trace
 from lanindex.encoding.direction import space
 from lanindex.encoding.limbs import heading
 from lanindex.encoding.profile import load
-from lanindex.encoding.written import Run, Segment, Writer
+from lanindex.encoding.written import ROW, write_rows
 from lanindex.errors import EncodeError
 from lanindex.model import Motion
 
@@ -127,36 +127,47 @@ class TestLimbs:
         assert np.array_equal(alone.places, body[:1], equal_nan=True)
 
 
-class TestSwings:
-    def writer(self, apart: float) -> Writer:
-        curve = np.array([[0.0, -500.0, 0.0], [apart, -500.0, 0.0]])
-        ranges = PROFILE.ranges["r_arm"]
-        return Writer(curve, 0, space(ranges, 500.0), 50.0, lengthen=False)
+def rows_of(
+    curve: np.ndarray, middles: np.ndarray, moves: list[tuple[int, ...]], cells: list[int]
+) -> np.ndarray:
+    """Return the rows of moves that pass one cell each, in which they arrive in the last frame."""
+    apart, angle = np.zeros((2, len(moves)))
+    outcome, deleted = np.zeros((2, len(moves)), np.int64)
+    of_runs = np.array(cells), np.array([last for _, last, *_ in moves]), apart, angle
+    told = 20.0, 50.0, middles, len(moves) > 1, *PROFILE.rules["r_arm"].table
+    table = np.array([(*move, 1) for move in moves])
+    return write_rows(curve.T, 0, table, *of_runs, outcome, deleted, *told).view(ROW)[:, 0]
 
+
+class TestSwings:
     @pytest.mark.parametrize(("apart", "swings"), [(49.999, 0), (50.0, 1), (90.0, 1)])
     def test_a_move_without_a_symbol_counts_from_d_t_on(self, apart: float, swings: int) -> None:
-        writer = self.writer(apart)
-        writer.add(Segment(0, 1, 0, 1), [Run(0, 0, 2, 1, 0.0, 0.0, "in force")])
-        assert (len(writer.rows), writer.rows[0].swings) == (1, swings)
+        curve = np.array([[0.0, -500.0, 0.0], [apart, -500.0, 0.0]])
+        found = rows_of(curve, np.zeros((27, 3)), [(0, 1, 0, 1)], [0])
+        assert found["swings"].tolist() == [swings]
 
 
 class TestLengthening:
     """Stage 2b: a move without a symbol may begin the next one, if it touches and heads for it."""
 
+    CELL = DIRECTION_CODES["forward"] * 3 + LEVEL_CODES["mid"]
+
+    def started(self, curve: np.ndarray, middle: np.ndarray, gap: int = 0) -> int:
+        middles = np.zeros((27, 3))
+        middles[self.CELL] = middle
+        moves = [(0, 1, 10, 20), (2, 3, 21 + gap, 40)]
+        return int(rows_of(curve, middles, moves, [0, self.CELL])["start"][1])
+
     def begin(self, gap: int, share: float) -> int:
         # a first move of 100 mm that comes nearer to "forward mid" by `share` of it, then another
-        cell = DIRECTION_CODES["forward"] * 3 + LEVEL_CODES["mid"]
         around = space(PROFILE.ranges["r_arm"], 1000.0)
-        middle = around.reference(cell)
+        middle = around.reference(self.CELL)
         curve = np.array([(500.0, 0, 0), (500.0 + 100 * share, 0, 0), middle, middle])
         if share < 1:  # the rest of the way leads round the middle
             radius = 500.0 - 100 * share
             turn = np.arccos((500.0**2 + radius**2 - 100**2) / (2 * 500 * radius))
             curve[1] = middle - radius * np.array([np.cos(turn), 0, np.sin(turn)])
-        writer = Writer(curve, 0, around, 1e9, lengthen=True)
-        writer.add(Segment(0, 1, 10, 20), [Run(0, 0, 2, 1, 0.0, 0.0, "in force")])
-        writer.add(Segment(2, 3, 21 + gap, 40), [Run(cell, 2, 4, 30, 0.0, 0.0, "symbol")])
-        return writer.rows[1].start
+        return self.started(curve, middle, gap)
 
     def test_a_move_that_touches_begins_the_next_symbol(self) -> None:
         assert self.begin(gap=0, share=1.0) == 10
@@ -167,22 +178,19 @@ class TestLengthening:
         assert self.begin(gap=0, share=0.49) == 21
 
     def test_it_has_to_head_for_the_middle_of_the_cell_not_for_where_it_ends(self) -> None:
-        cell = DIRECTION_CODES["forward"] * 3 + LEVEL_CODES["mid"]
         curve = np.array([(500.0, 0, -300), (500.0, 0, 0), (500.0, 0, 0), (900.0, 0, 300)])
-        writer = Writer(curve, 0, space(PROFILE.ranges["r_arm"], 1000.0), 1e9, lengthen=True)
-        writer.add(Segment(0, 1, 10, 20), [Run(0, 0, 2, 1, 0.0, 0.0, "in force")])
-        writer.add(Segment(2, 3, 21, 40), [Run(cell, 2, 4, 3, 0.0, 0.0, "symbol")])
-        assert writer.rows[1].start == 21
+        middle = space(PROFILE.ranges["r_arm"], 1000.0).reference(self.CELL)
+        assert self.started(curve, middle) == 21
 
     def test_by_exactly_half_is_enough(self) -> None:
-        class Half(Writer):
-            def _gain(self, move: Segment, cell: int) -> float:
-                return 50.0
-
-        curve = np.array([(0.0, 0, 0), (100.0, 0, 0), (0.0, 0, 0), (0.0, 0, 0)])
-        writer = Half(curve, 0, space(PROFILE.ranges["r_arm"], 1.0), 1e9, lengthen=True)
-        writer.idle.append(Segment(0, 1, 10, 20))
-        assert writer._begin(Segment(2, 3, 21, 40), 1) == 10
+        middle = np.array([50.0, 0.0, 0.0])
+        # from 125 mm to 75 mm before the middle, 100 mm of way aside
+        curve = np.array([(-75.0, 0, 0), (-25.0, 0, 0), middle, middle])
+        assert self.started(curve, middle) == 10
+        curve = np.array([(50.0, 0, 80), (110.0, 0, 0), middle, middle])  # 100 mm, 20 nearer
+        assert self.started(curve, middle) == 21
+        curve = np.array([(50.0, 0, 80), (20.0, 0, 0), middle, middle])
+        assert self.started(curve, middle) == 10
 
 
 def test_a_trace_prints_its_moves_frame_by_frame() -> None:

@@ -12,15 +12,14 @@ from lanindex.encoding import encode
 from lanindex.encoding.arithmetic import smooth, window
 from lanindex.encoding.direction import Course, Space, course, margins, space
 from lanindex.encoding.places import resample
-from lanindex.encoding.profile import load
+from lanindex.encoding.profile import Rules, load
 from lanindex.encoding.timing import quantise, to_source
 from lanindex.encoding.written import (
+    OUTCOMES,
     Hold,
-    Rules,
-    Run,
     Segment,
     achieve,
-    apply,
+    apply_rules,
     candidates,
     holds,
     runs,
@@ -208,8 +207,16 @@ class TestSegment:
         assert speeds(curve[:1], 10.0).tolist() == [0]
 
 
-def run(name: str, angle: float = 0.0, outcome: str = "symbol") -> Run:
-    return Run(cell(name), 0, 1, 0, angle, angle, outcome)
+def cells_of(names: list[str]) -> np.ndarray:
+    return np.array([cell(name) for name in names])
+
+
+def judged(names: list[str], angles: list[float], in_force: str) -> tuple[list[str], np.ndarray]:
+    """Return the outcomes of runs before the rules, and their angles."""
+    outcome, alive = np.zeros((2, len(names)), np.int64)
+    apart, angle = np.array([angles, angles], np.float64)
+    achieve(cells_of(names), alive.copy(), apart, angle, cell(in_force), 20, outcome, alive)
+    return [OUTCOMES[code] for code in outcome], angle
 
 
 class TestAchieve:
@@ -217,49 +224,48 @@ class TestAchieve:
         around = space(RANGES, 500.0)
         angles = np.radians([10, 30, 46, 60, 80, 100])
         curve = 500 * np.stack([0 * angles, -np.cos(angles), np.sin(angles)], axis=1)
-        (found,) = runs(course_of(curve, around), [Segment(0, 5, 0, 5)])
-        assert [(one.cell, one.achieved) for one in found] == [
-            (cell("place low"), 0),
-            (cell("right low"), 2),
-            (cell("right mid"), 5),
+        found, *_ = runs(course_of(curve, around), [Segment(0, 5, 0, 5)])
+        assert found[:, [0, 3]].tolist() == [
+            [cell("place low"), 0],
+            [cell("right low"), 2],
+            [cell("right mid"), 5],
         ]
 
     def test_moves_may_share_a_frame_and_begin_amid_a_run(self) -> None:
         cells = np.array([3, 3, 3, 3, 3, 4, 4])
         apart = np.array([0.1, 0.5, 0.4, 0.2, 0.3, 0.2, 0.1])
         moves = [Segment(0, 2, 0, 2), Segment(2, 6, 2, 6)]
-        found = list(runs(Course(cells, apart, 10 * apart), moves))
-        assert [[(one.start, one.stop, one.achieved) for one in move] for move in found] == [
-            [(0, 3, 2)],
-            [(2, 5, 3), (5, 7, 6)],
-        ]
+        found, *_, counts = runs(Course(cells, apart, 10 * apart), moves)
+        assert counts.tolist() == [1, 2]
+        assert found[:, 1:].tolist() == [[0, 3, 2], [2, 5, 3], [5, 7, 6]]
 
     def test_the_first_of_equally_near_frames_counts(self) -> None:
         apart = np.array([0.3, 0.2, 0.2, 0.2, 0.5])
-        found = list(runs(Course(np.array([3, 3, 3, 3, 4]), apart, apart), [Segment(0, 4, 0, 4)]))
-        assert [one.achieved for one in found[0]] == [1, 4]
+        found, *_ = runs(Course(np.array([3, 3, 3, 3, 4]), apart, apart), [Segment(0, 4, 0, 4)])
+        assert found[:, 3].tolist() == [1, 4]
 
     def test_far_runs_are_dropped_and_neighbours_joined(self) -> None:
         names = ["right mid", "r_forward mid", "right mid", "left mid"]
-        found = [run(name, angle) for name, angle in zip(names, (0, 21, 3, 40), strict=True)]
-        found = achieve(found, cell("place low"), 20)
-        outcomes = [one.outcome for one in found]
+        outcomes, angle = judged(names, [0, 21, 3, 40], "place low")
         assert outcomes == ["joined", "not achieved", "symbol", "symbol"]
-        assert found[2].angle == 0
+        assert angle[2] == 0
 
     def test_what_is_in_force_is_no_symbol(self) -> None:
-        found = [run("place low"), run("right mid")]
-        found = achieve(found, cell("place low"), 20)
-        assert [one.outcome for one in found] == ["in force", "symbol"]
+        outcomes, _ = judged(["place low", "right mid"], [0, 0], "place low")
+        assert outcomes == ["in force", "symbol"]
 
 
 class TestRules:
     RULE = "#rule_start#\nL place low\nD right low\nL right mid\n#rule_end#\n"
 
+    def fates(self, names: list[str], in_force: str, text: str) -> np.ndarray:
+        found, alive = np.zeros((2, len(names)), np.int64), np.arange(len(names))
+        table = Rules(parse_ldd(text)).table
+        apply_rules(cells_of(names), cell(in_force), alive, len(names), *table, *found)
+        return found
+
     def outcomes(self, names: list[str], in_force: str, text: str) -> list[str]:
-        found = [run(name) for name in names]
-        found = apply(found, cell(in_force), Rules(parse_ldd(text)))
-        return [one.outcome for one in found]
+        return [OUTCOMES[code] for code in self.fates(names, in_force, text)[0]]
 
     def test_the_context_counts(self) -> None:
         assert self.outcomes(["right low", "right mid"], "place low", self.RULE) == [
@@ -291,9 +297,8 @@ class TestRules:
             "#rule_start#\nD right low\nL right mid\n#rule_end#\n"
             "#rule_start#\nL right low\nD right mid\nL right high\n#rule_end#\n"
         )
-        found = [run("right low"), run("right mid"), run("right high")]
-        found = apply(found, cell("place low"), Rules(parse_ldd(text)))
-        assert [one.rule for one in found] == [1, 0, 0]
+        names = ["right low", "right mid", "right high"]
+        assert self.fates(names, "place low", text)[1].tolist() == [1, 0, 0]
 
 
 def rows(*spans: tuple[int, int], passing: tuple[int, ...] = ()) -> np.ndarray:
