@@ -14,7 +14,7 @@ import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate, chain, pairwise
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -206,16 +206,11 @@ def check(score: Score, place: str) -> None:
         )
 
 
-class Rows(NamedTuple):
-    """A score as rows without the capture's number, which comes first in each."""
+def rows_of(score: Score) -> tuple[list[tuple[Any, ...]], list[list[int]], int]:
+    """Return the rows of tracks, the columns of symbols, and the checksum of the list of tracks.
 
-    tracks: list[tuple[Any, ...]]
-    symbols: list[list[int]]  # By column
-    checksum: int  # Of the list of tracks
-
-
-def rows_of(score: Score) -> Rows:
-    """Return the rows of a score."""
+    The capture's number, which comes first in each row, is left out.
+    """
     held = list(score.tracks.values())
     counts = list(map(len, held))
     numbers = numbered(pack(joined(track.symbols for track in held)), counts, range(len(held)))
@@ -225,7 +220,7 @@ def rows_of(score: Score) -> Rows:
         if track.known != (Span(0, score.frames),):
             known = json.dumps([[span.start, span.stop] for span in track.known])
         tracks.append((len(tracks), track.part, kind, known, len(track), content))
-    return Rows(tracks, numbers.T.tolist(), checksum(*tracks))
+    return tracks, numbers.T.tolist(), checksum(*tracks)
 
 
 def numbered(packed: Integers, counts: Sequence[int], ordinals: Sequence[int]) -> Integers:

@@ -212,16 +212,14 @@ class Store:
         by_number = dict(zip(every, texts[name], strict=True))
         if numbers is None:
             return by_number
-        result = {}
-        for number in numbers:
-            if number not in by_number:
-                raise LibraryError(
-                    f"there is no capture {number} any more",
-                    place=self.place,
-                    remedy="Search again: the library has changed since.",
-                )
-            result[number] = by_number[number]
-        return result
+        try:
+            return {number: by_number[number] for number in numbers}
+        except KeyError as error:
+            raise LibraryError(
+                f"there is no capture {error.args[0]} any more",
+                place=self.place,
+                remedy="Search again: the library has changed since.",
+            ) from None
 
     def paths_starting(self, text: str, most: int) -> list[str]:
         """Return up to `most` paths that begin with a text, or whose file name does, in order."""
@@ -413,7 +411,7 @@ def put_capture(
 
     Return its number, and whether it is new.
     """
-    made = rows.rows_of(score)
+    tracks, symbols, listing = rows.rows_of(score)
     profile = {"name": encoding.profile, "digest": encoding.digest} if encoding.digest else {}
     meter, other = score.meter, json.dumps(score.other)
     heading = rows.pack_heading(score.heading)
@@ -430,7 +428,7 @@ def put_capture(
         "heading": heading,
         "profile_id": _profile(connection, profile) if profile else None,
         "options": json.dumps(encoding.facts(), sort_keys=True),
-        "tracks": made.checksum,
+        "tracks": listing,
         "content": read.content_checksum(other, heading),
     }
     values["checksum"] = rows.encoded_checksum(values, profile.get("name"), profile.get("digest"))
@@ -445,10 +443,10 @@ def put_capture(
         _update_capture(connection, number, values)
         ask(connection, _FORGET_PROFILES)
     segments.mark_changed(connection, number, dead=held is not None)
-    tracks = [(number, *row) for row in made.tracks]
-    insert(connection, "track", ("capture_id", *rows.TRACK), tracks)
+    numbered = [(number, *row) for row in tracks]
+    insert(connection, "track", ("capture_id", *rows.TRACK), numbered)
     names = ("capture_id", "track", "ordinal", *rows.COLUMNS)
-    insert(connection, "symbol_code", names, list(zip(repeat(number), *made.symbols)))
+    insert(connection, "symbol_code", names, list(zip(repeat(number), *symbols)))
     return number, held is None
 
 

@@ -280,7 +280,7 @@ def test_names_that_are_no_text_are_refused(library, path, extra):
 
 def test_what_fails_halfway_leaves_nothing(library, monkeypatch):
     number = add(library, "a.bvh", label="walk")
-    nothing = rows.Rows([(0, "head", 0, None, 1, 0)], [[0], [0], *[[None]] * 6], 0)
+    nothing = ([(0, "head", 0, None, 1, 0)], [[0], [0], *[[None]] * 6], 0)
     monkeypatch.setattr(rows, "rows_of", lambda *_: nothing)
     for path in ("a.bvh", "b.bvh"):
         with pytest.raises(LibraryError, match="the database says: NOT NULL"):
