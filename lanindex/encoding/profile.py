@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -47,31 +48,21 @@ class Rules:
     """The rules of a part, ready to be looked up."""
 
     def __init__(self, rules: Sequence[Rule]) -> None:
-        self._by_opening: dict[tuple[int, ...], list[tuple[tuple[int, ...], Rule]]] = {}
-        for rule in rules:
-            cells = tuple(direction * 3 + level for direction, level in rule.cells)
-            self._by_opening.setdefault(cells[:2], []).append((cells, rule))
+        self._rules = rules
 
     @cached_property
     def table(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Borders (27 · 27 + 1,) of the rules that begin with two cells; all rules (R, 4).
 
-        A rule is its number of cells, the third cell, the deleted cells as bits, and its line.
+        A rule is its number of cells, its third cell or 0, the deleted cells as bits, and its line.
         """
-        pairs = [divmod(number, CELLS) for number in range(CELLS * CELLS)]
-        those = [self._by_opening.get(pair, []) for pair in pairs]
-        rows = [
-            (
-                len(cells),
-                cells[-1],
-                sum(gone << place for place, gone in enumerate(rule.deleted)),
-                rule.line,
-            )
-            for some in those
-            for cells, rule in some
-        ]
-        borders = np.cumsum([0, *map(len, those)], dtype=np.int64)
-        return borders, np.array(rows, np.int64).reshape(-1, 4)
+        rows: list[list[tuple[int, ...]]] = [[] for _ in range(CELLS * CELLS)]
+        for rule in self._rules:
+            one, two, *third = (direction * 3 + level for direction, level in rule.cells)
+            gone = sum(deleted << place for place, deleted in enumerate(rule.deleted))
+            rows[one * CELLS + two].append((2 + len(third), sum(third), gone, rule.line))
+        borders = np.cumsum([0, *map(len, rows)], dtype=np.int64)
+        return borders, np.array(list(chain(*rows)), np.int64).reshape(-1, 4)
 
 
 @dataclass(frozen=True, slots=True)
