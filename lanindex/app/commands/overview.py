@@ -195,6 +195,9 @@ def _motif(out: Output, motif: Recurring, result: Motifs) -> None:
         out.line(out.paint(motif.pattern, "match"))
         out.line(out.paint(f"    {times}, first {path} {frames}", "dim"))
         return
+    if not out.json:
+        out.row([motif.hits, motif.captures, motif.pattern, path, frames])
+        return
     places = [
         {
             **records.of_name(place.capture),
@@ -205,8 +208,7 @@ def _motif(out: Output, motif: Recurring, result: Motifs) -> None:
     ]
     counts = {"hits": len(places), "captures": motif.captures, "places": places}
     sample = {"sampled": result.captures, "of": result.of}
-    record = {"pattern": motif.pattern, "part": motif.part, **counts, **sample}
-    out.row([motif.hits, motif.captures, motif.pattern, path, frames], record)
+    out.record({"pattern": motif.pattern, "part": motif.part, **counts, **sample})
 
 
 def similar(
