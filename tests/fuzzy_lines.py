@@ -29,7 +29,7 @@ def keys_of(line: FuzzyLine, batch: Batch, most: int) -> tuple[np.ndarray, np.nd
     """Return the key of the best match that ends with each symbol, and what each one costs."""
     code = batch.rows(line.net.part).of_rows(line._kinds.code)
     symbols = line._symbols(batch, np.arange(len(code)), code)
-    arrived, _ = followed(line.net, symbols, most, lambda: None)
+    arrived, _ = followed(line.net, symbols, most)
     return (arrived + symbols.exit).min(axis=0), symbols.costs
 
 

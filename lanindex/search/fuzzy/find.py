@@ -22,7 +22,6 @@ from lanindex.search.fuzzy.follow import (
     NO_MATCHES,
     UNIT,
     Allowance,
-    Ask,
     FuzzyLine,
     FuzzyMatches,
     Net,
@@ -48,9 +47,10 @@ from lanindex.search.match.arrays import (
     IntArray,
     best_of_each,
     in_pieces,
-    limited_to,
     once,
+    running,
     smallest_in,
+    tick,
 )
 from lanindex.search.match.batch import Batch, split
 from lanindex.search.match.finder import MOST_ROWS, Finder, Watch
@@ -100,7 +100,7 @@ def find(
         net.number = number
 
     search = _Search(finder, plans, overlaps, watch)
-    with limited_to(finder.memory):
+    with running(finder.memory, search.tell):
         if any(one.leaps for one in plans):
             search.exact_hits = search.find_exactly(query)
             found = search.all_hits()
@@ -170,7 +170,7 @@ class _Search:
                 self._plans_within(BUCKETS - clear, clear),
                 np.zeros(len(self.finder.roster)),
             )
-            fitting = self._in_batches(lambda one, batch: one.bounds(batch, self.ask), plans)
+            fitting = self._in_batches(lambda one, batch: one.bounds(batch), plans)
             for places, most in fitting:
                 bounds[places] = np.max(most, axis=0)
             order = np.flatnonzero(bounds)
@@ -211,7 +211,7 @@ class _Search:
 
         def of_each(batch: IntArray, part: IntArray) -> list[Result]:
             self.done = int(batch[part[0]])
-            self.ask()
+            tick()
             part_batch = self.finder.batch(batch[part])
             return [work(one, part_batch) for one in plans]
 
@@ -222,15 +222,15 @@ class _Search:
                 else:
                     yield batch[part], results
 
-    def ask(self) -> None:
-        """Ask whether to go on."""
+    def tell(self) -> None:
+        """Tell how far the search is."""
         if self.watch:
             self.watch(self.done, len(self.finder.roster))
 
     def _hits_in(self, plans: list[FuzzyPlan], places: IntArray | None = None) -> FuzzyHits:
         """Return all hits in some captures; None: in all."""
         batches = self._in_batches(
-            lambda one, batch: one.matches(batch, self.find_exactly, self.ask), plans, places
+            lambda one, batch: one.matches(batch, self.find_exactly), plans, places
         )
         matches = joined([NO_MATCHES, *(self._hits(plans, *it) for it in batches)])
         return FuzzyHits(self, matches.at(~np.isin(matches.capture, list(self.refused))))
@@ -252,9 +252,7 @@ class _Search:
         if self.overlaps == "none":
             rank = np.empty(len(matches.cost), np.int64)
             rank[np.lexsort((-matches.low, matches.high, matches.cost))] = np.arange(len(rank))
-            matches = matches.at(
-                staying(matches.capture, matches.low, matches.high, rank, self.ask)
-            )
+            matches = matches.at(staying(matches.capture, matches.low, matches.high, rank))
         return matches.at(np.lexsort((matches.high, matches.low, matches.capture)))
 
     def _exact_matches(
@@ -388,20 +386,20 @@ class FuzzyPlan(NamedTuple):
         found: BoolArray = np.all(sides, axis=0)
         return found
 
-    def bounds(self, batch: Batch, ask: Ask) -> AnyArray:
+    def bounds(self, batch: Batch) -> AnyArray:
         """Return how well a match in each capture fits at most, (captures,); 0: there is none."""
         least = np.ones(len(batch))
-        for it in self._line_matches(batch, ask):
+        for it in self._line_matches(batch):
             best = np.zeros(len(batch))
             np.maximum.at(best, it.capture, fits(it.cost, it.blur, self.steps))
             least = np.minimum(least, best)
         return least
 
-    def matches(self, batch: Batch, find_exactly: ExactSearch, ask: Ask) -> FuzzyMatches:
+    def matches(self, batch: Batch, find_exactly: ExactSearch) -> FuzzyMatches:
         """Return what matches all lines, one for each row where the leading one begins."""
-        lead, *others = self._line_matches(batch, ask)
+        lead, *others = self._line_matches(batch)
         for companion, nets, other in zip(self.beside, self.sides[1:], others, strict=True):
-            ask()
+            tick()
             margins = margins_of(batch, companion)
             if companion.relation == "with":  # no two movements of one part share a frame
                 same = [net.number for net in nets if net.part == self.sides[0][0].part]
@@ -409,12 +407,12 @@ class FuzzyPlan(NamedTuple):
                 other = other.at(near | ~np.isin(other.line_rows[:, 0, 0], same))
             lead = self._beside(companion.relation, lead, other, margins)
         for forbidden in self.forbidden:
-            lead = lead.at(~self._disturbed(forbidden, lead, batch, find_exactly, ask))
+            lead = lead.at(~self._disturbed(forbidden, lead, batch, find_exactly))
         return lead
 
-    def _line_matches(self, batch: Batch, ask: Ask) -> list[FuzzyMatches]:
+    def _line_matches(self, batch: Batch) -> list[FuzzyMatches]:
         """Return the matches of all lines, of both sides together."""
-        return [joined([line.matches(batch, ask) for line in sides]) for sides in self.lines]
+        return [joined([line.matches(batch) for line in sides]) for sides in self.lines]
 
     def _beside(
         self, relation: str, lead: FuzzyMatches, other: FuzzyMatches, margins: Margins
@@ -440,7 +438,6 @@ class FuzzyPlan(NamedTuple):
         matches: FuzzyMatches,
         batch: Batch,
         find_exactly: ExactSearch,
-        ask: Ask,
     ) -> BoolArray:
         """Return which matches have a match of a `without` line beside them, (N,) bool.
 
@@ -457,7 +454,7 @@ class FuzzyPlan(NamedTuple):
         for match, hit in _pairs(
             forbidden.relation, _spans(*matches[:3]), SpanIndex(others), margins
         ):
-            ask()
+            tick()
             # what a match is made of lies in its frames: any hit outside of them disturbs it
             near = shares & (exact.low[hit] <= end[match]) & (exact.high[hit] >= begin[match])
             disturbed[match[~near]] = True
@@ -466,7 +463,7 @@ class FuzzyPlan(NamedTuple):
         wanted = once(hit[~disturbed[match]]).tolist()
         symbols = {}
         for index, one in zip(wanted, exact.arranged(wanted), strict=True):
-            ask()
+            tick()
             symbols[index] = [(it.part, it.ordinal) for it in one.symbols]
         for one, index in zip(match.tolist(), hit.tolist(), strict=True):
             disturbed[one] = disturbed[one] or not any(

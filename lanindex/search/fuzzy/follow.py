@@ -15,7 +15,7 @@ of the cheapest the one that begins last, and of these the clearest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
@@ -28,7 +28,14 @@ from lanindex.errors import UsageError
 from lanindex.model.columns import CELL, THOUSANDTHS, Columns, ranges
 from lanindex.search.language.query import Arrow
 from lanindex.search.language.words import WORD_KINDS
-from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray, OverBudget, best_of_each
+from lanindex.search.match.arrays import (
+    AnyArray,
+    BoolArray,
+    IntArray,
+    OverBudget,
+    best_of_each,
+    tick,
+)
 from lanindex.search.match.batch import Batch, cells_of, unavoidable
 from lanindex.search.plan import Program, State
 from lanindex.search.sphere import KNOWN, MIDDLES, points_of
@@ -56,8 +63,6 @@ FREE, NEXT, LATER = range(3)  # a line lies anywhere, right at a clip's start or
 COST, FIRST = 32, 10  # the lowest bits of a key's cost and of its beginning; below, the blur
 BLUR, LATEST = (1 << FIRST) - 1, (1 << COST - FIRST) - 1  # the bits of the blur, the latest start
 NOTHING = 1 << 62  # the key where no match stands
-
-Ask = Callable[[], None]  # raises where a search may not go on
 
 
 @dataclass(frozen=True, slots=True)
@@ -321,13 +326,13 @@ class FuzzyLine:
         found: BoolArray = lacking * MISSING <= self._most
         return found
 
-    def matches(self, batch: Batch, ask: Ask) -> FuzzyMatches:
+    def matches(self, batch: Batch) -> FuzzyMatches:
         """Return the cheapest match from each symbol."""
         rows = batch.rows(self.net.part)
         code = rows.of_rows(self._kinds.code)
         row = np.flatnonzero(self._able[code])
         symbols = self._symbols(batch, row, code[row])
-        arrived, _ = followed(self.net, symbols, self._most, ask)
+        arrived, _ = followed(self.net, symbols, self._most)
         keys = np.min(arrived + symbols.exit, axis=0)
         ends = np.flatnonzero(keys >> COST <= self._most)
         keys = keys[ends]
@@ -379,7 +384,7 @@ class FuzzyLine:
         code = self._kinds.code[self._bounds[batch.places[capture]] + row]
         symbols = self._symbols(batch, batch.rows(self.net.part).bounds[capture] + row, code)
         symbols.entry[:, 1:] = NOTHING
-        arrived, gone = followed(self.net, symbols, self._most, lambda: None)
+        arrived, gone = followed(self.net, symbols, self._most)
         state, at = int((arrived[:, -1] + symbols.exit[:, -1]).argmin()), last - first
         path = [(last, state)]
         while at:
@@ -394,7 +399,7 @@ class FuzzyLine:
         return path[::-1]
 
 
-def followed(net: Net, symbols: Symbols, most: int, ask: Ask) -> tuple[IntArray, IntArray]:
+def followed(net: Net, symbols: Symbols, most: int) -> tuple[IntArray, IntArray]:
     """Return keys of the best match at each state with each symbol, or `NOTHING`: (K, R), twice.
 
     The first are of matches that stand there, the second also of those that left out the state.
@@ -402,7 +407,7 @@ def followed(net: Net, symbols: Symbols, most: int, ask: Ask) -> tuple[IntArray,
     arrived, gone = _once(net, symbols, most, np.full(symbols.entry.shape, NOTHING))
     left, better = np.arange(len(symbols.blur)), (gone[net.back] < NOTHING).any(axis=0)
     while better.any():  # once more where a step that may come again stands better than before
-        ask()
+        tick()
         stretch = symbols.stretch[left]
         left = left[np.isin(stretch, stretch[better])]
         some, before = Symbols._make(it[..., left] for it in symbols), gone[:, left]

@@ -1,13 +1,14 @@
-"""Tables of columns, ranges of many lengths at once, and how large they may get.
+"""Tables of columns, ranges of many lengths at once, and what a running search may do.
 
 The engine hardly ever loops: a million ranges are worked on in a few operations on arrays. Tables
 that would be larger than the budget of a search are made in pieces, or refused; what is free
-changes while a search runs, so its budget is fixed when it begins.
+changes while a search runs, so its budget is fixed when it begins. Whoever waits for the search is
+told with each column that is made, and may break it off there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any, Self, TypeVar
@@ -22,11 +23,12 @@ BoolArray = NDArray[np.bool_]
 AnyArray = NDArray[Any]
 
 FAR = 1 << 40  # more than any frame or row; times a number of captures it still fits 64 bits
-MOST_AT_ONCE = 1 << 18  # pairs made between two ticks of a search
+MOST_AT_ONCE = 1 << 18  # pairs made at once
 PAIR = 128  # bytes of a pair that is spread out, with all that is made of it
 LEAST = 64 << 20  # bytes that a search gets in any case
 UNKNOWN = 1 << 30  # bytes that it gets where the system does not say what is free
 _memory: ContextVar[int] = ContextVar("memory", default=UNKNOWN)
+_tick: ContextVar[Callable[[], None] | None] = ContextVar("tick", default=None)
 
 
 class OverBudget(Exception):
@@ -34,16 +36,23 @@ class OverBudget(Exception):
 
 
 @contextmanager
-def limited_to(memory: int | None) -> Iterator[None]:
-    """Fix the budget of a search in bytes; None is a quarter of what is free."""
+def running(memory: int | None, tick: Callable[[], None] | None) -> Iterator[None]:
+    """Begin a search: its budget in bytes, None a quarter of what is free, and its tick."""
     if memory is None:
         free = available()
         memory = UNKNOWN if free is None else free // 4
-    token = _memory.set(max(LEAST, memory))
+    tokens = _memory.set(max(LEAST, memory)), _tick.set(tick)
     try:
         yield
     finally:
-        _memory.reset(token)
+        _memory.reset(tokens[0])
+        _tick.reset(tokens[1])
+
+
+def tick() -> None:
+    """Tell whoever waits that the search goes on; this raises where it may not."""
+    if call := _tick.get():
+        call()
 
 
 def most_rows(size: int) -> int:
@@ -74,6 +83,7 @@ AnyTable = TypeVar("AnyTable", bound=Table)
 
 
 def _at(column: Any, rows: AnyArray) -> Any:
+    tick()
     if isinstance(column, np.ndarray):
         return column[rows] if column.ndim == 1 else column[:, rows]
     if isinstance(column, tuple):
@@ -90,6 +100,7 @@ def together(tables: Sequence[AnyTable]) -> AnyTable:
 
 
 def _together(columns: Sequence[Any]) -> Any:
+    tick()
     if isinstance(columns[0], Table):
         return together(columns)
     return np.concatenate(columns) if columns[0].ndim == 1 else filled(columns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,8 +65,8 @@ def _settled(clauses: Clauses, program: Program) -> list[SettledConditions]:
 class Context:
     """What the lines of one program share in one batch.
 
-    `tick` is called now and then and may raise. `refused`, (captures,) bool, marks the captures in
-    which more than `MOST_TRIED` partial matches were tried.
+    `refused`, (captures,) bool, marks the captures in which more than `MOST_TRIED` partial matches
+    were tried.
     """
 
     def __init__(
@@ -75,9 +75,8 @@ class Context:
         rewrites: Rewrites,
         clauses: Clauses,
         captures: Captures,
-        tick: Callable[[], None],
     ) -> None:
-        self.batch, self.rewrites, self.clauses, self.tick = batch, rewrites, clauses, tick
+        self.batch, self.rewrites, self.clauses = batch, rewrites, clauses
         self.program = rewrites.program
         self.evaluator = Evaluator(clauses, batch, captures)
         self.joins = Joins()

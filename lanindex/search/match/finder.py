@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from fractions import Fraction
 from functools import partial
 from itertools import chain
@@ -18,7 +19,7 @@ from lanindex.model.symbol import listed
 from lanindex.search.hits import meets
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
-from lanindex.search.match.arrays import IntArray, OverBudget, limited_to, once, together
+from lanindex.search.match.arrays import IntArray, OverBudget, once, running, together
 from lanindex.search.match.batch import Batch, possible, split
 from lanindex.search.match.conditions import Captures, Clauses
 from lanindex.search.match.context import Context
@@ -82,6 +83,7 @@ class Finder:
         self.fetched: dict[int, Recording] = {}
         self.refused: dict[int, LanindexError] = {}
         self._watch: Watch | None = None
+        self._done = 0  # captures that are searched
 
     def find(
         self,
@@ -102,7 +104,7 @@ class Finder:
         errors = self.refused = {}
         try:
             places = self._possible() if among is None else among
-            with limited_to(self.memory):
+            with self._running():
                 batches = split(self.columns.values(), places, MOST_ROWS)
                 hits = together([NO_HITS, *(it for own in batches for it in self._hits_in(own))])
             if refused is None and errors:
@@ -141,7 +143,7 @@ class Finder:
         if not self.fetched.keys() >= {*captures}:
             self.fetch(captures)
         made: dict[int, Hit] = {}
-        with limited_to(self.memory):
+        with self._running():
             for some, found in self.in_parts(partial(self._hit_objects, hits), hits.capture):
                 if isinstance(found, LanindexError):
                     raise found
@@ -152,10 +154,10 @@ class Finder:
         """Return some of a table's hits as objects, all at once."""
         hits = hits.at(indices)
         places, hits.capture = np.unique(hits.capture, return_inverse=True)
-        batch, callbacks = self.batch(places), (self._captures(places), self._tick(places))
+        batch, captures_at = self.batch(places), self._captures(places)
         recordings = [self.fetched[place] for place in places.tolist()]
         traces: list[HitTrace] = []
-        for place, one in enumerate(traced(hits, self.query, self._rewrites, batch, *callbacks)):
+        for place, one in enumerate(traced(hits, self.query, self._rewrites, batch, captures_at)):
             if one is None:
                 raise LanindexError(
                     f"a hit at frame {hits.low[place]} is not there any more",
@@ -213,11 +215,11 @@ class Finder:
         """Return a function from places in a batch to captures."""
         return lambda places: self.captures(roster_places[list(places)].tolist())
 
-    def _tick(self, places: IntArray) -> Callable[[], None]:
-        """Return a callback that reports that the search is at some captures."""
-        if self._watch is None:
-            return lambda: None
-        return partial(self._watch, int(places[0]), len(self.roster))
+    def _running(self) -> AbstractContextManager[None]:
+        """Return the context in which a search runs: it reports at which captures it is."""
+        watch = self._watch
+        tick = None if watch is None else lambda: watch(self._done, len(self.roster))
+        return running(self.memory, tick)
 
     def _hits_in(self, places: IntArray) -> Iterator[HitTable]:
         """Yield all hits in some captures; captures that are refused get an error."""
@@ -231,11 +233,10 @@ class Finder:
 
     def _in_batch(self, places: IntArray) -> tuple[HitTable, list[int]]:
         """Return all hits in some captures, and those of them that are too rich."""
-        batch, tick, tables = self.batch(places), self._tick(places), [NO_HITS]
-        tick()
+        self._done, batch, tables = int(places[0]), self.batch(places), [NO_HITS]
         rich = np.zeros(len(batch), bool)
         for rewrites in self._rewrites:
-            context = Context(batch, rewrites, self._clauses, self._captures(places), tick)
+            context = Context(batch, rewrites, self._clauses, self._captures(places))
             tables += hits_of(context)
             rich |= context.refused
         hits = together(tables)

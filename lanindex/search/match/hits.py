@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import itemgetter
@@ -25,17 +25,16 @@ from lanindex.search.match.arrays import (
     best_of_each,
     in_order,
     starts_of,
+    tick,
 )
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.plan import State
 
 ROUNDS = 24  # in which all groups of overlapping matches are split at once; then one by one
-CHECK_EVERY = 1 << 12  # matches taken one by one between two calls of `ask`
+CHECK_EVERY = 1 << 12  # matches taken one by one between two calls of `tick`
 
 
-def staying(
-    capture: IntArray, low: IntArray, high: IntArray, rank: IntArray, ask: Callable[[], None]
-) -> BoolArray:
+def staying(capture: IntArray, low: IntArray, high: IntArray, rank: IntArray) -> BoolArray:
     """Return which matches stay if the best is taken first, and what overlaps it is left: (H,).
 
     `rank` tells which is the better: all different, smaller is better.
@@ -44,7 +43,7 @@ def staying(
     begin, end = capture * FAR + low, capture * FAR + high
     left = np.argsort(begin, kind="stable")
     for _ in range(ROUNDS if len(left) else 0):
-        ask()
+        tick()
         # of matches joined by overlaps the best one stays, which splits them
         new = begin[left] >= np.append(0, np.maximum.accumulate(end[left])[:-1])
         group = np.cumsum(new) - 1
@@ -57,7 +56,7 @@ def staying(
     taken: list[tuple[int, int]] = []
     for number, one in enumerate(left[np.argsort(rank[left])].tolist()):
         if not number % CHECK_EVERY:
-            ask()
+            tick()
         span = int(begin[one]), int(end[one])
         place = bisect_left(taken, span)
         free = not place or taken[place - 1][1] <= span[0]

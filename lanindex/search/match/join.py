@@ -189,14 +189,12 @@ class Joiner:
         denied = [it for it in group.companions if it.relation in NEGATIONS]
         for companion in (*needed, *filter(self.context.rewrites.programs, denied)):
             if len(hulls.line):
-                self.context.tick()
                 if companion.relation not in NEGATIONS:
                     last = since if companion is needed[-1] else None
                     hulls = self._with(companion, lines, hulls, outermost=outermost, since=last)
                     continue
                 pieces = []
                 for some in in_pieces(np.ones(len(hulls.line), np.int64)):
-                    self.context.tick()
                     own = hulls.at(some)
                     pieces.append(self._without(companion, lines, own, outermost=outermost))
                 hulls = together(pieces)
@@ -270,7 +268,6 @@ class Joiner:
                     if answered is not None:
                         joined = joined.at(np.flatnonzero(answered))
                     pieces.append(self._reduced(joined))
-                    self.context.tick()
             joins += len(self.context.rewrites.programs(companion))
         hulls = together(pieces)
         hulls = hulls.at(np.flatnonzero(~self.context.refused[lines.capture[hulls.line]]))

@@ -39,7 +39,7 @@ def hits_of(context: Context) -> list[HitTable]:
     """
     lines = repeats(context.clauses, context.program)
     if lines:
-        return [hits_of_mirror_runs(context.batch, lines, context.tick)]
+        return [hits_of_mirror_runs(context.batch, lines)]
     program = context.program
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
     joiner = Joiner(context, companions)
@@ -93,9 +93,7 @@ def _best_ends(context: Context, walk: Walk, roots: list[BoolArray]) -> list[End
     try:
         for within in widening(context.batch, left, SOON if walk.wanders else None):
             found = walk.run(left, within)
-            context.tick()
             chosen = complete(context, walk, found)
-            context.tick()
             keys = (found.entry[chosen], found.root[chosen])
             ranks = (found.spans.high[chosen], -found.spans.low[chosen])
             found = found.at(chosen[best_of_each(keys, ranks)])

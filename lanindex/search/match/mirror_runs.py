@@ -7,7 +7,7 @@ that nothing shorter need be tried and no partial match of either be kept.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,6 +22,7 @@ from lanindex.search.match.arrays import (
     IntArray,
     Table,
     best_of_each,
+    tick,
     together,
 )
 from lanindex.search.match.batch import Batch, Events
@@ -91,7 +92,7 @@ class MirrorRuns(Table):
     cost: IntArray  # what is missing to a fit of 1, in thousandths
 
 
-def mirror_runs(batch: Batch, lines: Repeats, tick: Callable[[], None]) -> MirrorRuns:
+def mirror_runs(batch: Batch, lines: Repeats) -> MirrorRuns:
     """Return the runs in a batch: the longest, of those the first to end, the last to begin."""
     leading, other = batch.events(lines.leading), batch.events(lines.other)
     ((part,), (beside,)) = lines.leading.members, lines.other.members
@@ -128,18 +129,18 @@ def mirror_runs(batch: Batch, lines: Repeats, tick: Callable[[], None]) -> Mirro
     return runs.at(np.argsort(runs.event))
 
 
-def hits_of_mirror_runs(batch: Batch, lines: Repeats, tick: Callable[[], None]) -> HitTable:
+def hits_of_mirror_runs(batch: Batch, lines: Repeats) -> HitTable:
     """Return the best match from each event of the leading line."""
-    runs = mirror_runs(batch, lines, tick)
+    runs = mirror_runs(batch, lines)
     events = batch.events(lines.leading).at(runs.event)
     return table(batch, lines.leading, events, (runs.low, runs.high, runs.cost))
 
 
 def traced_mirror_runs(
-    batch: Batch, lines: Repeats, tick: Callable[[], None], hits: HitTable
+    batch: Batch, lines: Repeats, hits: HitTable
 ) -> Iterator[tuple[int, BestTrace]]:
     """Yield the places of the hits that are runs, each with its cost and its lines."""
-    runs = mirror_runs(batch, lines, tick)
+    runs = mirror_runs(batch, lines)
     (part,), first = lines.leading.members, batch.events(lines.leading).first[0]
     rows = hits.rows[0] + batch.rows(part).bounds[hits.capture]
     keys = np.append(first[runs.event], -1)

@@ -9,7 +9,7 @@ best is followed back, of those the one of most steps.
 from __future__ import annotations
 
 from bisect import bisect
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -41,7 +41,6 @@ def traced(
     rewrites: Iterable[Rewrites],
     batch: Batch,
     captures: Captures,
-    tick: Callable[[], None],
 ) -> list[HitTrace | None]:
     """Return what hits in a batch of their captures alone are made of, None: it is not there.
 
@@ -52,9 +51,9 @@ def traced(
     for one in rewrites:
         lines = repeats(clauses, one.program)
         if lines:
-            found = traced_mirror_runs(batch, lines, tick, hits)
+            found = traced_mirror_runs(batch, lines, hits)
         else:
-            found = _Context(batch, one, query, captures, tick, hits).traced(hits)
+            found = _Context(batch, one, query, captures, hits).traced(hits)
         for number, trace in found:
             before = best[number]
             if before is None or trace[0] < before[0]:
@@ -87,10 +86,9 @@ class _Context(Context):
         rewrites: Rewrites,
         query: Query,
         captures: Captures,
-        tick: Callable[[], None],
         hits: HitTable,
     ) -> None:
-        super().__init__(batch, rewrites, _Clauses(query), captures, tick)
+        super().__init__(batch, rewrites, _Clauses(query), captures)
         self.lying_in = _lying_in(self.program)
         # (captures,) where hits lie, and how long they are
         self.low, self.high = np.full(len(batch), FAR), np.zeros(len(batch), np.int64)

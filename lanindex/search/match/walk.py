@@ -284,7 +284,6 @@ class Walk:
                 waves = ((it, self._merged(it, at.pop(it))) for it in states if at[it])
             ending: defaultdict[Exit, list[Matches]] = defaultdict(list)
             for state, rows in waves:
-                self._context.tick()
                 self._leave(state, rows, at, ending)
             ends += [(it.state, self._ended(it, tables)) for it, tables in ending.items()]
         if self._looked_up:
@@ -436,7 +435,6 @@ class Walk:
                     for own in np.split(order, starts[1:]) if len(order) else ():
                         rank = int(ranked[own[0]])
                         assert rank > now, "an arrow that leads back"
-                        self._context.tick()
                         waves[rank, state].append(rows.at(own))
                 at[state] = []
             if not waves:
@@ -495,7 +493,6 @@ class Walk:
                 closed[edge.exit] = self._closed(rows, edge.exit)
             for gone in self._followed_over(edge, closed[edge.exit]):
                 at[edge.entry.state].append(gone)
-                self._context.tick()
         for leaving in self._program.exits[state]:
             ending[leaving].append(closed.get(leaving, rows))
 

@@ -18,6 +18,7 @@ from lanindex.search.fuzzy import Allowance
 from lanindex.search.fuzzy import find as find_in_columns
 from lanindex.search.fuzzy.find import MORE, FuzzyHits, _Search
 from lanindex.search.language import parse
+from lanindex.search.match.arrays import running
 from lanindex.search.match.finder import Finder
 from lanindex.search.match.hits import CHECK_EVERY, ROUNDS, staying
 
@@ -251,7 +252,7 @@ def test_the_best_stays_and_what_overlaps_it_is_left(drawn):
         if apart.all():
             kept.append(it)
     rank = np.arange(len(low))
-    found = staying(capture, low, high, rank, lambda: None)
+    found = staying(capture, low, high, rank)
     assert np.flatnonzero(found).tolist() == kept
 
 
@@ -259,6 +260,7 @@ def test_what_overlaps_in_a_row_is_settled_without_comparing_all():
     many = 20_000
     low = np.arange(many) * 5  # each is better than the next, and overlaps it
     asked = []
-    kept = staying(low * 0, low, low + 8, np.arange(many), lambda: asked.append(1))
+    with running(None, lambda: asked.append(1)):
+        kept = staying(low * 0, low, low + 8, np.arange(many))
     assert kept.tolist() == [True, False] * (many // 2)
     assert len(asked) <= ROUNDS + many // CHECK_EVERY + 1
