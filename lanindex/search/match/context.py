@@ -18,7 +18,7 @@ from lanindex.search.match.matches import Claims, in_sets, no_claims, single_cla
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
 from lanindex.search.plan import Program, State, followers, reached
 
-MOST_TRIED = 1 << 22
+MOST_TRIED = 1 << 21
 """Partial matches and joins that are tried in one capture before it is refused."""
 
 

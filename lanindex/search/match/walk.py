@@ -468,12 +468,11 @@ class Walk:
         """Return the matches that stand at a state, without those in refused captures."""
         self._followed += sum(map(len, tables))
         check_budget(self._followed, MATCH)
-        rows = together(tables)
-        events = self._batch.events(self._program.states[state])
-        answered = self._context.count_tried(events.capture[rows.columns[EVENT]])
-        if answered is not None:
-            rows = rows.at(np.flatnonzero(answered))
-        return self._expiry.dropped(state, rows)
+        refused = self._context.refused
+        if refused.any():
+            capture = self._batch.events(self._program.states[state]).capture
+            tables = [it.at(np.flatnonzero(~refused[capture[it.columns[EVENT]]])) for it in tables]
+        return self._expiry.dropped(state, together(tables))
 
     def _edges(self, state: int) -> tuple[Edge, ...]:
         """Return the edges that are walked from a state."""
@@ -592,8 +591,11 @@ class Walk:
         for arrow in edge.entry.from_start:
             fits &= begins(self._batch, self._program.states[state], events, arrow)
         for sources, targets in self._targets(edge, rows):
-            here = fits[targets]
-            if here.any():
+            here = np.flatnonzero(fits[targets])
+            answered = self._context.count_tried(events.capture[targets[here]])
+            if answered is not None:
+                here = here[answered]
+            if len(here):
                 yield self._advanced(edge, rows.at(sources[here]), targets[here])
 
     def _advanced(self, edge: Edge, rows: Matches, targets: IntArray) -> Matches:
