@@ -167,10 +167,21 @@ def smallest_from_here(values: IntArray, groups: IntArray) -> IntArray:
 def smallest_in(values: IntArray, low: IntArray, high: IntArray, nothing: int) -> IntArray:
     """Return the smallest value in each range ``[low, high)``, `nothing` where it is empty."""
     smallest = np.full(len(low), nothing, np.int64)
-    some = np.flatnonzero(low < high)
-    bounds = np.stack((low[some], high[some]), axis=1).ravel()
-    if len(some):
-        smallest[some] = np.minimum.reduceat(np.append(values, nothing), bounds)[::2]
+    widths = high - low
+    some = np.flatnonzero(widths > 0)
+    if not len(some):
+        return smallest
+    doublings = np.frexp(widths[some].astype(np.float64))[1] - 1
+    table = values
+    for doubling in range(int(doublings.max()) + 1):
+        here = some[doublings == doubling]
+        if len(here):
+            last = high[here] - (1 << doubling)
+            smallest[here] = np.minimum(table[low[here]], table[last])
+        step = 1 << doubling
+        longer = table.copy()
+        longer[: len(table) - step] = np.minimum(table[: len(table) - step], table[step:])
+        table = longer
     return smallest
 
 

@@ -173,6 +173,7 @@ class Joiner:
     def __init__(self, context: Context, search: LineSearch) -> None:
         self.context, self._batch, self._search = context, context.batch, search
         self._others: dict[tuple[Program, str | None], tuple[CompanionMatches, Nodes | None]] = {}
+        self._longest: dict[Program, CompanionMatches] = {}
         self._alone: dict[tuple[Program, ...], tuple[CompanionMatches, int]] = {}
         self._matches = matches.no_claims(0)
 
@@ -223,6 +224,20 @@ class Joiner:
             self._others[program, end] = self._search(self, program, end)
         return self._others[program, end]
 
+    def _beside(self, program: Program, companion: Companion) -> OtherLine:
+        """Return a line that may stand beside another.
+
+        Of one that runs on as long as it can the longest matches are enough, if they stand wherever
+        the shorter ones do.
+        """
+        others, nodes = self.others(program, companion)
+        if nodes and others.free and RELATIONS[companion.relation].holds_of_longer_beside:
+            if program not in self._longest:
+                shorter = nodes.behind(np.zeros(len(others), np.int64), others.node)
+                self._longest[program] = others.at(np.flatnonzero(~shorter))
+            others, nodes = self._longest[program], None
+        return OtherLine(companion.relation, others, nodes)
+
     def _with(
         self,
         companion: Companion,
@@ -252,7 +267,7 @@ class Joiner:
             here.low = here.start if "start" in compared else here.high + FAR - 1
             line = DistinctSpans(here, stands[hulls.line], margins_of(self._batch, companion))
             for program in self.context.rewrites.programs(companion):
-                beside = OtherLine(relation, *self.others(program, companion))
+                beside = self._beside(program, companion)
                 if not alone:
                     beside = beside.moving()
                 join = self._with_free if beside.matches.free else self._with_each
@@ -405,7 +420,8 @@ class Joiner:
 def _pieces(beside: OtherLine, line: DistinctSpans) -> Iterator[IntArray]:
     """Yield matches, so many at once that their pairs with others keep within the budget."""
     relation, others, _ = beside
-    if len(line.place) * len(others) <= MOST_AT_ONCE:
+    few = len(line.place) * len(others) <= MOST_AT_ONCE
+    if few or (relation == "with" and others.free and others.lines.plain):  # few pairs are made
         yield np.arange(len(line.place))
         return
     index = relations.SpanIndex(others.lines)

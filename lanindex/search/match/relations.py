@@ -18,6 +18,7 @@ from lanindex.search.match.arrays import (
     IntArray,
     Table,
     in_order,
+    smallest_in,
     spread,
     starts_of,
 )
@@ -266,13 +267,41 @@ def hulls(
     A hull that holds another one of its line is left out.
     """
     if relation == "with":
-        line, other = _sharing(lines, others, limits(relation, lines, margins))
-    else:
-        line, other = pairs(relation, lines, others, margins)
+        return _sharing_hulls(lines, others, limits(relation, lines, margins))
+    line, other = pairs(relation, lines, others, margins)
     low = np.minimum(lines.low[line], others.spans.low[other])
     high = np.maximum(lines.high[line], others.spans.high[other])
     kept = smallest(line, low, high)
     return line[kept], low[kept], high[kept]
+
+
+def _sharing_hulls(
+    lines: Spans, others: SpanIndex, limit: Limits
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the same as `hulls` of lines that share a frame with others, or lie near enough.
+
+    Of those that begin no sooner only the first to end counts, and of those that began before only
+    such as end before that one does.
+    """
+    base, until = lines.capture * FAR, others.lines.until
+    soonest, settled = lines.high, np.zeros(len(lines), bool)
+    if others.lines.plain:
+        first = np.searchsorted(others.latest, base + limit.end_first)
+        own = np.searchsorted(others.starts, base + lines.low)
+        behind = np.searchsorted(others.starts, base + limit.begin_last, "right")
+        soonest = np.maximum(smallest_in(until, own, behind, FAR), lines.high)
+        before = smallest_in(until, np.minimum(first, own), own, FAR)
+        settled = (soonest < FAR) & ((soonest == lines.high) | (before >= soonest))
+    left, done = np.flatnonzero(~settled), np.flatnonzero(settled)
+    line, other = _sharing(lines.at(left), others, limit.at(left))
+    line = left[line]
+    low = np.minimum(lines.low[line], others.spans.low[other])
+    high = np.maximum(lines.high[line], others.spans.high[other])
+    kept = smallest(line, low, high)
+    line = np.append(line[kept], done)
+    order = np.argsort(line, kind="stable")
+    low, high = np.append(low[kept], lines.low[done]), np.append(high[kept], soonest[done])
+    return line[order], low[order], high[order]
 
 
 def _sharing(lines: Spans, others: SpanIndex, limit: Limits) -> tuple[IntArray, IntArray]:
