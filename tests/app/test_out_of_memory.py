@@ -84,11 +84,11 @@ def test_a_file_without_enough_memory_fails_alone(
 ) -> None:
     for name in ("a.bvh", "large.bvh", "z.bvh"):
         (tmp_path / name).write_bytes(person())
-    read = prepare._encode_capture
+    read = prepare._encoded
     monkeypatch.setattr(
         prepare,
-        "_encode_capture",
-        lambda task, file: (out_of_memory if "large" in task.path else read)(task, file),
+        "_encoded",
+        lambda task, *rest: (out_of_memory if "large" in task.path else read)(task, *rest),
     )
     with open_library(tmp_path / "l.db", create=True) as library:
         outcomes = {Path(one.path).name: one for one in library.ingest(tmp_path)}

@@ -101,7 +101,7 @@ def find(
 
     search = _Search(finder, plans, overlaps, watch)
     with running(finder.memory, search.tell):
-        if any(one.leaps for one in plans):
+        if any(one.branches for one in plans):
             search.exact_hits = search.find_exactly(query)
             found = search.all_hits()
             found = found if best is None else found.by_fit(best)[:best]
@@ -354,9 +354,9 @@ class FuzzyPlan(NamedTuple):
         return [net for nets in self.sides for net in nets]
 
     @property
-    def leaps(self) -> bool:
+    def branches(self) -> bool:
         """Whether another end than the nearest may go with what is asked for beside it."""
-        return bool(self.beside or self.forbidden) and any(net.leaps for net in self.nets)
+        return bool(self.beside or self.forbidden) and any(net.branches for net in self.nets)
 
     @classmethod
     def of(cls, program: Program, lines: Lines, allowance: Allowance) -> FuzzyPlan:

@@ -197,8 +197,8 @@ class Net:
         self.edges = np.zeros((2, len(self.states), len(self.states)), np.bool_)
         for it in (edge for leaving in program.edges for edge in leaving):
             self.edges[int(it.arrow.later), it.exit.state, it.entry.state] = True
-        self.leaps = bool(self.edges[1].any())
         joined = self.edges[0] | self.edges[1]
+        self.branches = bool(joined.any())  # one match may go on in several: passing symbols, too
         self.back = np.flatnonzero(np.tril(joined).any(axis=1))  # where an open count goes back
         # (3, K) by FREE, NEXT, LATER: what the missing steps before each state cost, and behind it
         entries = [(it.state, it.from_start) for it in program.entries]

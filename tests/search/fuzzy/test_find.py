@@ -13,6 +13,7 @@ from plain_matcher import find as find_exactly
 from query_cases import recordings_of
 
 from lanindex.errors import LanindexError, UsageError
+from lanindex.model import Span
 from lanindex.model.columns import columns_of, roster_of
 from lanindex.search.fuzzy import Allowance
 from lanindex.search.fuzzy import find as find_in_columns
@@ -111,6 +112,18 @@ def test_a_score_is_opened():
     score = "direction r_arm right mid 0 1 direction r_arm r_forward high 1 2"
     beside = f"{score} direction l_arm left high 0 1"
     assert spans(beside, "0.5") == [(5, 20)]
+
+
+def test_a_line_beside_may_begin_before_a_passing_symbol():
+    """The latest beginning is cheapest; only the one before it shares a frame with the line."""
+    (recording,) = recordings_of(
+        "fps 10 frames 24; r_arm: place high 0 1; "
+        "l_arm: right low 0 0, right low* 1 2, right mid 0 3"
+    )
+    query = parse("r_arm place high with l_arm low -> right mid")
+    own = [(recording.capture, recording.tracks)]
+    assert [hit.span for hit in find_exactly(query, own)] == [Span(0, 3)]
+    assert [hit.span for hit in find(query, own, Allowance.read("0"))] == [Span(0, 3)]
 
 
 @examples(150)

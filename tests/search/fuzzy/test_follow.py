@@ -33,10 +33,6 @@ from lanindex.search.plan import plan
 from lanindex.search.sphere import CELLS, MIDDLES
 
 
-def ask() -> None:
-    """Go on."""
-
-
 def told(key: int, most: int) -> tuple[int, int, int] | None:
     """Return cost, first row and blur of a match; None: there is none."""
     if key >> COST > most:
@@ -127,7 +123,7 @@ def test_symbols_and_captures_that_are_left_out_have_no_match(text, recordings, 
             alone = first == last and columns.start[last] == columns.stop[last]
             match = (cost, int(columns.stop[last]), last, blur, alone)
             expected[first] = min(match, expected.get(first, match))
-    found = line.matches(batch, ask)
+    found = line.matches(batch)
     assert line.possible()[found.capture].all()
     first, last = (rows[found.capture] + found.line_rows[:, 0, it] for it in (1, 2))
     columns_found = first, found.cost, found.high, last, found.blur
