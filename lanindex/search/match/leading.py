@@ -117,7 +117,7 @@ def _best_ends(context: Context, walk: Walk, roots: list[BoolArray]) -> list[End
 def widening(batch: Batch, left: list[BoolArray], soon: int | None) -> Iterator[IntArray | None]:
     """Yield horizons by capture, (captures,) frames; the last one, or the only one, is None.
 
-    It ends once no beginning is `left`, as `looked_up` leaves them.
+    It ends once no beginning is `left`: `final` takes those away that are done.
     """
     if soon:
         within = batch.bounds(Length("<=", Time(Fraction(soon), "s")))[1]
