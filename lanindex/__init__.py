@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from lanindex.notation.lnd import read as read_lnd
     from lanindex.notation.lnd import write as write_lnd
     from lanindex.perform import perform as animate
-    from lanindex.pipeline import Library as Library
-    from lanindex.pipeline import open_library as open_library
+    from lanindex.pipeline.library import Library as Library
+    from lanindex.pipeline.library import open_library as open_library
     from lanindex.search.language.builder import part as part
 
     __version__: str
@@ -49,8 +49,8 @@ _PUBLIC = {
     "read_lnd": ("lanindex.notation.lnd", "read"),
     "write_lnd": ("lanindex.notation.lnd", "write"),
     "animate": ("lanindex.perform", "perform"),
-    "open_library": ("lanindex.pipeline", "open_library"),
-    "Library": ("lanindex.pipeline", "Library"),
+    "open_library": ("lanindex.pipeline.library", "open_library"),
+    "Library": ("lanindex.pipeline.library", "Library"),
     "part": ("lanindex.search.language.builder", "part"),
     "Selection": ("lanindex.library.selection", "Selection"),
     "Motion": ("lanindex.model", "Motion"),

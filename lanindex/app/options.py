@@ -19,7 +19,7 @@ from lanindex.errors import LanindexError, UsageError
 from lanindex.library.selection import Selection
 
 if TYPE_CHECKING:
-    from lanindex.pipeline import Library
+    from lanindex.pipeline.library import Library
 
 DB = "lanindex.db"  # the default library
 STDOUT = Path("-")  # the output file name that means standard output
@@ -70,7 +70,7 @@ def _pattern_words(ctx: typer.Context, *, only_parts: bool) -> list[str]:
 
 def _from_library(ctx: typer.Context, query: Callable[[Library], list[str]]) -> list[str]:
     """Return what the library answers; nothing where it cannot be read."""
-    from lanindex.pipeline import open_library
+    from lanindex.pipeline.library import open_library
 
     try:
         with open_library(ctx.params["db"], readonly=True) as library:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from lanindex.draw.text import TextStaff
     from lanindex.model import Capture, Hit, Track
-    from lanindex.pipeline import Library
+    from lanindex.pipeline.library import Library
 
 _UNSEEN = (0x061C, 0x200E, 0x200F, *range(0x2028, 0x202F), *range(0x2066, 0x206A))
 ESCAPED = {

@@ -689,7 +689,7 @@ class TestOddCalls:
         assert line.split("\t")[0] == "in/a\\x09b\\x0ac.bvh"
 
     def test_any_hits_are_exported(self, filled, place: Path) -> None:
-        from lanindex.pipeline import open_library
+        from lanindex.pipeline.library import open_library
 
         with open_library(place / "lanindex.db") as library:
             hits = [hit for hit in library.search("r_arm place low") if hit.fit > 0]

@@ -10,7 +10,7 @@ import pytest
 from dances import BOW, RAISE, dance
 
 from lanindex.library import migrate
-from lanindex.pipeline import open_library
+from lanindex.pipeline.library import open_library
 
 COUNT = 24
 MAIN = "from lanindex.app.cli import main\nif __name__ == '__main__': main()\n"

@@ -11,7 +11,8 @@ from typer.testing import CliRunner
 
 from lanindex import errors
 from lanindex.app.cli import app
-from lanindex.pipeline import Library, open_library, prepare
+from lanindex.pipeline import prepare
+from lanindex.pipeline.library import Library, open_library
 from lanindex.search.match.finder import Finder
 
 LIMITED = """

@@ -9,7 +9,7 @@ from command import screen, start_on_terminal
 from dances import dance
 
 from lanindex.app.output import Output, end_progress, how_far
-from lanindex.pipeline import open_library
+from lanindex.pipeline.library import open_library
 
 AT_ONCE = "from lanindex.app import output; output.PATIENCE = -1; "
 MAIN = AT_ONCE + "from lanindex.app.cli import main; main()"

@@ -11,7 +11,7 @@ from lanindex import write_lnd
 from lanindex.app.cli import app
 from lanindex.errors import LanindexError
 from lanindex.notation import eaf
-from lanindex.pipeline import open_library
+from lanindex.pipeline.library import open_library
 from lanindex.search.fuzzy import follow
 from lanindex.search.match import arrays, context
 

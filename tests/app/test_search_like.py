@@ -9,7 +9,7 @@ import pytest
 from command import screen, shown
 from dances import BOW, dance
 
-from lanindex.pipeline import open_library
+from lanindex.pipeline.library import open_library
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from dances import BOW, dance
 from typer.testing import CliRunner
 
 from lanindex.app.cli import app
-from lanindex.pipeline import open_library
+from lanindex.pipeline.library import open_library
 
 FIGURES = ("precision", "recall", "found")
 OWN = 'reach = {pattern = "r_arm forward mid", sentence = "A hand goes forward."}'

@@ -18,7 +18,7 @@ import synthetic
 from sqlalchemy import update
 
 from lanindex.library import cache, read, schema, segments
-from lanindex.pipeline import open_library
+from lanindex.pipeline.library import open_library
 
 ROUNDS = 5
 

@@ -20,7 +20,7 @@ MADE = ((10, 5), (100, 5), (1000, 5), (2, 60), (2, 600))
 
 def work(folder: str, layout: str) -> None:
     """Write a data set and print what it cost."""
-    from lanindex.pipeline import open_library
+    from lanindex.pipeline.library import open_library
 
     with open_library(f"{folder}/l.db", readonly=True) as library:
         began = time.process_time()
@@ -39,7 +39,7 @@ def main() -> None:
     if len(sys.argv) > 1:
         work(*sys.argv[1:])
         return
-    from lanindex.pipeline import open_library
+    from lanindex.pipeline.library import open_library
 
     for count, seconds in MADE:
         with tempfile.TemporaryDirectory() as folder:

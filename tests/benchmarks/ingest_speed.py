@@ -52,8 +52,8 @@ def profile(paths: list[Path]) -> None:
     """Print what one process takes once all is imported, and where it spends that."""
     from lanindex import compiled
     from lanindex.encoding.profile import load
-    from lanindex.pipeline import open_library
     from lanindex.pipeline.ingest import ingest as run
+    from lanindex.pipeline.library import open_library
 
     stages = {
         "read": ("lanindex/formats/bvh/read.py", "read"),

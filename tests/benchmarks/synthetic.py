@@ -38,7 +38,7 @@ from lanindex.model.columns import (
     ranges,
     roster_of,
 )
-from lanindex.pipeline import open_library
+from lanindex.pipeline.library import open_library
 
 BLOCK = 4096
 """Captures that are varied at once; each block has random numbers of its own."""

@@ -13,8 +13,8 @@ from lanindex import formats
 from lanindex.errors import CaptureError, LanindexError
 from lanindex.formats import archives, point_tables
 from lanindex.formats.file import siblings
-from lanindex.pipeline import open_library
 from lanindex.pipeline.ingest import discover
+from lanindex.pipeline.library import open_library
 
 COMPASS = Path(__file__).parents[2] / "corpus" / "compass.bvh"
 

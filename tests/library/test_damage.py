@@ -18,7 +18,7 @@ from lanindex.errors import LibraryError
 from lanindex.library.migrate import check
 from lanindex.library.schema import tables, version
 from lanindex.model import Meter, Score, Span, Track
-from lanindex.pipeline import Library
+from lanindex.pipeline.library import Library
 
 PATTERNS = ("r_arm right low -> r_forward mid", "head any with l_arm high", "r_arm 0.3s+ ... left")
 TABLES = {table.name: table for table in (*tables.sorted_tables, version)}

@@ -12,7 +12,7 @@ from lanindex.library.segments import read_spine
 from lanindex.model import Score, Span, Track
 from lanindex.model.columns import EXTRA, Columns
 from lanindex.model.symbol import blank
-from lanindex.pipeline import Library, open_library
+from lanindex.pipeline.library import Library, open_library
 
 FILES = range(6)
 PATTERNS = (

@@ -16,7 +16,7 @@ from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library import migrate
 from lanindex.library.connect import connected, target, transaction
 from lanindex.library.selection import Selection
-from lanindex.pipeline import Library
+from lanindex.pipeline.library import Library
 
 NAMES = ("jumping_jacks.bvh", "marching.bvh", "greetings.lnd")
 DUMP = Path(__file__).with_name("revision_0001.sql")

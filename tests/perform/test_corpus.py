@@ -16,7 +16,7 @@ from lanindex.encoding import encode
 from lanindex.library.selection import Selection
 from lanindex.notation import lnd
 from lanindex.perform.limbs import FOLDED
-from lanindex.pipeline import Library, open_library
+from lanindex.pipeline.library import Library, open_library
 
 CORPUS = Path(__file__).parents[2] / "corpus"
 SCORES = sorted(CORPUS.glob("*.lnd"), key=lambda path: path.name)

@@ -12,8 +12,8 @@ from lanindex.encoding.limbs import heading
 from lanindex.errors import ExportError, UsageError
 from lanindex.formats.animation import complete
 from lanindex.model import Skeleton, Span
-from lanindex.pipeline import open_library
 from lanindex.pipeline.convert import TARGETS, file_content, from_origin, stretch, target_of
+from lanindex.pipeline.library import open_library
 
 NEAR = 0.01  # mm
 

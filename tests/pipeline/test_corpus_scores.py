@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from conftest import REPOSITORY
 
-from lanindex.pipeline import Library, open_library
+from lanindex.pipeline.library import Library, open_library
 from lanindex.search.hits import hits_in
 from lanindex.search.language.score import pattern_in
 

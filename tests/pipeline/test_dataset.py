@@ -21,7 +21,7 @@ from lanindex.errors import ExportError, UsageError
 from lanindex.formats import smpl
 from lanindex.formats.smpl import CHAINS, grounded, placed, used
 from lanindex.model import Capture
-from lanindex.pipeline import Library, dataset, open_library
+from lanindex.pipeline import dataset
 from lanindex.pipeline.dataset import (
     distinct,
     performers,
@@ -32,6 +32,7 @@ from lanindex.pipeline.dataset import (
     units,
 )
 from lanindex.pipeline.layouts import SPLITS, joints22, tagged
+from lanindex.pipeline.library import Library, open_library
 
 PEOPLE = ("Ada", "Bo", "Cy", "Di", "Eve")
 

@@ -11,8 +11,8 @@ from made_clips import clips_of
 
 from lanindex.errors import CaptureError, LanindexError, UsageError
 from lanindex.library.selection import Selection
-from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.example import source_of
+from lanindex.pipeline.library import Library, open_library
 
 TWICE = RAISE.replace("unit_total 2", "unit_total 8") + "".join(
     f"#unit{unit}\ndirection r_arm {cell} mid 0.5 1.5\ndirection r_arm place low 2 3.5\n"

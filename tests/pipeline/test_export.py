@@ -20,8 +20,8 @@ from lanindex.library.selection import Selection
 from lanindex.library.store import Store
 from lanindex.model import Span
 from lanindex.notation import lnd
-from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.export import ClipOptions, clips, export, pad_frames
+from lanindex.pipeline.library import Library, open_library
 from lanindex.pipeline.named import Request, from_hits, from_lines, from_range, matched
 
 

@@ -9,7 +9,8 @@ from made_gltf import Made, body, waving
 
 from lanindex.errors import ExportError
 from lanindex.model import Reading
-from lanindex.pipeline import Library, open_library, prepare
+from lanindex.pipeline import prepare
+from lanindex.pipeline.library import Library, open_library
 
 
 @pytest.fixture

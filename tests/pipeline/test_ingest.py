@@ -12,8 +12,8 @@ from dances import BOW, RAISE, dance
 from lanindex.encoding.profile import load
 from lanindex.formats.sniff import UNREAD, unread
 from lanindex.model import Reading
-from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.ingest import SUFFIXES, discover, ingest, left_out, read_labels
+from lanindex.pipeline.library import Library, open_library
 from lanindex.pipeline.prepare import Outcome, Task, prepared
 
 PROFILE = load("default")
@@ -165,7 +165,7 @@ def test_a_script_without_a_guard_is_told(tmp_path: Path, folder: Path, copies: 
     script.write_text(
         "import sys\n"
         "from lanindex.errors import CaptureError\n"
-        "from lanindex.pipeline import open_library\n"
+        "from lanindex.pipeline.library import open_library\n"
         'with open_library(":memory:", create=True) as library:\n'
         "    try: library.ingest(sys.argv[1], jobs=2)\n"
         "    except CaptureError as error: print(error)\n"

@@ -7,8 +7,8 @@ import pytest
 import lanindex
 from lanindex.errors import ExportError
 from lanindex.notation import NOTATIONS, WRITTEN, write
-from lanindex.pipeline import open_library
 from lanindex.pipeline.ingest import discover
+from lanindex.pipeline.library import open_library
 
 WHOLE = [name for name in WRITTEN if not NOTATIONS[name].parts]
 """Notations that have room for all parts."""

@@ -4,8 +4,8 @@ from pathlib import Path
 import pytest
 
 from lanindex.errors import LanindexError, UsageError
-from lanindex.pipeline import open_library
 from lanindex.pipeline.ingest import read_labels, unfitting
+from lanindex.pipeline.library import open_library
 
 
 def test_columns_beside_the_label(tmp_path: Path) -> None:

@@ -10,7 +10,8 @@ from dances import BOW, RAISE, dance
 
 from lanindex.errors import ExportError, UsageError
 from lanindex.library.selection import Selection
-from lanindex.pipeline import Library, charts, open_library
+from lanindex.pipeline import charts
+from lanindex.pipeline.library import Library, open_library
 from lanindex.pipeline.movement import (
     BINS,
     CELLS,

@@ -22,9 +22,9 @@ from lanindex.formats import c3d as c3d_format
 from lanindex.formats import fbx as fbx_format
 from lanindex.library.selection import Selection
 from lanindex.model import Reading
-from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.convert import score_of
 from lanindex.pipeline.ingest import discover, ingest
+from lanindex.pipeline.library import Library, open_library
 from lanindex.pipeline.prepare import Outcome, Task, prepare
 
 PROFILE = load("default")

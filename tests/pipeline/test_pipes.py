@@ -7,7 +7,7 @@ from query_cases import recordings_of
 
 from lanindex import part
 from lanindex.errors import UsageError
-from lanindex.pipeline import Library, open_library
+from lanindex.pipeline.library import Library, open_library
 from lanindex.search.hits import Counts, Hits, hits_in
 
 ARMS = (

@@ -6,8 +6,8 @@ import pytest
 from dances import BOW, RAISE, dance
 
 from lanindex.errors import ExportError, UsageError
-from lanindex.pipeline import Library, open_library
 from lanindex.pipeline import preview as previews
+from lanindex.pipeline.library import Library, open_library
 from lanindex.pipeline.preview import preview
 
 

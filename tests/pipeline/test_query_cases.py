@@ -6,7 +6,7 @@ import pytest
 from query_cases import Case, cases, told
 
 from lanindex.errors import UsageError
-from lanindex.pipeline import Library, open_library
+from lanindex.pipeline.library import Library, open_library
 
 CASES = [case for case in cases() if not case.error]
 

@@ -9,7 +9,7 @@ from sample_library import sample_score
 from lanindex.alphabet import TRACKS
 from lanindex.errors import LibraryError, PatternError, UsageError
 from lanindex.library.selection import Selection
-from lanindex.pipeline import Library, open_library
+from lanindex.pipeline.library import Library, open_library
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.errors import LanindexError, UsageError
 from lanindex.evaluate import Clip, Expectation, evaluate
 from lanindex.model import Meter, Score, Track
-from lanindex.pipeline import Library, open_library
+from lanindex.pipeline.library import Library, open_library
 from lanindex.search.language import parse
 
 TRACKS = "fps 10 frames 60; r_arm: place low 0 0, right mid 5 12, place high 20 30"

@@ -7,8 +7,8 @@ from dances import BOW, RAISE, dance
 
 from lanindex.errors import UsageError
 from lanindex.library.selection import Selection
-from lanindex.pipeline import Library, open_library
 from lanindex.pipeline.example import sampled
+from lanindex.pipeline.library import Library, open_library
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from lanindex.errors import PatternError, UsageError
 from lanindex.library.store import Store
 from lanindex.model import Span
 from lanindex.model.derived import steps
-from lanindex.pipeline import open_library
+from lanindex.pipeline.library import open_library
 from lanindex.pipeline.search import entry_of_query, hints
 from lanindex.search.dictionary import load
 from lanindex.search.explain import sentence

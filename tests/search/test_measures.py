@@ -12,7 +12,7 @@ from lanindex.errors import PatternError, UsageError
 from lanindex.library import rows
 from lanindex.library.store import Store
 from lanindex.model.columns import columns_of
-from lanindex.pipeline import open_library
+from lanindex.pipeline.library import open_library
 from lanindex.search.explain import sentence
 from lanindex.search.explain.why import away
 from lanindex.search.hits import measures_in

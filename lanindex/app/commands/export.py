@@ -17,8 +17,8 @@ from lanindex.errors import UsageError
 
 if TYPE_CHECKING:
     from lanindex.library.selection import Selection
-    from lanindex.pipeline import Library
     from lanindex.pipeline.dataset import ClipGroup, DatasetOptions
+    from lanindex.pipeline.library import Library
     from lanindex.pipeline.named import Request
 
 

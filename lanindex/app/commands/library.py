@@ -17,7 +17,7 @@ from lanindex.errors import LibraryError, UsageError
 if TYPE_CHECKING:
     from lanindex.library.migrate import Status
     from lanindex.model import Capture, Track
-    from lanindex.pipeline import Library
+    from lanindex.pipeline.library import Library
 
 MEASURES_WIDTH = 94  # columns of a terminal that has room for measures
 

@@ -23,7 +23,7 @@ from lanindex.errors import UsageError, shown
 
 if TYPE_CHECKING:
     from lanindex.library.selection import Selection
-    from lanindex.pipeline import Library
+    from lanindex.pipeline.library import Library
     from lanindex.search.explain import Trace
     from lanindex.search.hits import Counts, Hits
 

@@ -15,7 +15,7 @@ from lanindex.formats import amc
 from lanindex.formats.amc import Numbers
 from lanindex.formats.file import File, opened
 from lanindex.model import Motion, Reading, Span
-from lanindex.pipeline import open_library
+from lanindex.pipeline.library import open_library
 
 # name, what it hangs on, where it goes (cm), how its axes are turned, dof
 BONES = (

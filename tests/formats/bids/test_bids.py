@@ -15,8 +15,8 @@ from lanindex import formats
 from lanindex.errors import CaptureError, LanindexError, UsageError
 from lanindex.formats import bids
 from lanindex.model import Motion, Reading
-from lanindex.pipeline import open_library
 from lanindex.pipeline.ingest import discover
+from lanindex.pipeline.library import open_library
 
 STEM = "sub-01_task-jump_tracksys-body"
 NAME = f"{STEM}_motion.tsv"

@@ -19,8 +19,7 @@ from random_library import DIRECTIONS, PARTS, random_library
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Span, Track
 from lanindex.model.symbol import blank
-from lanindex.pipeline import open_library
-from lanindex.pipeline.library import deadline
+from lanindex.pipeline.library import deadline, open_library
 from lanindex.search.language import parse
 from lanindex.search.language.times import Time
 from lanindex.search.match import arrays, leading, walk
