@@ -1,4 +1,4 @@
-"""The errors that LanIndex raises, and how their messages show texts from outside.
+"""The errors that LanIndex raises, and how messages show counts and texts from outside.
 
 Every error names the place, what was found there, what was wanted, and (where there is one)
 the remedy::
@@ -25,6 +25,11 @@ def quoted(value: object, most: int = 60) -> str:
         return shown(repr(value), most)
     except (ValueError, RecursionError):  # a number of too many digits, lists in lists in lists
         return "something too large to show"
+
+
+def counted(number: int, noun: str) -> str:
+    """Return ``1 hit``, ``2 hits``."""
+    return f"{number:,} {noun}" + ("" if number == 1 else "s")
 
 
 def guess(word: str, known: Iterable[str]) -> str:

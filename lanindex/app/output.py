@@ -265,11 +265,6 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600}:{whole % 3600 // 60:02d} h"
 
 
-def counted(number: int, noun: str) -> str:
-    """Return ``1 hit``, ``2 hits``."""
-    return f"{number:,} {noun}" + ("" if number == 1 else "s")
-
-
 def cut_note(shown: int, total: int) -> str:
     """Return the end of a summary that says how many results are shown, if not all."""
     return f"; {shown} are shown, --limit shows more" if shown < total else ""

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from lanindex.app import options
 from lanindex.app.commands.search import pattern_of
 from lanindex.app.options import argument, option
-from lanindex.app.output import Output, counted, duration
-from lanindex.errors import UsageError
+from lanindex.app.output import Output, duration
+from lanindex.errors import UsageError, counted
 
 if TYPE_CHECKING:
     from lanindex.library.selection import Selection

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.app import options
 from lanindex.app.options import argument, flag, option
-from lanindex.app.output import Output, counted, duration, say_error
-from lanindex.errors import UsageError
+from lanindex.app.output import Output, duration, say_error
+from lanindex.errors import UsageError, counted
 from lanindex.pipeline.files import write_all
 
 if TYPE_CHECKING:

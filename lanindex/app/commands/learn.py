@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import lanindex
 from lanindex.app import options
 from lanindex.app.options import argument, option
-from lanindex.app.output import Output, counted, cut, duration, print_hits, room
-from lanindex.errors import LanindexError, UsageError, did_you_mean
+from lanindex.app.output import Output, cut, duration, print_hits, room
+from lanindex.errors import LanindexError, UsageError, counted, did_you_mean
 
 if TYPE_CHECKING:
     from lanindex.search.dictionary import Entry

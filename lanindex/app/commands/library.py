@@ -11,8 +11,8 @@ import lanindex
 from lanindex import records
 from lanindex.app import options
 from lanindex.app.options import captures, dependent, exclusive, flag
-from lanindex.app.output import Output, counted, duration, print_staff, room
-from lanindex.errors import LibraryError, UsageError
+from lanindex.app.output import Output, duration, print_staff, room
+from lanindex.errors import LibraryError, UsageError, counted
 
 if TYPE_CHECKING:
     from lanindex.library.migrate import Status

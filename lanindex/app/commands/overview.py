@@ -12,8 +12,8 @@ import lanindex
 from lanindex import records
 from lanindex.app import options
 from lanindex.app.options import argument, dependent, exclusive, flag, option
-from lanindex.app.output import Output, counted, cut_note, duration, say_error
-from lanindex.errors import UsageError
+from lanindex.app.output import Output, cut_note, duration, say_error
+from lanindex.errors import UsageError, counted
 
 if TYPE_CHECKING:
     from lanindex.evaluate import Result

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from lanindex import records
 from lanindex.app import options
 from lanindex.app.options import captures, exclusive, flag, option
-from lanindex.app.output import Output, counted
-from lanindex.errors import LanindexError, UsageError
+from lanindex.app.output import Output
+from lanindex.errors import LanindexError, UsageError, counted
 from lanindex.pipeline.files import refuse, safe_stem, write_all
 
 if TYPE_CHECKING:

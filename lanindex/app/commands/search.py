@@ -14,12 +14,11 @@ from lanindex.app.options import argument, exclusive, flag, option
 from lanindex.app.output import (
     Output,
     choice,
-    counted,
     cut_note,
     print_hits,
     print_hits_with_staves,
 )
-from lanindex.errors import UsageError, shown
+from lanindex.errors import UsageError, counted, shown
 
 if TYPE_CHECKING:
     from lanindex.library.selection import Selection

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from fractions import Fraction
 from functools import partial
 from math import inf
-from operator import itemgetter
 from time import monotonic, process_time
 from typing import Any
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.errors import counted
 from lanindex.search.language.query import (
     ONCE,
     Arrow,
@@ -81,7 +81,7 @@ class LeftOut:
         near = f", {self.nearest}" if self.nearest else ""
         of = f' of "{self.step}"' if self.step else ""
         where = f'without "{self.condition}"{of}' if self.condition else "in all captures"
-        return f"{where}: {_with_noun(self.hits, 'hit')}{near}"
+        return f"{where}: {counted(self.hits, 'hit')}{near}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,7 @@ class Suggestion:
     @property
     def counts(self) -> str:
         """How much it finds, in words."""
-        return f"{_with_noun(self.hits, 'hit')} in {_with_noun(self.captures, 'capture')}"
+        return f"{counted(self.hits, 'hit')} in {counted(self.captures, 'capture')}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +148,7 @@ class Advice:
             tried = " that could be tried" if self.untried else ""
             lines.append(f"Nor does anything near it{tried} find something.")
         if self.untried:
-            lines.append(f"{_with_noun(self.untried, 'change')} could not be tried in time.")
+            lines.append(f"{counted(self.untried, 'change')} could not be tried in time.")
         return "\n".join(lines)
 
     @property
@@ -156,12 +156,7 @@ class Advice:
         """The same in one line."""
         if self.instead:
             return f"nearest: {self.instead[0].pattern} ({self.instead[0].counts})"
-        remark = [self.remark] if self.remark else []
-        return [*remark, *map(str, self.left_out), "nothing near it finds something"][0]
-
-
-def _with_noun(number: int, noun: str) -> str:
-    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+        return self.remark or next(map(str, self.left_out), "nothing near it finds something")
 
 
 def advise(query: Query, count: Count, read: Read, *, budget: Budget) -> Advice:
@@ -191,10 +186,10 @@ class _Adviser:
         conditions = [it for it in all_changes if it.condition]
         counts = Counter(it.condition for it in conditions)
         conditions = [it if counts[it.condition] > 1 else replace(it, step="") for it in conditions]
-        self.attempt([it for it in conditions if it.limit], _FOR_LIMITS)
+        self.attempt([it for it in conditions if it.limited], _FOR_LIMITS)
         self.attempt([it for it in all_changes if not it.condition], _FOR_EDITS)
         never = tuple(self.never())
-        self.attempt([it for it in conditions if not it.limit])
+        self.attempt([it for it in conditions if not it.limited])
         if all(it.condition for it, _ in self.instead) and not self.untried:
             both = [
                 Change(second.query, first.cost + second.cost)
@@ -228,16 +223,12 @@ class _Adviser:
         """Return how much a change finds, and offer it if that is anything."""
         query = change.query
         if query not in self.counted:
-            counts = self.count(query) if self.readable(query) else (0, 0)
+            counts = self.count(query) if self.read(str(query)) == query else (0, 0)
             self.untried += counts is None
             self.counted[query] = counts or (0, 0)
             if counts and counts[0]:
                 self.instead.append((change, Suggestion(str(query), *counts)))
         return self.counted[query]
-
-    def readable(self, query: Query) -> bool:
-        """Return whether the text of a query parses to the same query."""
-        return self.read(str(query)) == query
 
     def never(self) -> Iterator[str]:
         """Yield the steps that match nothing even alone.
@@ -254,14 +245,14 @@ class _Adviser:
                 step = replace(item.unit, named=True, manner=manner)
                 alone[str(replace(item.unit, named=True))] = query_of(Line((Item(step),)))
         for text, query in alone.items() if len(alone) > 1 else ():
-            if self.readable(query) and self.count(query) == (0, 0):
+            if self.read(str(query)) == query and self.count(query) == (0, 0):
                 yield text
 
     def nearest(self, change: Change) -> str:
         """Return how near a limit came to be met, and offer the query with that limit."""
-        limit, limited = change.limit, change.limited
-        if limit is None or limited is None:
+        if change.limited is None:
             return ""
+        limit, limited = change.limited
 
         def finds(other: Limit) -> bool:
             counts = self.count(limited(other))
@@ -293,9 +284,9 @@ class Change:
     cost: float  # from 1 for a slip of the pen
     condition: str = ""  # the one left out, as written; empty: something is replaced
     step: str = ""  # the step with the word that is left out
-    limit: Limit | None = None  # the one left out
     number: str = ""  # the text about the nearest number
-    limited: Callable[[Limit], Query] | None = None  # returns the query with another limit there
+    # the limit that is left out, and what returns the query with another one there
+    limited: tuple[Limit, Callable[[Limit], Query]] | None = None
 
 
 def changes(query: Query) -> list[Change]:
@@ -306,8 +297,9 @@ def changes(query: Query) -> list[Change]:
     variants: list[Change] = []
     for node, put in nodes_of(query):
         step = str(node) if isinstance(node, Step) else ""
-        for cost, condition, other in _variants(node):
-            variants.append(Change(put(other), cost, condition, step))
+        variants += [
+            Change(put(it), cost, condition, step) for cost, condition, it in _variants(node)
+        ]
         for name, form, number in _LIMITS.get(type(node), ()):
             limit = getattr(node, name)
             if isinstance(limit, Repeat):
@@ -318,7 +310,7 @@ def changes(query: Query) -> list[Change]:
                 limited = partial(_put, node, put, name, 0)
                 rest = limited(ONCE if name == "repeat" else None)
                 condition = form.format(str(limit).strip())
-                variants.append(Change(rest, LEFT_OUT, condition, "", limit, number, limited))
+                variants.append(Change(rest, LEFT_OUT, condition, "", number, (limit, limited)))
     return sorted(variants, key=lambda it: it.cost)
 
 
@@ -352,18 +344,13 @@ _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
 """By node: the fields with a limit, how it is written, and the text about the nearest number."""
 
 
-_RING = DIRECTIONS[:8]
-_AROUND = {name: (_RING[k - 1], _RING[(k + 1) % 8]) for k, name in enumerate(_RING)}
 _OF_A_LIMB = {direction: name for name, direction in RELATIVE.items()}
+_RINGS = tuple(_OF_A_LIMB.get(it, it) for it in DIRECTIONS[:8]), DIRECTIONS[:8]
 _NEIGHBOURS: dict[str, tuple[str, ...]] = {
-    **_AROUND,
-    **{
-        name: tuple(_OF_A_LIMB.get(it, it) for it in _AROUND[direction])
-        for name, direction in RELATIVE.items()
-    },
+    **{name: (ring[k - 1], ring[(k + 1) % 8]) for ring in _RINGS for k, name in enumerate(ring)},
     **{level: LEVELS[max(k - 1, 0) : k] + LEVELS[k + 1 : k + 2] for k, level in enumerate(LEVELS)},
 }
-"""By direction or level, its neighbours."""
+"""By direction or level, its neighbours; those of forward and back are the absolute ones."""
 
 _TO_NEIGHBOUR = {"direction": 1.6, "level": 1.8}  # the cost by kind of word
 
@@ -394,11 +381,9 @@ _RELATIONS: dict[str, tuple[tuple[float, dict[str, Any]], ...]] = {
 }
 """By relation, what replaces it, with the cost."""
 
+_OWN_SIDE = dict.fromkeys(("right", "left"), "side")
 _MANNERS = {"move": ((1.1, "via"), (1.4, "at")), "at": ((1.3, "move"),), "hold": ((1.3, "at"),)}
 """By manner, others that take the same words, with the cost."""
-
-
-_OWN_SIDE = dict.fromkeys(("right", "left"), "side")
 
 
 def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
@@ -527,20 +512,16 @@ def nearest_limit(limit: Limit, has_hits: Callable[[Limit], bool]) -> tuple[Limi
 
     near: list[tuple[int, int, Limit]] = []  # how far off, the number of steps, the limit
     if most is not None and met(least, None):
-        fails = most
-        for doubling in range(_DOUBLINGS):
-            fits = max(2 * most, 1) << doubling
-            if met(least, fits):
-                above = bisect_left(range(fits), True, fails + 1, key=lambda it: met(least, it))
-                near.append((above - most, above, _between(limit, least, above)))
-                break
-            fails = fits
+        doubled = (max(2 * most, 1) << doubling for doubling in range(_DOUBLINGS))
+        if fits := next((it for it in doubled if met(least, it)), 0):
+            above = bisect_left(range(fits), True, fits // 2 + 1, key=lambda it: met(least, it))
+            near.append((above - most, above, _between(limit, least, above)))
     if least > smallest and met(smallest, most):
         below = bisect_left(range(least), True, smallest, key=lambda it: not met(it, most)) - 1
         near.append((least - below, below, _between(limit, below, most)))
     if not near:
         return None
-    _, steps, nearest = min(near, key=itemgetter(0))
+    _, steps, nearest = min(near, key=lambda it: it[0])
     if isinstance(limit, Repeat) or not limit.time.unit:
         return nearest, str(steps)
     unit = limit.time.unit

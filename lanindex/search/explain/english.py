@@ -8,15 +8,7 @@ from fractions import Fraction
 from itertools import chain, islice
 
 from lanindex.alphabet import kind_of
-from lanindex.search.language.clauses import (
-    CLIP,
-    MATCH,
-    Comparison,
-    Mirrors,
-    Reference,
-    Stage,
-    Sum,
-)
+from lanindex.search.language.clauses import CLIP, MATCH, Comparison, Mirrors, Reference, Stage, Sum
 from lanindex.search.language.query import (
     Arrow,
     Beside,
@@ -276,10 +268,8 @@ def _verb(step: Step) -> tuple[str, str]:
 
 def _where(step: Step) -> str:
     kind = kind_of(step.mover.members[0])
-    match sorted(step.words, key=lambda word: word.kind):
-        case [Word("direction", ("place",), False), Word("level", (level,), False)] if (
-            kind == "gesture"
-        ):
+    match kind, sorted(step.words, key=lambda word: word.kind):
+        case "gesture", [Word("direction", ("place",), False), Word("level", (level,), False)]:
             return _PLACES[level]
     curves = "on a way that curves " if kind == "travel" else ""
     return ", ".join(_word(word, curves) for word in step.words)
@@ -301,9 +291,8 @@ def _degree(value: str) -> str:
     if not amount:
         return "" if word in ("bend", "stretch") else word
     least, most = degrees(amount)
-    some = f"{least} to {most}" if most is not None and most > least else str(least)
-    degree = f"degree {some}" if most is not None else f"degree {least} or more"
-    return f"bent by {degree}" if word == "bent" else f"to {degree}"
+    more = " or more" if most is None else f" to {most}" if most > least else ""
+    return f"{'bent by' if word == 'bent' else 'to'} degree {least}{more}"
 
 
 def _angle(value: str) -> str:
@@ -337,14 +326,11 @@ def step_counts(query: Query, recordings: Iterable[Recording]) -> dict[str, int]
     Movements, stays or rests, of pairs those together; no starting positions and, as a step
     alone is a first step, nothing that is only passed.
     """
-    steps = list(dict.fromkeys(map(_alone, items_of(query.pattern))))
-    counts = dict.fromkeys(map(str, steps), 0)
-    rest = iter(recordings)
+    steps = {str(it): query_of(Line((it,))) for it in map(_alone, items_of(query.pattern))}
+    counts, rest = dict.fromkeys(steps, 0), iter(recordings)
     while some := list(islice(rest, _AT_ONCE)):
-        for step in steps:
-            alone = query_of(Line((step,)))
-            hits = find_in(some, alone, tolerance=Fraction(0), overlaps="all")
-            counts[str(step)] += len(hits)
+        for text, step in steps.items():
+            counts[text] += len(find_in(some, step, tolerance=Fraction(0), overlaps="all"))
     return counts
 
 
@@ -423,14 +409,9 @@ def _rows_of(
     for companion in line.companions:
         standing = [numbers[it] for it in rewrites.programs(companion)]
         yield companion.relation, _join(companion, standing)
-    early = [
-        numbers[inner]
-        for it in line.outermost.companions
-        if it.relation == "without"
-        for inner in rewrites.programs(it)
-        if inner not in rewrites.contested
-    ]
-    if early:
+    forbidden = [it for it in line.outermost.companions if it.relation == "without"]
+    inner = chain.from_iterable(map(rewrites.programs, forbidden))
+    if early := [numbers[it] for it in inner if it not in rewrites.contested]:
         yield "drop", f"matches as soon as they share a frame with {_numbered('line', early)}"
     if contested := sorted(rewrites.contested.get(line, ())):
         yield "claims", f"another line could want the symbols of {_numbered('state', contested)}"
@@ -458,12 +439,11 @@ def _searched(program: Program, rewrites: Rewrites, clauses: Clauses) -> Iterato
     one_by_one = bool(clauses or program.brackets or rewrites.contested.get(program) or not end)
     if not one_by_one:
         yield "best end", f"looked up from {_numbered('state', range(len(program.states)))}"
-    goes_far = any(
-        it.arrow.later or it.entry.state <= it.exit.state for it in chain(*program.edges)
-    )
-    if one_by_one and not clauses and not program.outermost.companions:
+        return
+    if not clauses and not program.outermost.companions:
         yield "walk", f"from all beginnings at once in captures of at most {SHORT} events"
-    if one_by_one and goes_far:
+    edges = chain(*program.edges)
+    if any(it.arrow.later or it.entry.state <= it.exit.state for it in edges):
         yield "horizon", f"{SOON} s, then {SOON} times as far, until all of the capture"
 
 

@@ -122,8 +122,8 @@ def trace(
     try:
         found = find_in([(capture, tracks)], labelled, tolerance=tolerance, overlaps=overlaps)
         hits = tuple(
-            (hit, tuple(Matched(steps[it], own[it]) for it in steps if it in own))
-            for hit, own in ((hit, hit.labels) for hit in found)
+            (hit, tuple(Matched(steps[it], hit.labels[it]) for it in steps if it in hit.labels))
+            for hit in found
         )
         stop_of = _StopFinder(plain, capture, tracks, tolerance).stop_of
         return Trace(query, capture, hits, () if hits else tuple(map(stop_of, alternatives)))
@@ -190,8 +190,8 @@ class _StopFinder:
     def __init__(
         self, query: Query, capture: Capture, tracks: Mapping[str, Track], tolerance: Fraction
     ) -> None:
-        self.query, self.capture, self.tracks = query, capture, tracks
-        self.tolerance = tolerance
+        self.query, self.capture, self.tolerance = query, capture, tolerance
+        self.recordings = [(capture, tracks)]
         self.clock = Clock(capture.rate, capture.meter.speed / 60)
         self.rows = {
             part: [symbol for symbol in track.listed() if not symbol.passing]
@@ -199,8 +199,7 @@ class _StopFinder:
         }
 
     def hits(self, query: Query) -> list[Hit]:
-        here = [(self.capture, self.tracks)]
-        return list(find_in(here, query, tolerance=self.tolerance, overlaps="all"))
+        return list(find_in(self.recordings, query, tolerance=self.tolerance, overlaps="all"))
 
     def stop_of(self, lines: Lines) -> Stop:
         """Return how far one alternative comes that is not found."""
@@ -459,8 +458,8 @@ def away(symbol: Symbol | None, step: Step) -> float:
         return inf
     wanted = fits(step, symbol.part)
     wrong = sum(_code(symbol, it) not in wanted[it] for it in wanted if it in BESIDE_CELLS)
-    cell = _cells_apart(symbol.direction, symbol.level, wanted)
-    if cell and symbol.runner_up and not _cells_apart(*symbol.runner_up, wanted):
+    cell = _cells_apart((symbol.direction, symbol.level), wanted)
+    if cell and symbol.runner_up and not _cells_apart(symbol.runner_up, wanted):
         cell = _RUNNER_UP * (0.01 + symbol.margin)
     return cell + wrong
 
@@ -476,12 +475,10 @@ def doubts(symbol: Symbol) -> str:
     return f"margin {symbol.margin:.2f}{other}"
 
 
-def _cells_apart(
-    direction: str | None, level: str | None, wanted: Mapping[str, frozenset[int]]
-) -> float:
+def _cells_apart(cell: tuple[str | None, ...], wanted: Mapping[str, frozenset[int]]) -> float:
     """Return how many directions and levels lie between a cell and those that are wanted."""
     total = 0.0
-    for kind, value in (("direction", direction), ("level", level)):
+    for kind, value in zip(("direction", "level"), cell, strict=True):
         if kind in wanted:
             code = WORD_KINDS[kind].codes.get(value or ABSENT)
             total += _FAR if code is None else min(_apart(kind, code, it) for it in wanted[kind])
