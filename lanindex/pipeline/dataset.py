@@ -164,9 +164,7 @@ class _Job:
         self.rate = layout_rate or rate
         pad_frames(options.pad, Fraction(1))
         shares = read_shares(options.shares)
-        numbers: Counter[int] = Counter()
-        for one in groups:
-            numbers.update(one.tally)
+        numbers = sum((one.tally for one in groups), Counter[int]())
         chosen = [capture for capture in store.captures() if capture.id in numbers]
         self.column = performers(chosen, options.split_by)
         moving = [capture for capture in chosen if capture.format not in NOTATIONS]
@@ -180,16 +178,16 @@ class _Job:
         self.untold = sum(not capture.metadata.get(self.column) for capture in moving)
         self.clips, self.left_out = list[ClipFacts](), Counter[str]()
         self.index, self.card = bytearray(), dict[str, Any]()
+        self.used_names: set[str] = set()
 
     def files(self) -> Iterator[tuple[str, bytes]]:
         """Yield each file's name and content; what tells of all of them comes last."""
-        used_names: set[str] = set()
         streams = [zip(repeat(number), one.requests) for number, one in enumerate(self.groups)]
         ordered = merge(*streams, key=lambda one: one[1].capture.id)
         by_capture = groupby(ordered, key=lambda one: one[1].capture.id)
         for done, (_, requests) in enumerate(by_capture):
             self.store.session.progress("captures", done, self.total)
-            yield from self._of_capture(list(requests), used_names)
+            yield from self._of_capture(list(requests))
         self.store.session.progress("captures", self.total, self.total)
         self.card = self._card()
         if self.index:
@@ -198,9 +196,7 @@ class _Job:
             yield CARD, (json.dumps(self.card, ensure_ascii=False, indent=1) + "\n").encode()
             yield PAGE, page(self.card, self.layout.on_card).encode()
 
-    def _of_capture(
-        self, requests: Sequence[tuple[int, Request]], used_names: set[str]
-    ) -> Iterator[tuple[str, bytes]]:
+    def _of_capture(self, requests: Sequence[tuple[int, Request]]) -> Iterator[tuple[str, bytes]]:
         """Yield the files of a capture's clips; requests are each with the place of its group."""
         capture = held_as(self.store, requests[0][1].capture)
         if capture.format in NOTATIONS:
@@ -219,7 +215,7 @@ class _Job:
             label = group.label or capture.label
             seen = sentence_of_symbols(request.symbols)
             texts = distinct((label, as_seen(group.sentence), seen))
-            name = clip_name(capture, span, used_names)
+            name = clip_name(capture, span, self.used_names)
             clip = Clip(name, self.split[unit], joints, rate, score, span, texts, label)
             if why := self.layout.lacking(clip):
                 self.left_out[why] += 1
@@ -256,17 +252,9 @@ class _Job:
         found = []
         for place, group in enumerate(self.groups):
             captures, expected = [clip.capture for clip in by_group[place]], group.expected
-            found.append(
-                {
-                    "label": group.label,
-                    "pattern": group.pattern,
-                    "sentence": group.sentence,
-                    "clips": len(captures),
-                    "expected": None
-                    if expected is None
-                    else sum(it in expected for it in captures),
-                }
-            )
+            right = None if expected is None else sum(it in expected for it in captures)
+            names = {"label": group.label, "pattern": group.pattern, "sentence": group.sentence}
+            found.append({**names, "clips": len(captures), "expected": right})
         notes = []
         if not self.column:
             notes.append("Nobody told who performs: one performer may be in several splits.")

@@ -340,18 +340,12 @@ def _rows(place: Path) -> list[tuple[int, list[str]]]:
 
 def _check_head(head: list[str], place: str) -> None:
     if "file" not in head:
-        raise UsageError(
-            f"the columns are {shown(', '.join(head), 200) or 'none'}",
-            place=place,
-            wanted='a column "file", and "label"',
-        )
+        found = f"the columns are {shown(', '.join(head), 200) or 'none'}"
+        raise UsageError(found, place=place, wanted='a column "file", and "label"')
     for number, name in enumerate(head, 1):
         if name and name in head[: number - 1]:
-            raise UsageError(
-                f'columns {head.index(name) + 1} and {number} are both called "{shown(name)}"',
-                place=place,
-                wanted="a name for each",
-            )
+            found = f'columns {head.index(name) + 1} and {number} are both called "{shown(name)}"'
+            raise UsageError(found, place=place, wanted="a name for each")
 
 
 def _check_row(row: list[str], head: list[str], place: str) -> None:
@@ -359,10 +353,7 @@ def _check_row(row: list[str], head: list[str], place: str) -> None:
         raise UsageError(f"{len(row)} cells", place=place, wanted=f"{len(head)} as in line 1")
     for number, (name, cell) in enumerate(zip(head, row, strict=True), 1):
         if cell and not name:
-            raise UsageError(
-                f'column {number} has no name and holds "{shown(cell)}"',
-                place=place,
-                wanted="a name for it in line 1",
-            )
+            found = f'column {number} has no name and holds "{shown(cell)}"'
+            raise UsageError(found, place=place, wanted="a name for it in line 1")
     if not row[head.index("file")]:
         raise UsageError("no file", place=place, wanted='one in the column "file"')

@@ -273,18 +273,16 @@ def _differences(measures: Sequence[_Measure], sides: IntArray) -> tuple[Differe
     """Return the differences in all measures, the most significant first."""
     if not measures:
         return ()
-    means, spread, p, wide = permutation_test(
-        np.stack([one.values for one in measures], axis=1), sides
-    )
-    differences = []
-    for one, a, b, reach, own_p in zip(measures, *means, wide * spread, p, strict=True):
-        if min(one.captures) > 0:
-            gap, margin = float(b - a), float(reach)
-            values, counts = (float(a), float(b)), (one.captures, one.movements)
-            interval = gap - margin, gap + margin
-            differences.append(
-                Difference(one.part, one.what, values, *counts, *interval, float(own_p))
-            )
+    values = np.stack([one.values for one in measures], axis=1)
+    means, spread, p, wide = permutation_test(values, sides)
+    (first, second), margin = means, wide * spread
+    least, most = second - first - margin, second - first + margin
+    numbers = np.stack((first, second, least, most, p), axis=1).tolist()
+    differences = [
+        Difference(it.part, it.what, (a, b), it.captures, it.movements, low, high, chance)
+        for it, (a, b, low, high, chance) in zip(measures, numbers, strict=True)
+        if min(it.captures) > 0
+    ]
     return tuple(sorted(differences, key=lambda it: (it.p, -abs(it.values[1] - it.values[0]))))
 
 
@@ -333,11 +331,10 @@ def permutation_test(values: Floats, sides: IntArray) -> tuple[Floats, Floats, F
     known = np.isfinite(values)
     filled = np.where(known, values, 0.0)
     random = np.random.default_rng(0)
-    assigned = np.stack([sides, *(random.permutation(sides) for _ in range(PERMUTATIONS))]).astype(
-        float
-    )
-    numbers = np.stack((1 - assigned, assigned)) @ known.astype(float)
-    sums = np.stack((1 - assigned, assigned)) @ filled
+    permuted = [random.permutation(sides) for _ in range(PERMUTATIONS)]
+    second = np.array([sides, *permuted], float)
+    members = np.stack((1 - second, second))
+    numbers, sums = members @ known.astype(float), members @ filled
     means = np.divide(sums, numbers, out=np.zeros_like(sums), where=numbers > 0)
     count = known.sum(axis=0)
     middle = filled.sum(axis=0) / np.maximum(count, 1)

@@ -6,6 +6,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -196,10 +197,8 @@ def matched(score: Score, request: Request) -> tuple[Symbol, ...]:
 
 
 def _is_text(value: Any) -> bool:
-    try:
-        return isinstance(value, str) and value.encode() is not None
-    except UnicodeEncodeError:  # half a pair of surrogates: JSON can say it, no file can hold it
-        return False
+    # without half a pair of surrogates, which JSON can say and no file can hold
+    return isinstance(value, str) and not re.search("[\ud800-\udfff]", value)
 
 
 def _is_count(value: Any) -> bool:
@@ -271,15 +270,12 @@ def _checked_keys(record: Any, keys: dict[str, str], place: str) -> dict[str, An
 
 def _capture(store: Store, hit: dict[str, Any], place: str) -> Capture:
     """Return the capture of a hit, by its number if that still has its path."""
-    try:
+    with suppress(KeyError, LibraryError):
         by_number = store.capture(hit["capture_id"])
         if by_number.path == hit["capture"]:
             return by_number
-    except (KeyError, LibraryError):
-        pass
     try:
         return store.capture(hit["capture"])
     except LibraryError as error:
-        raise UsageError(
-            shown(error.found, 200), place=place, wanted="a capture of this library"
-        ) from error
+        found, wanted = shown(error.found, 200), "a capture of this library"
+        raise UsageError(found, place=place, wanted=wanted) from error

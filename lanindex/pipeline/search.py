@@ -174,16 +174,12 @@ def search(
             "as scores, or from an earlier version, and want to be ingested anew"
         )
     rich: list[LanindexError] = []
-    try:
+    with suppress(MemoryError):  # which is gone at the end of this, and so is what it held
         recordings = _recordings(store, roster, columns)
         hits = options.find(query, roster, columns, recordings, watch, rich)
-    except MemoryError:
-        place = store.place
-    else:
         _note_refused_captures(store, rich, refused)
         return hits
-    # outside of the handler: the exception is gone by now, and so is what it held
-    raise OutOfMemoryError("the search ran out of memory", place=place, remedy=NARROWER)
+    raise OutOfMemoryError("the search ran out of memory", place=store.place, remedy=NARROWER)
 
 
 def _note_refused_captures(
