@@ -211,9 +211,9 @@ class PageLayout:
     edges: tuple[int, ...]
     columns: StaffColumns  # Of each staff
     base: int  # Where all staves begin, counted from the top
-    beat: int = BEAT  # Height of a count
-    number: int = 0  # Of this score among those side by side
-    scores: int = 1
+    beat: int  # Height of a count
+    number: int  # Of this score among those side by side
+    scores: int
 
     @property
     def pitch(self) -> int:
@@ -251,28 +251,6 @@ class PageLayout:
                 start, stop = max(low, bottom), min(high, top)
                 y = self.base - (start - bottom)
                 yield Piece(self.centre(staff), y, start - low, stop - low)
-
-
-def page_layout(
-    clock: TimeAxis,
-    start: float,
-    stop: float,
-    bars: int | None,
-    columns: StaffColumns,
-    beat: int = BEAT,
-) -> PageLayout:
-    """Return staves of `bars` bars each, or one long strip; `beat` is the height of a count."""
-    edges = [0]
-    if bars:
-        step = bars * clock.bar
-        at = (floor(start / step + 1e-9) + 1) * step
-        while at < stop - 1e-9:
-            edges.append(round((at - start) * beat))
-            at += step
-    edges.append(max(round((stop - start) * beat), beat))
-    base = 2 * MARGIN + max(high - low for low, high in pairwise(edges))
-    stop = start + max(stop - start, 1.0)
-    return PageLayout(clock, start, stop, tuple(edges), columns, base, beat)
 
 
 def spread_heights(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:
@@ -316,8 +294,7 @@ def draw(
     missing += [f"{part} is marked and not drawn: ask for it among the parts" for part in hidden]
     clock = TimeAxis(score, seconds)
     ends = clock.at(start), clock.at(last)
-    layout = page_layout(clock, *ends, bars, staff_columns(drawn), beat)
-    marks, symbols = _staff(layout, drawn, marked)
+    layout, marks, (symbols,) = _staves([clock], [drawn], [marked], ends, bars, beat)
     stretch = f"{short(last - start)} s, {symbols}"
     summary = f"Labanotation, time upwards: {stretch} of {', '.join(drawn)}"
     width, height = layout.size
@@ -350,22 +327,12 @@ def draw_pair(
     )
     clocks = [TimeAxis(score, seconds) for score in scores]
     begin, end = clocks[0].at(0.0), max(clock.at(last) for clock in clocks)
-    columns = staff_columns([part for own in drawn for part in own])
-    paper = replace(page_layout(clocks[0], begin, end, bars, columns), scores=len(scores))
-    marks, counts = list[Mark](), list[str]()
-    for number, (clock, own, letter) in enumerate(zip(clocks, drawn, LETTERS, strict=True)):
-        layout = replace(paper, clock=clock, number=number)
-        letters = [
-            Label(layout.centre(staff), MARGIN + C // 4, letter, C // 2)
-            for staff in range(len(layout.edges) - 1)
-        ]
-        staff, symbols = _staff(layout, own, marked[number], letters)
-        marks += staff
-        counts.append(f"{letter}: {symbols}")
-    summary = f"{', '.join(counts)}; Labanotation, time upwards: {short(last)} s"
+    layout, marks, counts = _staves(clocks, drawn, marked, (begin, end), bars, BEAT)
+    symbols = ", ".join(f"{name}: {it}" for name, it in zip(LETTERS, counts, strict=True))
+    summary = f"{symbols}; Labanotation, time upwards: {short(last)} s"
     warnings = tuple(dict.fromkeys(text for own in missing for text in own))
     title = ", ".join(f"{name}: {it}" for name, it in zip(LETTERS, titles, strict=True))
-    return Picture(*paper.size, title, summary, tuple(marks), warnings, paper.staves)
+    return Picture(*layout.size, title, summary, tuple(marks), warnings, layout.staves)
 
 
 def last_second(end: float, start: float, stop: float | None) -> float:
@@ -397,18 +364,41 @@ def _chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], list[
     return [part for part in score.tracks if part in parts], []
 
 
-def _staff(
-    layout: PageLayout,
-    parts: Sequence[str],
-    marked: Iterable[Symbol],
-    letters: Sequence[Label] = (),
-) -> tuple[list[Mark], str]:
-    """Return the marks of a score's staves, and how many symbols are among them, in words."""
-    painter = SymbolPainter(layout, keys_of(layout.clock.score, marked))
-    symbols = [it for part in parts if part not in STANCES for it in painter.track(part)]
-    held = _holds(layout) if STANCES & {*parts} else []
-    marks = [*painter.bands, *held, *_lines(layout), *_names(layout), *letters, *symbols]
-    return marks, f"{len(symbols)} symbol{'s' * (len(symbols) != 1)}"
+def _staves(
+    clocks: Sequence[TimeAxis],
+    parts: Sequence[Sequence[str]],
+    marked: Sequence[Iterable[Symbol]],
+    ends: tuple[float, float],
+    bars: int | None,
+    beat: int,
+) -> tuple[PageLayout, list[Mark], list[str]]:
+    """Return scores side by side, from count to count: layout, marks, and symbols in words.
+
+    Each staff has `bars` bars, or there is one long strip; `beat` is the height of a count.
+    """
+    (start, stop), edges, length = ends, [0], (bars or 0) * clocks[0].bar
+    at = (floor(start / length + 1e-9) + 1) * length if length else stop
+    while at < stop - 1e-9:
+        edges.append(round((at - start) * beat))
+        at += length
+    edges.append(max(round((stop - start) * beat), beat))
+    base = 2 * MARGIN + max(high - low for low, high in pairwise(edges))
+    columns = staff_columns([part for drawn in parts for part in drawn])
+    marks, counts, stop = list[Mark](), list[str](), start + max(stop - start, 1.0)
+    for number, (clock, drawn, symbols) in enumerate(zip(clocks, parts, marked, strict=True)):
+        layout = PageLayout(
+            clock, start, stop, tuple(edges), columns, base, beat, number, len(clocks)
+        )
+        painter = SymbolPainter(layout, keys_of(clock.score, symbols))
+        groups = [it for part in drawn if part not in STANCES for it in painter.track(part)]
+        held = _holds(layout) if STANCES & {*drawn} else []
+        letters = [
+            Label(layout.centre(staff), MARGIN + C // 4, LETTERS[number], C // 2)
+            for staff in range(len(edges) - 1 if len(clocks) > 1 else 0)
+        ]
+        marks += [*painter.bands, *held, *_lines(layout), *_names(layout), *letters, *groups]
+        counts.append(f"{len(groups)} symbol{'s' * (len(groups) != 1)}")
+    return layout, marks, counts
 
 
 _DOUBLE = C // 5

@@ -133,7 +133,7 @@ class _Drawn:
     sign: str
     bar: str  # What stands in the rows behind the sign
     marked: bool
-    key: int  # The row in which it begins, times `_WITHIN`; of what began before: -1
+    key: int  # The row in which it begins, times `_WITHIN`
     end: int  # The last row that it reaches
 
 
@@ -143,7 +143,7 @@ class _Column:
 
     part: str  # Whose
     symbols: list[_Drawn]
-    before: list[_Drawn]  # The one in force at the beginning, if any
+    first: tuple[str, bool] | None  # The sign in force at the beginning, and whether it is marked
     # Rows in which the part begins to be seen, ceases to be seen ..., and the foot to stand
     known: list[int]
     stands: list[int]
@@ -152,10 +152,6 @@ class _Column:
         """Return the keys of rows that say something new."""
         rows = (*(it.end + 1 for it in self.symbols), *self.known, *self.stands)
         return [*(it.key for it in self.symbols), *(row * _WITHIN for row in rows)]
-
-    def first(self) -> tuple[str, bool]:
-        """Return the sign in force at the beginning, and whether it is marked."""
-        return (self.before[0].sign, self.before[0].marked) if self.before else ("", False)
 
     def cell(self, key: int, hold: str) -> tuple[str, bool]:
         """Return the text of a row, and whether it is marked."""
@@ -219,8 +215,9 @@ class TextStaff:
         across = len("".join(lines)) + wide * len(shown)
         for names in names_of([it.part for it in shown]):
             yield _line(blank, [(name, False) for name in names], lines, wide)
-        if any(it.before for it in shown):
-            yield _line(blank, [it.first() for it in shown], lines, wide, signs.mark)
+        if any(it.first for it in shown):
+            cells = [it.first or ("", False) for it in shown]
+            yield _line(blank, cells, lines, wide, signs.mark)
         yield ((f"{blank} {(signs.rule if span.start else signs.double) * across}", "dim"),)
         first, last = _row(span.start, scale), _row(span.stop - 1, scale)
         events = {key for it in shown for key in it.events() if first <= key // _WITHIN <= last}
@@ -239,7 +236,7 @@ class TextStaff:
                 yield _line(text.rjust(label), cells, lines, wide, signs.mark)
         ended = span.stop == self.score.frames
         yield ((f"{blank} {(signs.double if ended else signs.rule) * across}", "dim"),)
-        quiet = ", ".join(f"{it.part} {it.first()[0]}" for it in still if it.before)
+        quiet = ", ".join(f"{it.part} {it.first[0]}" for it in still if it.first)
         others = ", ".join(it.part for it in left_out)
         for title, those in (("still: ", quiet), ("no room for ", others)):
             for text in wrap(title + those, width or 10**9) if those else ():
@@ -255,23 +252,23 @@ class TextStaff:
             if it.start < span.stop and span.start < it.stop
         ]
         in_force = first and kind.lasts and known and rows["start"][first - 1] >= known[0].start
-        before = 1 if in_force else 0
-        symbols = list[_Drawn]()
+        symbols, before = list[_Drawn](), None
         names = ["direction", "level", "amount", "start", "stop"]
-        for number, fields in enumerate(rows[names][first - before : last].tolist()):
-            direction, level, amount, start, stop = fields
+        fields = rows[names][first - bool(in_force) : last].tolist()
+        for number, (direction, level, amount, start, stop) in enumerate(fields):
+            sign, lit = self.signs.of(kind, direction, level, amount), (part, start, stop) in marked
+            if in_force and number == 0:
+                before = sign, lit
+                continue
             row = _row(max(start, span.start), scale)
             key = max([row * _WITHIN, *(it.key + 1 for it in symbols[-1:])])
             end = _row(min(stop, span.stop) - 1, scale) if start < stop else row - 1
-            sign, bar = self.signs.of(kind, direction, level, amount), self.signs.bars[level]
-            lit = (part, start, stop) in marked
-            symbols.append(_Drawn(sign, bar, lit, -1 if number < before else key, end))
+            symbols.append(_Drawn(sign, self.signs.bars[level], lit, key, end))
         stances, stance = list[Span](), f"{part[:2]}stance"
         if kind.name == "support" and stance in self._rows:  # the foot stands
             some = self._rows[stance][slice(*self._within(stance, span))]
             stances = [Span(*it) for it in some[["start", "stop"]].tolist()]
-        toggles = _toggles(known, scale), _toggles(stances, scale)
-        return _Column(part, symbols[before:], symbols[:before], *toggles)
+        return _Column(part, symbols, before, _toggles(known, scale), _toggles(stances, scale))
 
     def _within(self, part: str, span: Span) -> tuple[int, int]:
         """Return which rows of a track lie between two frames, but those that end there."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -244,28 +243,18 @@ def turned_of(view: str | float) -> float:
     return degrees
 
 
-@lru_cache(maxsize=1)
-def _rows_drawn(score: Score) -> dict[str, tuple[NDArray[Any], NDArray[np.int32], NDArray[Any]]]:
-    """Return by part the rows drawn, their starts, and when each and all before it are over."""
-    drawn = {}
-    for part, track in score.tracks.items():
-        rows = track.symbols[~track.symbols["passing"]]
-        starts = np.ascontiguousarray(rows["start"])
-        drawn[part] = rows, starts, np.maximum.accumulate(rows["stop"])
-    return drawn
-
-
 def stretch_of(
     score: Score, start: float, stop: float, parts: Collection[str] | None = None
 ) -> Score:
     """Return a score with the rows drawn of a stretch, seconds, and one more on either side."""
     tracks, rate = {}, float(score.rate)
-    for part, (rows, starts, ends) in _rows_drawn(score).items():
+    for part, track in score.tracks.items():
         if parts is None or part in parts:
-            first = int(np.searchsorted(ends, start * rate, "right"))
-            last = int(np.searchsorted(starts, stop * rate, "left"))
+            rows = track.symbols[~track.symbols["passing"]]
+            first = int(np.maximum.accumulate(rows["stop"]).searchsorted(start * rate, "right"))
+            last = int(rows["start"].searchsorted(stop * rate))
             some = rows[max(first - 1, 0) : max(last, first) + 1]
-            tracks[part] = Track(part, some, score.tracks[part].known)
+            tracks[part] = Track(part, some, track.known)
     return replace(score, tracks=tracks)
 
 
@@ -304,20 +293,12 @@ class FilmStaff:
         counts = floor((PIXEL * self.height / self.scale - _AROUND) / BEAT + 1e-9)
         self.lasts = max(counts, 1) / self.rate
         self.warnings: dict[str, None] = {}
-        self._marked = defaultdict[int, list[Symbol]](list)
-        for symbol in settled(score, marked):
-            first, last = (self._page(float(it / score.rate)) for it in (symbol.start, symbol.stop))
-            for page in range(max(first, 0), last + 1):
-                self._marked[page].append(symbol)
-        self._number = -1
-        self._shown: tuple[Image, list[float], list[float]]
+        self._marked = list(settled(score, marked))
+        self._drawn = lru_cache(maxsize=1)(self._page_image)  # the page that is being filmed
 
     def at(self, seconds: float) -> tuple[Image, float]:
         """Return the page that shows a moment, and how far down on it the moment lies, pixels."""
-        number = self._page(seconds)
-        if number != self._number:
-            self._shown, self._number = self._page_image(number), number
-        picture, times, downs = self._shown
+        picture, times, downs = self._drawn(self._page(seconds))
         return picture, float(np.interp(seconds, times, downs))
 
     def _page(self, seconds: float) -> int:
@@ -330,6 +311,12 @@ class FilmStaff:
         start = self.start + number * self.lasts
         stop = min(start + self.lasts, self.stop)
         score = stretch_of(self.score, start, stop)
+        marked = [
+            it
+            for it in self._marked
+            if self._page(float(it.start / score.rate)) <= number
+            if number <= self._page(float(it.stop / score.rate))
+        ]
         picture = draw(
             score,
             parts=self.parts,
@@ -337,7 +324,7 @@ class FilmStaff:
             stop=stop,
             bars=None,
             seconds=self.seconds,
-            marked=self._marked.get(number, ()),
+            marked=marked,
         )
         self.warnings |= dict.fromkeys(picture.warnings)
         scale = min(self.scale, PIXEL * self.height / picture.height)

@@ -275,24 +275,22 @@ class LndReader:
     def _track(self, part: str, symbols: list[tuple[int, int, SymbolLine]], frames: int) -> Track:
         """Return the track of symbols (first tick, last tick, line), of which none share time."""
         symbols.sort(key=lambda it: (it[0], it[1], it[2].line))
-        for (tick, end, one), (start, stop, two) in pairwise(symbols):
-            if start < end or stop == tick:
-                found = f"{part} has a symbol here and on line {one.line}"
-                raise self.fault(found, "one at a time", line=two.line)
-        joined: list[tuple[int, int, tuple[int, ...]]] = []
+        joined: list[tuple[int, int, SymbolLine]] = []
         for start, stop, symbol in symbols:
-            if joined and symbol.start == 0 and start < stop:
-                tick, end, cell = joined[-1]
-                if tick < end == start and cell == symbol.cell:  # two halves across a bar line
-                    joined[-1] = tick, stop, cell
-                    continue
-            joined.append((start, stop, symbol.cell))
+            tick, end, before = joined[-1] if joined else (-1, -1, symbol)
+            if start < end or stop == tick:
+                found = f"{part} has a symbol here and on line {before.line}"
+                raise self.fault(found, "one at a time", line=symbol.line)
+            if tick < end == start < stop and symbol.start == 0 and symbol.cell == before.cell:
+                joined.pop()  # two halves across a bar line
+                start = tick
+            joined.append((start, stop, symbol))
         rows = blank(len(joined))
-        starts, stops, cells = zip(*joined, strict=True)
+        starts, stops, lines = zip(*joined, strict=True)
         rows["start"], rows["tick"], rows["stop"], rows["margin"] = starts, starts, stops, 1
         rows["ticks"] = rows["stop"] - rows["tick"]
-        for name, codes in zip(KINDS[kind_of(part)].fields, zip(*cells, strict=True), strict=True):
-            rows[name] = codes
+        for at, name in enumerate(KINDS[kind_of(part)].fields):
+            rows[name] = [it.cell[at] for it in lines]
         return track_of(part, rows, frames)
 
 

@@ -44,6 +44,7 @@ from lanindex.perform.limbs import (
     minimum_jerk,
     reach_when_bent,
     reaches,
+    share_done,
     shown,
     standard,
     turned,
@@ -59,7 +60,7 @@ REST: dict[str, Cell] = {
 
 # A limb folds straight towards its beginning; nearer than this, in place, its end turns
 TURNING = 0.19
-_SLIGHT = 1e-6  # a part of a unit vector: where the joint of a limb that points there goes up
+_SLIGHT = 1e-6  # a part of a unit vector that tells nothing: what is shorter has no direction
 IN_PLACE = 0.3  # how much of its length a limb reaches at most that is in place and bent as told
 FASTEST = 10_000  # frames a second, at most
 LONGEST = 100_000  # frames, at most: a slip in a file's number of units shall not take all memory
@@ -339,8 +340,6 @@ def _on_stage(vectors: Floats) -> Floats:
 
 NEARLY = 0.92  # cosine of 23 degrees: a palm farther off than that is reported
 
-_SLIGHT = 1e-6
-
 
 def face_palms(
     joints: Floats, wanted: Mapping[str, tuple[Floats, NDArray[np.int64]]], body: Body
@@ -384,8 +383,7 @@ def angles(score: Score, part: str, times: Floats) -> NDArray[np.complex128]:
         code, degrees, there = int(row["direction"]), int(row["amount"]), 0j
         if 0 <= code < PLACE and degrees >= 0:
             there = complex(degrees * np.exp(1j * np.radians(45 * code)))
-        share = np.clip((times[some] - start) / max(stop - start, 1e-9), 0, 1)
-        found[some] = now + (there - now) * minimum_jerk(share)
+        found[some] = now + (there - now) * share_done(times[some], start, stop)
         now = there
     return found
 
