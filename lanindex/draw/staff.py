@@ -649,36 +649,33 @@ _SAMPLES = {
 
 
 def legend_rows(kinds: Collection[str], x: int, y: int, *, marked: bool = False) -> list[MarkGroup]:
-    """Return the rows of the legend."""
-    rows = list[MarkGroup]()
-    for number, (marks, words) in enumerate(_legend(kinds, x + C, y + _PITCH, marked)):
-        at = y + number * _PITCH + _PITCH // 2 + _NAME // 3
-        rows.append(MarkGroup((*marks, Label(x + 2 * C, at, words, _NAME, "begin")), words))
-    return rows
-
-
-def _legend(
-    kinds: Collection[str], x: int, y: int, marked: bool
-) -> Iterator[tuple[list[Mark], str]]:
-    """Yield the marks and the meaning of each row of the legend."""
-    left, bases = x - C // 2, count(y - (_PITCH - C) // 2, _PITCH)
+    """Return the rows of the legend: marks and what they mean."""
+    middle, left, bases = x + C, x + C // 2, count(y + _PITCH - (_PITCH - C) // 2, _PITCH)
+    rows = list[tuple[list[Mark], str]]()
     for name in DIRECTIONS:
         words = name.replace("r_", "right ").replace("l_", "left ")
-        yield sign(left, next(bases), name, None, C), words
+        rows.append((sign(left, next(bases), name, None, C), words))
     for level, words in _LEVELS.items():
-        yield sign(left, next(bases), "place", level, C), words
+        rows.append((sign(left, next(bases), "place", level, C), words))
     for kind, (part, direction, amount, words) in _SAMPLES.items():
         if kind in kinds:
             row = blank(1)
             row["direction"] = -1 if direction is None else DIRECTION_CODES[direction]
             row["amount"] = amount
-            yield SIGNS[kind](listed(part, row)[0], x, next(bases), C), words
+            rows.append((SIGNS[kind](listed(part, row)[0], middle, next(bases), C), words))
     if "stance" in kinds:
-        yield [Circle(x, next(bases) - C // 2, ONE // 2)], "stands, while supports are silent"
+        circle = Circle(middle, next(bases) - C // 2, ONE // 2)
+        rows.append(([circle], "stands, while supports are silent"))
     if "touch" in kinds:
-        yield [bow(left, left + C, next(bases) - C // 2 + BOW // 2)], "touches"
+        rows.append(([bow(left, left + C, next(bases) - C // 2 + BOW // 2)], "touches"))
     if "jump" in kinds:
         base = next(bases)
-        yield [line(x + at, base, x + at, base - C) for at in (-C // 3, C // 3)], "is in the air"
+        sides = [line(middle + at, base, middle + at, base - C) for at in (-C // 3, C // 3)]
+        rows.append(([*sides], "is in the air"))
     if marked:
-        yield [box(left, next(bases) - C, C, C, "band")], "is what was asked for"
+        rows.append(([box(left, next(bases) - C, C, C, "band")], "is what was asked for"))
+    first = y + _PITCH // 2 + _NAME // 3
+    return [
+        MarkGroup((*marks, Label(x + 2 * C, up, words, _NAME, "begin")), words)
+        for up, (marks, words) in zip(count(first, _PITCH), rows, strict=False)
+    ]

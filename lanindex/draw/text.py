@@ -207,7 +207,7 @@ class TextStaff:
         drawn = [self._column(part, span, scale, marked) for part in self._rows if part in wanted]
         moving = [it for it in drawn if parts or it.symbols or it.part in meant] or drawn
         still = [it for it in drawn if it not in moving]
-        label = max(5, len(_seconds(span.stop / rate)))
+        label = max(5, len(f"{float(span.stop / rate):.2f}"))
         blank, wide = " " * label, signs.cell + 1
         most = len(moving) if width is None else max((width - label - 1 - _LINES) // wide, 1)
         shown, left_out = _fitting(moving, meant, most)
@@ -229,7 +229,7 @@ class TextStaff:
             behind = range(row, row + 1 if folded else end)
             for one, fold in [(key, False), *((it * _WITHIN, folded) for it in behind)]:
                 row, within = divmod(one, _WITHIN)
-                text = signs.fold if fold else _seconds(max(row * step, span.start / rate))
+                text = signs.fold if fold else f"{float(max(row * step, span.start / rate)):.2f}"
                 text = text if fold or labelled or row % every == within == 0 else ""
                 labelled = fold
                 cells = [it.cell(one, signs.hold) for it in shown]
@@ -277,10 +277,6 @@ class TextStaff:
         return int(ends), int(np.searchsorted(rows["start"], span.stop))
 
 
-def _seconds(time: Fraction) -> str:
-    return f"{float(time):.2f}"
-
-
 def _row(frame: int, scale: Fraction) -> int:
     """Return in which row a frame lies."""
     return frame * scale.denominator // scale.numerator
@@ -301,15 +297,16 @@ def _fitting(
 ) -> tuple[list[_Column], list[_Column]]:
     """Return the columns that are shown, from left to right, and those that have no room."""
     rank = {name: at for at, name in enumerate(_FIRST)}
-    groups = {it.part: it.part[2:] if it.part[:2] in ("r_", "l_") else it.part for it in drawn}
-    ordered = sorted(
-        drawn, key=lambda it: (it.part not in wanted, rank.get(groups[it.part], len(rank)))
-    )
+
+    def importance(column: _Column) -> tuple[bool, int]:
+        group = column.part.removeprefix("r_").removeprefix("l_")
+        return column.part not in wanted, rank.get(group, len(rank))
+
+    ordered = sorted(drawn, key=importance)
     kept = {it.part for it in ordered[:most]}
     places = staff_columns(kept).places
-    ends = {it.part: -inf if it.part.startswith("l_") else inf for it in drawn}
     shown = [it for it in drawn if it.part in kept]
-    shown.sort(key=lambda it: places.get(it.part, ends[it.part]))
+    shown.sort(key=lambda it: places.get(it.part, -inf if it.part.startswith("l_") else inf))
     return shown, ordered[most:]
 
 

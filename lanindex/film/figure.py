@@ -323,9 +323,9 @@ def scene(
     known = ~np.isnan(places[..., 0])
     if not known.any():
         raise ExportError("no joint is known in this stretch", wanted="a body that is seen")
-    level = places @ View(view.turn, 0).axes().T.astype(np.float32)
-    seen = places @ view.axes().T.astype(np.float32)
-    seen[..., 2] = level[..., 2]
+    axes = view.axes()
+    axes[2] = View(view.turn, 0).axes()[2]  # the floor is level: what is nearer is not higher
+    seen = places @ axes.T.astype(np.float32)
     lows, highs = _ends(seen, known)
     low, high = lows.min(axis=0), highs.max(axis=0)
     body = np.quantile(highs - lows, _USUAL, axis=0, method="higher")[:2]
@@ -347,11 +347,10 @@ def scene(
     lowest = np.sort(lowest[np.isfinite(lowest)])
     floor = float(lowest[int(_LOWEST * len(lowest))]) if len(lowest) else None
     points = _pixels(seen[..., 0] - eye[:, :1], seen[..., 1] - eye[:, 1:2], size, scale)
-    path = np.full((len(frames), 2), np.nan, np.float32)
-    if floor is not None:
-        right, _, near = level[:, JOINT_CODES["Pelvis"]].T
-        path = _pixels(right - eye[0, 0], _floor_height(near, floor, view) - eye[0, 1], size, scale)
-    return FigureScene(size, scale, points, level[..., 2], eye, view, floor, path)
+    right, _, near = seen[:, JOINT_CODES["Pelvis"]].T
+    up = _floor_height(near, floor or 0.0, view)
+    path = _pixels(right - eye[0, 0], up - eye[0, 1], size, scale)
+    return FigureScene(size, scale, points, seen[..., 2], eye, view, floor, path)
 
 
 def _ends(
