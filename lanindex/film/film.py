@@ -250,10 +250,12 @@ def stretch_of(
     tracks, rate = {}, float(score.rate)
     for part, track in score.tracks.items():
         if parts is None or part in parts:
-            rows = track.symbols[~track.symbols["passing"]]
-            first = int(np.maximum.accumulate(rows["stop"]).searchsorted(start * rate, "right"))
-            last = int(rows["start"].searchsorted(stop * rate))
-            some = rows[max(first - 1, 0) : max(last, first) + 1]
+            rows = track.symbols
+            drawn = np.flatnonzero(~rows["passing"])
+            ends = np.maximum.accumulate(rows["stop"][drawn])
+            first = int(ends.searchsorted(start * rate, "right"))
+            last = int(rows["start"][drawn].searchsorted(stop * rate))
+            some = rows[drawn[max(first - 1, 0) : max(last, first) + 1]]
             tracks[part] = Track(part, some, track.known)
     return replace(score, tracks=tracks)
 
