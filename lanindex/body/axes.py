@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES
-from lanindex.body.recognition import candidates
+from lanindex.body.recognition import above, candidates, meeting
 from lanindex.model import Skeleton
 
 Floats = NDArray[np.float64]
@@ -73,7 +73,7 @@ def seen_axes(
     no such axes, or the head has other ones.
     """
     found, index = _corners(body), int(body[JOINT_CODES["Head"]])
-    if min(*found, index) < 0 or (chest := _above(parents, found[2:])) < 0:
+    if min(*found, index) < 0 or (chest := meeting(parents, *found[2:])) is None:
         return None
     seen = []
     right_hip, left_hip, right, left = np.moveaxis(poses[:, found], 1, 0)
@@ -86,17 +86,6 @@ def seen_axes(
             return None  # nor where a place is not known
         seen.append(unit)
     return None if seen[0] @ seen[1] else np.stack(seen)
-
-
-def _above(parents: Sequence[int], joints: Sequence[int]) -> int:
-    """Return the lowest joint that two joints hang on, or -1."""
-    chains = []
-    for joint in joints:
-        chain = [joint]
-        while chain[-1] >= 0:
-            chain.append(int(parents[chain[-1]]))
-        chains.append(chain)
-    return next(joint for joint in chains[0] if joint in chains[1])
 
 
 def _corners(body: NDArray[np.int16]) -> list[int]:
@@ -183,13 +172,14 @@ _SAMPLED = 512
 
 def planes(names: tuple[str, ...]) -> dict[str, Plane]:
     """Return the knuckles that tell the plane of each hand, where two or more are known."""
-    found = {}
+    knuckles = {hand: _knuckles(names, hand) for hand in HANDS}
+    return {hand: (known[0], known[-1], known[0]) for hand, known in knuckles.items() if known[1:]}
+
+
+def _knuckles(names: tuple[str, ...], hand: str) -> list[int]:
+    """Return the joints in which the fingers of a hand begin, as far as they are known."""
     named = candidates(names)
-    for hand in HANDS:
-        known = [those[0] for it in FINGERS if (those := named["fingers", hand[0], it])]
-        if len(known) > 1:
-            found[hand] = known[0], known[-1], known[0]
-    return found
+    return [those[0] for finger in FINGERS if (those := named["fingers", hand[0], finger])]
 
 
 def facing(hand: str, across: Floats, along: Floats) -> Floats:
@@ -217,7 +207,7 @@ def rest_palms(
 
     `names` (J) as in the file; `parents`, `offsets` and `body` as for `rest_axes`.
     """
-    knuckles, named, found = planes(names), candidates(names), dict[str, tuple[int, Floats]]()
+    named, found = candidates(names), dict[str, tuple[int, Floats]]()
     stands = rest_axes(parents, offsets, body) if down else None
     for hand in HANDS:
         side = hand[0]
@@ -230,12 +220,11 @@ def rest_palms(
             return _place(joint, parents, offsets) - _place(start, parents, offsets)
 
         thumb = next(iter(named["fingers", side, "Thumb"]), -1)
-        fingers = [those[0] for it in FINGERS if (those := named["fingers", side, it])]
+        fingers = _knuckles(names, hand)
         far = tip if tip >= 0 else next(iter(fingers), -1)
-        if hand in knuckles:
-            first, last, _ = knuckles[hand]
-            across = from_wrist(first) - from_wrist(last)
-            found[hand] = wrist, facing(hand, across, from_wrist(first))
+        if len(fingers) > 1:
+            across = from_wrist(fingers[0]) - from_wrist(fingers[-1])
+            found[hand] = wrist, facing(hand, across, from_wrist(fingers[0]))
         elif thumb >= 0 and far >= 0:
             while not np.any(from_wrist(thumb)) and thumb in parents:
                 thumb = list(parents).index(thumb)
@@ -252,9 +241,8 @@ def rest_palms(
 
 def _place(joint: int, parents: Sequence[int], offsets: Any) -> Floats:
     place = np.zeros(3)
-    while joint >= 0:
-        place = place + np.asarray(offsets[joint], np.float64)
-        joint = parents[joint]
+    for one in above(parents, joint):
+        place = place + np.asarray(offsets[one], np.float64)
     return place
 
 
@@ -266,12 +254,6 @@ def _as_drawn(palm: Floats) -> Floats:
         return palm
     along = palm[1] - (palm[1] @ flat) * flat
     return np.stack((flat, along / np.linalg.norm(along)))
-
-
-def rest_of(skeleton: Skeleton, down: bool = False) -> dict[str, tuple[int, Floats]]:
-    """Return where the palms of a whole skeleton face at rest, as `rest_palms` does."""
-    parents = skeleton.parents.tolist()
-    return rest_palms(skeleton.names, parents, skeleton.offsets, skeleton.body, down)
 
 
 def seen_palms(

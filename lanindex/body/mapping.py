@@ -6,7 +6,7 @@ Source: ``encoding/METHOD.md``, stage 0.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -24,11 +24,6 @@ Floats = NDArray[np.float64]
 
 POSES = 32
 """How many poses of a capture are looked at."""
-
-DERIVED_JOINTS: Mapping[str, Mapping[str, float]] = {
-    "Pelvis": {"LHip": 0.5, "RHip": 0.5},
-}
-"""Joint of the body: the joints that it is made of where the file lacks it, and their shares."""
 
 LONGEST_GAP = Fraction(1, 5)
 """Seconds that a joint may be unknown and is filled; longer gaps stay open."""
@@ -183,15 +178,6 @@ def _listed(names: object, joint: str, path: str) -> list[str]:
     raise UsageError(
         f"{joint} = {names!r}"[:60], place=path, wanted="a name in quotes, or a list of names"
     )
-
-
-def weighted_sum(parts: Iterable[tuple[Floats, float]]) -> Floats:
-    """Return a weighted sum of places, (..., 3) each; NaN where one of them is unknown."""
-    (first, share), *others = parts
-    place = first * share
-    for other, share in others:
-        place += other * share
-    return place
 
 
 def joints_by_user(reading: Reading, names: tuple[str, ...], path: str) -> dict[str, int]:

@@ -33,7 +33,6 @@ from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.errors import BodyError
 
 Floats = NDArray[np.float64]
-Sizes = tuple[float, ...] | None
 Indices = tuple[int, ...]
 """The markers, by index, in whose middle a joint lies."""
 
@@ -104,21 +103,15 @@ class MarkerSet:
         texts.setdefault("Pelvis", "the middle of the hips")
         return {joint: texts[joint] for joint in self.joints}
 
-    def places(self, markers: NDArray[Any], scale: float) -> Floats:
-        """Return the joints (T, 20, 3) of `markers` (T, M, 3), units of the file."""
-        found = self._joint_places(markers, scale, None)
-        for joint in _BELOW if self.caps == _CAPPED else ():
-            down = _trunk_direction(found, joint)
-            if _known(down).any():
-                found[:, _SHOULDERS] += _drop(_shoulder_width(found)) * _filled_in(down)[:, None]
-                break
-        return found
-
     def over(
         self, markers: NDArray[Any], scale: float, block: int
     ) -> tuple[NDArray[np.bool_], Callable[[slice | NDArray[np.int64]], Floats]]:
-        """Return where joints are known, (T, J), and what gives (t, J, 3) in some frames."""
-        sizes = self._sizes(markers) if self.pelvis else ()
+        """Return where `joints` are known, (T, J), and what gives (t, J, 3) in some frames.
+
+        `markers` (T, M, 3) are worked on `block` frames at a time; `scale` mm in a unit of theirs.
+        """
+        # how wide and deep the pelvis is, which all frames tell
+        sizes = [_median_length(side) for side in self._pelvis_sides(markers)[1:]]
         parts = [slice(start, start + block) for start in range(0, len(markers), block)]
         columns = [JOINT_CODES[joint] for joint in self.joints]
         known = np.empty((len(markers), len(columns)), np.bool_)
@@ -128,11 +121,15 @@ class MarkerSet:
             for part in parts:
                 found = self._joint_places(markers[part], scale, sizes)
                 known[part] = np.isfinite(found[:, columns]).all(axis=2)
-                wide[part], down[part] = _shoulder_width(found), _trunk_direction(found, joint)
+                right, left = (found[:, code] for code in _SHOULDERS)
+                wide[part] = _length(right - left)
+                down[part] = _unit(found[:, JOINT_CODES[joint]] - (right + left) / 2)
             lower = self.caps == _CAPPED and bool(_known(down).any())
             if lower or self.caps != _CAPPED:
                 break
-        down = np.multiply(_filled_in(down), _drop(wide), out=down) if lower else down[:0]
+        if lower:  # a shoulder lies below its marker
+            down = _filled_in(down)
+            down *= SHOULDER_BELOW * float(np.nanmedian(wide))
 
         def at(frames: slice | NDArray[np.int64]) -> Floats:
             found = self._joint_places(markers[frames], scale, sizes)
@@ -142,9 +139,7 @@ class MarkerSet:
 
         return known, at
 
-    def _joint_places(
-        self, markers: NDArray[Any], scale: float, sizes: tuple[float, ...] | None
-    ) -> Floats:
+    def _joint_places(self, markers: NDArray[Any], scale: float, sizes: Sequence[float]) -> Floats:
         """Return where the joints are, shoulders on their tops."""
         found = np.full((len(markers), len(JOINTS), 3), np.nan)
         for joint, indices in self.joint_markers.items():
@@ -155,23 +150,22 @@ class MarkerSet:
             found[:, JOINT_CODES["Pelvis"]] = found[:, _HIP_CODES].mean(axis=1)
         return found
 
-    def _sizes(self, markers: NDArray[Any]) -> tuple[float, ...]:
-        """Return how wide and deep the pelvis is, which all frames tell."""
+    def _pelvis_sides(self, markers: NDArray[Any]) -> list[Floats]:
+        """Return the middle of the pelvis in front, its width, and its depth if that is known."""
+        if not self.pelvis:
+            return []
         right, left, *back = (_middle(markers, indices) for indices in self.pelvis)
-        return _median_length(right - left), *(
-            _median_length((right + left) / 2 - it) for it in back
-        )
+        front = (right + left) / 2
+        return [front, right - left, *(front - it for it in back)]
 
     def _place_hips(
-        self, markers: NDArray[Any], scale: float, places: Floats, sizes: Sizes
+        self, markers: NDArray[Any], scale: float, places: Floats, sizes: Sequence[float]
     ) -> None:
         """Find the hip centres in the frame of the pelvis: forward, up and to the right."""
-        right, left, *back = (_middle(markers, indices) for indices in self.pelvis)
-        front, across = (right + left) / 2, right - left
-        sides = (across, *(front - it for it in back))
-        width, *depth = sizes or map(_median_length, sides)
-        if back:
-            up = _unit(np.cross(across, sides[1]))
+        front, across, *deep = self._pelvis_sides(markers)
+        width, *depth = sizes
+        if deep:
+            up = _unit(np.cross(across, deep[0]))
             wide = (*depth, width, width)
             away = [share * size + mm / scale
                     for (share, mm), size in zip(HARRINGTON, wide, strict=True)]  # fmt: skip
@@ -309,22 +303,6 @@ def _middle(markers: NDArray[Any], indices: Indices) -> Floats:
     return place
 
 
-def _shoulder_width(places: Floats) -> Floats:
-    """Return how far the shoulders are from each other, (T,)."""
-    right, left = _SHOULDERS
-    return _length(places[:, right] - places[:, left])
-
-
-def _trunk_direction(places: Floats, joint: str) -> Floats:
-    """Return the way from between the shoulders to a joint of the trunk, (T, 3), of length 1."""
-    return _unit(places[:, JOINT_CODES[joint]] - places[:, _SHOULDERS].mean(axis=1))
-
-
-def _drop(wide: Floats) -> float:
-    """Return how far below its marker a shoulder lies."""
-    return SHOULDER_BELOW * float(np.nanmedian(wide)) if np.isfinite(wide).any() else 0.0
-
-
 def _median_length(vectors: Floats) -> float:
     """Return how long vectors (T, 3) are, the median; NaN where none is known."""
     lengths = _length(vectors)
@@ -419,74 +397,60 @@ class Clusters:
         joints["Pelvis"] = "the middle of the hips"
         return {joint: joints[joint] for joint in self.joints}
 
-    def places(self, markers: NDArray[Any], scale: float) -> Floats:
-        """Return the joints as `MarkerSet.places` does; NaN where clusters share no point."""
-        found = np.full((len(markers), len(JOINTS), 3), np.nan)
-        shapes = {name: shape_of(markers, indices) for name, indices in self.segments.items()}
-        meetings = {joint: _Meeting() for joint in self.between}
-        few = list(self._turned(markers, shapes)) if len(markers) <= BLOCK else None
-        for _, turns in few or self._turned(markers, shapes):
-            for joint, (one, other) in self.between.items():
-                meetings[joint].add(*turns[one], *turns[other])
-        held = {joint: meeting.point(LOOSE / scale) for joint, meeting in meetings.items()}
-        for start, turns in few or self._turned(markers, shapes):
-            for joint, pair in self.between.items():
-                out = found[start : start + BLOCK, JOINT_CODES[joint]]
-                sides = zip(pair, np.split(held[joint], 2), strict=True)
-                moved = ((turns[name], point) for name, point in sides)
-                out[:] = _midpoint(*(turn @ point + middle for (turn, middle), point in moved))
-        hips = found[:, [JOINT_CODES["RHip"], JOINT_CODES["LHip"]]]
-        found[:, JOINT_CODES["Pelvis"]] = hips.mean(axis=1)
-        return found
-
     def over(
-        self, markers: NDArray[Any], scale: float, block: int
+        self, markers: NDArray[Any], scale: float, _block: int
     ) -> tuple[NDArray[np.bool_], Callable[[slice | NDArray[np.int64]], Floats]]:
-        """Return in which frames `joints` are known, and what gives their places in some frames."""
-        found = self.places(markers, scale)[:, [JOINT_CODES[joint] for joint in self.joints]]
+        """Return what `MarkerSet.over` does; unknown where clusters share no point."""
+        turns = {name: self._turns(markers, indices) for name, indices in self.segments.items()}
+        places: dict[str, Floats] = {}
+        for joint, pair in self.between.items():
+            sides = [turns[name] for name in pair]
+            points = np.split(_shared_point(*sides[0], *sides[1], LOOSE / scale), 2)
+            places[joint] = _midpoint(*(
+                turn @ point + middle for (turn, middle), point in zip(sides, points, strict=True)
+            ))  # fmt: skip
+        hips = np.stack([places[name] for name in sorted(_HIPS)], axis=1)
+        places["Pelvis"] = hips.mean(axis=1)
+        found = np.stack([places[joint] for joint in self.joints], axis=1)
         known: NDArray[np.bool_] = np.asarray(np.isfinite(found).all(axis=2))
         return known, lambda frames: found[frames]
 
-    def _turned(
-        self, markers: NDArray[Any], shapes: Mapping[str, Floats]
-    ) -> Iterator[tuple[int, dict[str, tuple[Floats, Floats]]]]:
-        """Yield how all segments have turned and moved, and the first frame, of each block."""
-        for start in range(0, len(markers), BLOCK):
-            block = markers[start : start + BLOCK]
-            yield (
-                start,
-                {
-                    name: turns_of(block[:, list(indices)].astype(np.float64), shapes[name])
-                    for name, indices in self.segments.items()
-                },
-            )
+    def _turns(self, markers: NDArray[Any], indices: Indices) -> tuple[Floats, Floats]:
+        """Return how a segment has turned, (T, 3, 3), and moved, (T, 3)."""
+        shape = shape_of(markers, indices)
+        blocks = (
+            turns_of(markers[part][:, list(indices)].astype(np.float64), shape)
+            for part in _blocks(len(markers))
+        )
+        turns, shifts = zip(*blocks, strict=True)
+        return np.concatenate(turns), np.concatenate(shifts)
 
 
-class _Meeting:
-    """What all frames say of the points that two segments hold in common."""
+def _blocks(count: int) -> Iterator[slice]:
+    return (slice(start, start + BLOCK) for start in range(0, max(count, 1), BLOCK))
 
-    def __init__(self) -> None:
-        self._total, self._wanted = np.zeros((6, 6)), np.zeros(6)
-        self._square, self._count = 0.0, 0
 
-    def add(self, turn: Floats, middle: Floats, back: Floats, end: Floats) -> None:
-        """Take in some frames: where ``turn @ one + middle`` is ``back @ other + end``."""
-        known = np.isfinite(turn[:, 0, 0]) & np.isfinite(back[:, 0, 0])
-        table = np.concatenate([turn[known], -back[known]], axis=2).reshape(-1, 6)
-        apart = (end - middle)[known].ravel()
-        self._total += table.T @ table
-        self._wanted += table.T @ apart
-        self._square += float(apart @ apart)
-        self._count += int(known.sum())
+def _shared_point(turn: Floats, middle: Floats, back: Floats, end: Floats, loose: float) -> Floats:
+    """Return the point that two segments hold in common, as both hold it, (6,); NaN if none.
 
-    def point(self, loose: float) -> Floats:
-        """Return the point as both hold it, (6,); NaN where they hold none."""
-        values, axes = np.linalg.eigh(self._total)
-        told = values > STILL**2 * self._count
-        inverse = np.divide(1.0, values, out=np.zeros(6), where=told)
-        point: Floats = axes @ (inverse * (axes.T @ self._wanted))
-        rest = self._square - 2 * point @ self._wanted + point @ self._total @ point
-        return point if told.any() and rest <= self._count * loose**2 else np.full(6, np.nan)
+    In all frames ``turn @ one + middle`` is ``back @ other + end``.
+    """
+    total, wanted, square, count = np.zeros((6, 6)), np.zeros(6), 0.0, 0
+    there = np.isfinite(turn[:, 0, 0]) & np.isfinite(back[:, 0, 0])
+    for part in _blocks(len(turn)):
+        known = there[part]
+        table = np.concatenate([turn[part][known], -back[part][known]], axis=2).reshape(-1, 6)
+        apart = (end[part] - middle[part])[known].ravel()
+        total += table.T @ table
+        wanted += table.T @ apart
+        square += float(apart @ apart)
+        count += int(known.sum())
+    values, axes = np.linalg.eigh(total)
+    told = values > STILL**2 * count
+    inverse = np.divide(1.0, values, out=np.zeros(6), where=told)
+    point: Floats = axes @ (inverse * (axes.T @ wanted))
+    rest = square - 2 * point @ wanted + point @ total @ point
+    return point if told.any() and rest <= count * loose**2 else np.full(6, np.nan)
 
 
 def clusters_of(keys: Sequence[str], tables: Sequence[Mapping[str, Any]]) -> Clusters | None:

@@ -68,14 +68,6 @@ class Rig:
         """Return the mean distance of two joints."""
         return float(mean_length(self.poses[:, one] - self.poses[:, other]))
 
-    def above(self, joint: int) -> list[int]:
-        """Return a joint, its parent, and so on up to the root."""
-        chain = []
-        while joint >= 0:
-            chain.append(joint)
-            joint = self.parents[joint]
-        return chain
-
     def beyond(self, joint: int, ancestor: int) -> float:
         """Return the length of the bones from an ancestor to a joint, -1 where it is none."""
         if not self.joined:
@@ -112,10 +104,20 @@ class Rig:
         along = np.einsum("si,si->s", bone, before)[sizes > 0] / sizes[sizes > 0]
         return not along.size or float(along.mean()) < _STRAIGHT
 
-    def meeting(self, one: int, other: int) -> int | None:
-        """Return the joint where two branches part."""
-        above = set(self.above(one))
-        return next((joint for joint in self.above(other) if joint in above), None)
+
+def above(parents: Sequence[int], joint: int) -> list[int]:
+    """Return a joint, its parent, and so on up to the root."""
+    chain = []
+    while joint >= 0:
+        chain.append(joint)
+        joint = parents[joint]
+    return chain
+
+
+def meeting(parents: Sequence[int], one: int, other: int) -> int | None:
+    """Return the lowest joint that two joints hang on, where their branches part."""
+    below = set(above(parents, one))
+    return next((joint for joint in above(parents, other) if joint in below), None)
 
 
 def mean_length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -279,9 +281,9 @@ def _pelvis(rig: Rig, choices: Candidates, body: dict[str, int]) -> None:
         if named:
             body["Pelvis"] = named[0]
         return
-    meeting = rig.meeting(body["RHip"], body["LHip"])
+    parting = meeting(rig.parents, body["RHip"], body["LHip"])
     chest = next(iter(choices["middle", "", "Chest"]), None)  # what names call so lies low in some
-    for index in (*named, *([meeting] if meeting not in (None, chest) else [])):
+    for index in (*named, *([parting] if parting not in (None, chest) else [])):
         if near_hips(rig, index, body):
             body["Pelvis"] = index
             return
@@ -303,15 +305,15 @@ def _chest(rig: Rig, choices: Candidates, body: dict[str, int]) -> None:
     """Take the joint where the arms part from the trunk; where all part at the pelvis, a name."""
     taken = set(body.values())
     if {"RShoulder", "LShoulder"} <= body.keys():
-        meeting = rig.meeting(body["RShoulder"], body["LShoulder"])
-        above_pelvis = rig.above(body["Pelvis"]) if "Pelvis" in body else ()
-        if meeting is not None and meeting not in taken and meeting not in above_pelvis:
-            body["Chest"] = meeting
+        parting = meeting(rig.parents, body["RShoulder"], body["LShoulder"])
+        taken_or_low = taken.union(above(rig.parents, body.get("Pelvis", -1)))
+        if parting is not None and parting not in taken_or_low:
+            body["Chest"] = parting
             return
-    free = (index for index in choices["middle", "", "Chest"] if index not in taken)
-    first = next(free, None)
-    if first is not None:
-        body["Chest"] = first
+    for index in choices["middle", "", "Chest"]:
+        if index not in taken:
+            body["Chest"] = index
+            return
 
 
 _ALIKE = 0.3  # how much the bones of two sides may differ
@@ -424,10 +426,10 @@ def _trunk(rig: Rig, legs: _Pair, arms: _Pair | None, body: dict[str, int]) -> N
     if arms is None:
         return
     chest = rig.parents[arms[0].top]
-    if chest not in rig.above(body.get("Pelvis", -1)):
+    if chest not in above(rig.parents, body.get("Pelvis", -1)):
         body["Chest"] = chest
     limbs = {limb.top for limb in (*legs, *arms)}
-    towards = set(rig.above(pelvis))
+    towards = set(above(rig.parents, pelvis))
     free = [child for child in rig.below[chest] if child not in limbs and child not in towards]
     if not free:
         return
@@ -512,10 +514,20 @@ def find_body(
             body |= {joint: shaped[joint] for joint in found}
             if found:
                 warnings = (f"recognised by shape, not by name: {', '.join(found)}", *doubts)
-    if not is_human(body):
+    if not (_has(body, ("Hip",)) and any(_has(body, limb) for limb in LIMBS)):
         missing = [joint for joint in NEEDED if joint not in named]
-        if not _in_part(named) or _guess(rig, named, missing):
-            raise _no_human(rig, body, path)
+        whole = any(_has(named, limb, side) for limb in LIMBS for side in "RL")
+        faces = any(_has(named, limb[:1]) for limb in LIMBS)  # two hips or shoulders
+        if not (whole and faces) or _guess(rig, named, missing):
+            missing = [joint for joint in NEEDED if joint not in body]
+            raise BodyError(
+                f"no human skeleton: among {len(rig.names)} joints there is no "
+                f"{', '.join(missing)}{_guess(rig, body, missing)}",
+                place=path,
+                wanted="both hips, and both legs down to the ankles or "
+                "both arms down to the wrists",
+                remedy="If a body is there, say what plays its joints with --body FILE.",
+            )
         body, warnings = named, (f"a part of a body: it has no {', '.join(missing)}",)
     under = _under_ankles(rig, body)
     if len(under) == 1 and ("RToe" in body or "LToe" in body):
@@ -542,30 +554,8 @@ def _under_ankles(rig: Rig, body: Mapping[str, int]) -> dict[str, int]:
     return found
 
 
-def is_human(body: dict[str, int]) -> bool:
-    """Return whether enough of a body is there to encode it."""
-    return any(_has_both(body, limb) for limb in LIMBS) and "RHip" in body and "LHip" in body
-
-
-def _has_both(body: dict[str, int], limb: tuple[str, ...]) -> bool:
-    return all(side + joint in body for side in "RL" for joint in limb)
-
-
-def _in_part(body: dict[str, int]) -> bool:
-    """Return whether there is a whole limb, and two hips or shoulders that tell where it faces."""
-    limbs = [all(side + joint in body for joint in limb) for side in "RL" for limb in LIMBS]
-    return any(limbs) and any(_has_both(body, limb[:1]) for limb in LIMBS)
-
-
-def _no_human(rig: Rig, body: dict[str, int], path: str) -> BodyError:
-    missing = [joint for joint in NEEDED if joint not in body]
-    return BodyError(
-        f"no human skeleton: among {len(rig.names)} joints there is no "
-        f"{', '.join(missing)}{_guess(rig, body, missing)}",
-        place=path,
-        wanted="both hips, and both legs down to the ankles or both arms down to the wrists",
-        remedy="If a body is there, say what plays its joints with --body FILE.",
-    )
+def _has(body: Mapping[str, int], joints: Sequence[str], sides: str = "RL") -> bool:
+    return all(side + joint in body for side in sides for joint in joints)
 
 
 def _guess(rig: Rig, body: dict[str, int], missing: list[str]) -> str:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from lanindex import compiled
 from lanindex.alphabet import JOINT_CODES, JOINTS, PALMS, PARTS
 from lanindex.body.axes import TURNING
-from lanindex.body.mapping import DERIVED_JOINTS, LONGEST_GAP, weighted_sum
+from lanindex.body.mapping import LONGEST_GAP
 from lanindex.encoding import arithmetic
 from lanindex.encoding.arithmetic import blocks, runs
 from lanindex.encoding.profile import Profile
@@ -190,11 +190,8 @@ def body(motion: Motion, names: Iterable[str] = JOINTS) -> Joints:
         elif name in PALMS:
             wrist = _seen(motion, (name[0] + "Wrist",))[:, 0]
             places[:, column] = wrist + OUT * _axis(motion, PALMS[name], 0)
-        elif name in DERIVED_JOINTS and motion.skeleton.body[JOINT_CODES[name]] < 0:
-            shares = DERIVED_JOINTS[name].items()
-            places[:, column] = weighted_sum(
-                (_seen(motion, (of,))[:, 0], share) for of, share in shares
-            )
+        elif name == "Pelvis" and motion.skeleton.body[JOINT_CODES[name]] < 0:
+            places[:, column] = _seen(motion, ("LHip", "RHip")).sum(axis=1) / 2
     if 0 < motion.first < len(places):
         places[: motion.first] = places[motion.first]
     unknown = unknown_of(places)

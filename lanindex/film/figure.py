@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, PARTS, TRACKS, kind_of
-from lanindex.body.mapping import DERIVED_JOINTS
 from lanindex.errors import EncodeError, ExportError, UsageError
 from lanindex.model import Motion
 from lanindex.model.symbol import frozen
@@ -113,10 +112,9 @@ def figure(motion: Motion) -> Figure:
     body = motion.skeleton.body
     places = motion.positions.take(body, axis=1)
     places[:, body < 0] = np.nan
-    for name, shares in DERIVED_JOINTS.items():
-        if body[JOINT_CODES[name]] < 0:
-            parts = (places[:, JOINT_CODES[of]] * np.float32(share) for of, share in shares.items())
-            places[:, JOINT_CODES[name]] = sum(parts)
+    if body[JOINT_CODES["Pelvis"]] < 0:
+        hips = [JOINT_CODES[side + "Hip"] for side in "LR"]
+        places[:, JOINT_CODES["Pelvis"]] = places[:, hips].sum(axis=1) / 2
     if 0 < motion.first < len(places):
         places[: motion.first] = places[motion.first]
     known = np.isfinite(places.sum(axis=2))

@@ -22,7 +22,7 @@ from lanindex.body.axes import (
     axes_of,
     measured_palms,
     planes,
-    rest_of,
+    rest_palms,
     seen_palms,
     turned,
 )
@@ -142,7 +142,9 @@ def _axes(
 ) -> dict[str, NDArray[np.float32]]:
     """Return where palms face: as hands are turned, else of markers or knuckles in each frame."""
     if turns is not None:
-        return turned(rest_of(full_skeleton, points.palms_down), turns)
+        full = full_skeleton
+        at_rest = full.names, full.parents.tolist(), full.offsets, full.body
+        return turned(rest_palms(*at_rest, points.palms_down), turns)
     if not isinstance(points.places, np.ndarray):
         return {}
     those = marker_set.palms if isinstance(marker_set, MarkerSet) else planes(points.names)
@@ -182,10 +184,9 @@ def _places(points: Points, marker_set: MarkerSet | Clusters | None, options: Re
     if marker_set is None:
         return _stored_places(points.places, points.rotations)
     scale = _millimetres(points.places, points.declared, options)
-    if len(points.places) <= BLOCK:
-        found = marker_set.places(points.places, scale)
-        return _stored_places(found[:, [JOINT_CODES[joint] for joint in marker_set.joints]])
     known, at = marker_set.over(points.places, scale, BLOCK)
+    if len(points.places) <= BLOCK:
+        return _stored_places(at(slice(None)))
     return Places(known, lambda frames, joints: (at(frames)[:, joints], None))
 
 

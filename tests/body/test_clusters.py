@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from lanindex.alphabet import JOINT_CODES
 from lanindex.body.markers import Clusters, clusters_of, marker_set_of, shape_of, turns_of
 
 NAMES = [f"PV{it}" for it in range(1, 5)] + [
@@ -54,11 +53,18 @@ def legs(frames: int = 200, hinge: bool = False) -> tuple[np.ndarray, dict[str, 
     return np.stack(markers, axis=1), joints
 
 
+def places(markers: np.ndarray, scale: float = 1.0) -> dict[str, np.ndarray]:
+    """Return where the joints are, (T, 3) each."""
+    made = marker_set_of(NAMES)
+    _, at = made.over(markers, scale, 4096)
+    return dict(zip(made.joints, at(slice(None)).swapaxes(0, 1), strict=True))
+
+
 def off(markers: np.ndarray, joints: dict[str, np.ndarray], scale: float = 1.0) -> dict[str, float]:
     """Return how far the joints that are found lie from the true ones, at most."""
-    found = marker_set_of(NAMES).places(markers, scale)
+    found = places(markers, scale)
     return {
-        name: float(np.linalg.norm(found[:, JOINT_CODES[name]] - place, axis=1).max())
+        name: float(np.linalg.norm(found[name] - place, axis=1).max())
         for name, place in joints.items()
     }
 
@@ -74,7 +80,7 @@ def test_joints_of_some_frames():
     markers, _ = legs()
     markers[5, :4] = np.nan
     made = marker_set_of(NAMES)
-    whole = made.places(markers, 1.0)[:, [JOINT_CODES[joint] for joint in made.joints]]
+    whole = np.stack([*places(markers).values()], axis=1)
     known, at = made.over(markers, 1.0, 50)
     np.testing.assert_array_equal(at(slice(3, 9)), whole[3:9])
     np.testing.assert_array_equal(known, np.isfinite(whole).all(axis=2))
@@ -90,10 +96,10 @@ def test_markers_that_tremble():
 
 def test_of_a_hinge_a_point_of_its_axis_is_taken():
     markers, joints = legs(hinge=True)
-    found = marker_set_of(NAMES).places(markers, 1.0)
+    found = places(markers)
     for side, out in OUT.items():
         thigh = Rotation.from_matrix(turns_of_thigh(markers, side))
-        away = thigh.inv().apply(found[:, JOINT_CODES[f"{side}Knee"]] - joints[f"{side}Knee"])
+        away = thigh.inv().apply(found[f"{side}Knee"] - joints[f"{side}Knee"])
         np.testing.assert_allclose(away[:, 1:], 0, atol=1e-6)  # the axis is x
         assert 40 < away[0, 0] * out < 100  # where the clusters are
 
@@ -116,10 +122,10 @@ def test_gaps():
     markers[60:80, index : index + 2] = np.nan
     markers[90:95, index : index + 2] = np.nan
     markers[90:95, NAMES.index("RSK1") : NAMES.index("RSK3")] = np.nan
-    found = marker_set_of(NAMES).places(markers, 1.0)
-    unknown = np.isnan(found[:, JOINT_CODES["RKnee"], 0])
+    found = places(markers)
+    unknown = np.isnan(found["RKnee"][:, 0])
     assert np.flatnonzero(unknown).tolist() == list(range(90, 95))
-    known = found[~unknown, JOINT_CODES["RKnee"]]
+    known = found["RKnee"][~unknown]
     np.testing.assert_allclose(known, joints["RKnee"][~unknown], atol=1e-6)
 
 
@@ -127,11 +133,12 @@ def test_segments_that_hold_no_point_in_common_have_no_joint():
     markers, _ = legs()
     index = NAMES.index("RSK1")
     markers[:, index : index + 4] += 300 * np.sin(np.linspace(0, 20, len(markers)))[:, None, None]
-    found = marker_set_of(NAMES).places(markers, 1.0)
-    assert np.isnan(found[:, JOINT_CODES["RKnee"]]).all()
-    assert np.isfinite(found[:, JOINT_CODES["LKnee"]]).all()
-    metres = marker_set_of(NAMES).places(markers / 1000, 1000.0)
-    np.testing.assert_allclose(metres * 1000, found, atol=1e-6)
+    found = places(markers)
+    assert np.isnan(found["RKnee"]).all()
+    assert np.isfinite(found["LKnee"]).all()
+    metres = places(markers / 1000, 1000.0)
+    for joint, place in found.items():
+        np.testing.assert_allclose(metres[joint] * 1000, place, atol=1e-6)
 
 
 def test_markers_in_a_line_tell_no_turn():
@@ -140,9 +147,9 @@ def test_markers_in_a_line_tell_no_turn():
     line = np.linspace(0, 1, 4)[:, None] * [0, 30, 100]
     markers[:, index : index + 4] = markers[:, index, None] + line
     assert np.isnan(shape_of(markers, tuple(range(index, index + 4)))).all()
-    found = marker_set_of(NAMES).places(markers, 1.0)
-    assert np.isnan(found[:, JOINT_CODES["RAnkle"]]).all()
-    assert np.isfinite(found[:, JOINT_CODES["RKnee"]]).all()
+    found = places(markers)
+    assert np.isnan(found["RAnkle"]).all()
+    assert np.isfinite(found["RKnee"]).all()
 
 
 def test_what_is_told_of_them():

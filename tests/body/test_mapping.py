@@ -1,5 +1,6 @@
 """Joints without a hierarchy map to the same body by name; derived joints."""
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -9,7 +10,7 @@ from bvh_bodies import SCHEMES, SIMPLE, named, person
 from lanindex import formats
 from lanindex.alphabet import JOINTS
 from lanindex.body import body_of, map_body
-from lanindex.body.mapping import DERIVED_JOINTS, weighted_sum
+from lanindex.encoding.joints import body as joints_of_body
 from lanindex.errors import BodyError
 from lanindex.model import Motion, Reading, Skeleton
 
@@ -52,27 +53,14 @@ def test_joints_in_one_place_are_no_limb_without_a_hierarchy():
     assert understood(still, names, None).body[JOINTS.index("LElbow")] == -1
 
 
-def test_a_middle_is_bit_for_bit_the_mean():
-    left, right = np.random.default_rng(1).normal(size=(2, 99, 3)) * 1e3
-    left[5, 1] = np.nan
-    middle = weighted_sum([(left, 0.5), (right, 0.5)])
-    assert np.array_equal(middle, np.stack([left, right]).mean(axis=0), equal_nan=True)
-    assert np.isnan(middle[5, 1])
-
-
-def test_a_regression_is_a_weighted_sum_and_changes_nothing_else():
-    one, other, third = np.random.default_rng(2).normal(size=(3, 9, 3))
-    before = one.copy()
-    made = weighted_sum([(one, 0.2), (other, 0.5), (third, -1.3)])
-    assert made == pytest.approx(0.2 * one + 0.5 * other - 1.3 * third)
-    assert np.array_equal(one, before)
-
-
-def test_made_joints_are_of_the_body_and_whole():
-    for joint, shares in DERIVED_JOINTS.items():
-        assert {joint, *shares} <= set(JOINTS)
-        assert sum(shares.values()) == 1
-        assert not shares.keys() & DERIVED_JOINTS.keys()  # none is made of what is made itself
+def test_a_missing_pelvis_is_bit_for_bit_the_mean_of_the_hips():
+    motion = formats.read("x.bvh", data=person(ends=False))
+    played = motion.skeleton.body.copy()
+    played[JOINTS.index("Pelvis")] = -1
+    motion = replace(motion, skeleton=replace(motion.skeleton, body=played))
+    found = joints_of_body(motion)
+    hips = np.stack([found["RHip"], found["LHip"]])
+    assert np.array_equal(found["Pelvis"], hips.mean(axis=0))
 
 
 def test_joints_that_stay_are_joined_to_the_nearest_above():

@@ -37,8 +37,8 @@ def made(markers: dict[str, tuple], turn: np.ndarray | None = None, scale: float
     places = np.array([list(markers.values())], float) / scale
     if turn is not None:
         places = places @ turn.T
-    found = marker_set.places(places, scale)[0] * scale
-    return marker_set, {joint: found[JOINT_CODES[joint]] for joint in marker_set.joints}
+    _, at = marker_set.over(places, scale, 1)
+    return marker_set, dict(zip(marker_set.joints, at(slice(None))[0] * scale, strict=True))
 
 
 def test_hips_by_the_regression_of_harrington() -> None:
@@ -97,9 +97,10 @@ def test_what_is_unknown_stays_so() -> None:
     places = np.tile(np.array(list((PELVIS | REST).values()), float), (3, 1, 1))
     places[1, names.index("RWRB")] = np.nan
     places[2, names.index("LPSI")] = np.nan
-    unknown = np.isnan(marker_set.places(places, 1.0)).any(axis=2)
-    assert [JOINTS[joint] for joint in np.flatnonzero(unknown[1] & ~unknown[0])] == ["RWrist"]
-    lost = {JOINTS[joint] for joint in np.flatnonzero(unknown[2] & ~unknown[0])}
+    known, _ = marker_set.over(places, 1.0, 3)
+    joints = marker_set.joints
+    assert [joints[joint] for joint in np.flatnonzero(~known[1] & known[0])] == ["RWrist"]
+    lost = {joints[joint] for joint in np.flatnonzero(~known[2] & known[0])}
     assert lost == {"RHip", "LHip", "Pelvis"}
 
 
@@ -114,7 +115,7 @@ def test_many_frames_are_made_as_few_are(names: tuple[str, ...], lost: str | Non
     if lost is not None and lost in names:
         places[:, names.index(lost)] = np.nan
     marker_set = marker_set_of(names)
-    whole = marker_set.places(places, 1.0)[:, [JOINT_CODES[joint] for joint in marker_set.joints]]
+    whole = marker_set.over(places, 1.0, 50)[1](slice(None))
     for block in (1, 7, 50):
         known, at = marker_set.over(places, 1.0, block)
         np.testing.assert_array_equal(at(slice(None)), whole)
