@@ -26,9 +26,6 @@ from lanindex.model import Skeleton
 
 Floats = NDArray[np.float64]
 
-TURNING = ("Head",)
-"""The joints of the body whose axes are told."""
-
 _UPRIGHT, _ASKEW = 0.85, 0.26  # cosines: 32 degrees from an axis, 15 from a right angle
 _ALONG, _UPSIDE = 0.87, 0.71  # cosines: 30 degrees from an axis, 45
 _BLOCK = 4096
@@ -108,13 +105,12 @@ def _unit(vector: Floats) -> Floats:
 def axes_of(
     skeleton: Skeleton, rotations: NDArray[np.float32] | None
 ) -> dict[str, NDArray[np.float32]]:
-    """Return the axes right and up, (T, 2, 3) by joint of the body, of `rotations` (T, J, 4)."""
+    """Return right and up of the head, (T, 2, 3), of `rotations` (T, J, 4), where it has axes."""
     rest = rest_axes(skeleton.parents.tolist(), skeleton.offsets, skeleton.body)
-    if rotations is None or rest is None:
+    head = int(skeleton.body[JOINT_CODES["Head"]])
+    if rotations is None or rest is None or head < 0:
         return {}
-    played = {name: int(skeleton.body[JOINT_CODES[name]]) for name in TURNING}
-    known = {name: (joint, rest) for name, joint in played.items() if joint >= 0}
-    return turned(known, lambda joint: rotations[:, joint])
+    return turned({"Head": (head, rest)}, lambda joint: rotations[:, joint])
 
 
 def turned(

@@ -93,30 +93,25 @@ def unit_of(
         for limb, typical in _LENGTHS
         if (length := lengths.get(" ".join(limb), 0.0)) > 0
     ]
-    if not known:
-        if declared_unit in UNITS:
-            return declared_unit, UNITS[declared_unit], ()
+    if not known and declared_unit not in UNITS:
         return "cm (assumed)", UNITS["cm"], ("no length tells the unit: cm assumed",)
+    if not known:
+        return declared_unit, UNITS[declared_unit], ()
     limb, length, typical = known[0]
     part = "leg" if limb[0] == "Hip" else "arm"
-    name = min(UNITS, key=lambda unit: abs(UNITS[unit] * length - typical))
-    size = UNITS[name] * length
-    usual = _SIZES[0] <= size / typical <= _SIZES[1]
+    sizes = {unit: size * length for unit, size in UNITS.items()}
+    usual = [unit for unit, size in sizes.items() if _SIZES[0] <= size / typical <= _SIZES[1]]
+    name = min(UNITS, key=lambda unit: abs(sizes[unit] - typical))
+    if declared_unit in usual or (declared_unit in UNITS and name not in usual):
+        return declared_unit, UNITS[declared_unit], ()
     if declared_unit in UNITS:
-        if (
-            name == declared_unit
-            or not usual
-            or _SIZES[0] <= UNITS[declared_unit] * length / typical <= _SIZES[1]
-        ):
-            return declared_unit, UNITS[declared_unit], ()
-        found = (
-            f"says {declared_unit}, in which its {part} is {UNITS[declared_unit] * length:.0f} mm"
-        )
+        found = f"says {declared_unit}, in which its {part} is {sizes[declared_unit]:.0f} mm"
         return f"{name} (detected)", UNITS[name], (f"{found}: {name} believed",)
-    if usual:
+    if name in usual:
         return f"{name} (detected)", UNITS[name], ()
-    warning = f"in no known unit the body has a usual size: in {name} its {part} is {size:.0f} mm"
-    return f"{name} (guessed)", UNITS[name], (f"{warning}. If that is wrong, give --unit",)
+    warning = f"in no known unit the body has a usual size: in {name} its {part} is"
+    doubt = f"{warning} {sizes[name]:.0f} mm. If that is wrong, give --unit"
+    return f"{name} (guessed)", UNITS[name], (doubt,)
 
 
 def body_lengths(body: NDArray[np.float64]) -> dict[str, float]:

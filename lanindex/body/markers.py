@@ -18,18 +18,17 @@ Bell et al. (1990), *J. Biomech.* 23, 617-621 (hips, from the two in front); Rab
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from importlib import resources
 from itertools import takewhile
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
+from lanindex.body.recognition import tables
 from lanindex.errors import BodyError
 
 Floats = NDArray[np.float64]
@@ -61,6 +60,7 @@ _LIMB = {"arm": {"Shoulder", "Elbow", "Wrist"}, "leg": {"Hip", "Knee", "Ankle"}}
 class MarkerSet:
     """How the joints of a body are made of a file's markers."""
 
+    doubts: ClassVar[tuple[str, ...]] = ()  # What a person should know of such joints
     set: str  # What the set of markers is called; several names where one gives what another lacks
     # By joint of ``alphabet.JOINTS``: the markers in whose middle it lies
     joint_markers: Mapping[str, Indices]
@@ -69,11 +69,6 @@ class MarkerSet:
     pelvis: tuple[Indices, ...] = ()
     # By hand (``RHand``): the markers that tell its plane, as in `lanindex.body.axes.Plane`
     palms: Mapping[str, Indices] = field(default_factory=dict)
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """What a person should know of such joints."""
-        return ()
 
     @property
     def used(self) -> frozenset[int]:
@@ -198,7 +193,8 @@ def _marker_set(
         for number, name in reversed(list(enumerate(names)))
     }
     sets = sorted(
-        (_in_set(one, index) for one in _tables()["sets"]), key=lambda it: -len(it.joints)
+        (_in_set(one, index) for one in tables("markers.toml")["sets"]),
+        key=lambda it: -len(it.joints),
     )
     merged, used = MarkerSet("", {}), []
     for one in sets:
@@ -234,7 +230,7 @@ def _marker_set(
     faces = any({f"R{joint}", f"L{joint}"}.issubset(merged.joints) for joint in ("Hip", "Shoulder"))
     if (whole and faces) or user_markers:
         return merged if whole and faces else None
-    return clusters_of([_key(name) for name in names], _tables()["clusters"])
+    return clusters_of([_key(name) for name in names], tables("markers.toml")["clusters"])
 
 
 def _user_markers(joint: str, names: Sequence[str], index: Mapping[str, int]) -> Indices:
@@ -242,12 +238,6 @@ def _user_markers(joint: str, names: Sequence[str], index: Mapping[str, int]) ->
     if missing:
         raise BodyError(f'no "{missing[0]}" for {joint}', wanted="the name of a marker")
     return tuple(index[_key(name)] for name in names)
-
-
-@lru_cache(maxsize=1)
-def _tables() -> Mapping[str, Any]:
-    text = resources.files("lanindex.body").joinpath("markers.toml").read_text("utf-8")
-    return tomllib.loads(text)
 
 
 def _subject(names: Sequence[str]) -> str:
@@ -365,15 +355,11 @@ _NUMBERED = re.compile(r"(.*?)([0-9]|[A-Z])$")
 class Clusters:
     """How the joints of a body are found between clusters of a file's markers."""
 
+    doubts: ClassVar[tuple[str, ...]] = (DOUBT,)  # What a person should know of such joints
     set: str  # What such markers are called
     segments: Mapping[str, Indices]  # By segment: its markers
     # By joint of ``alphabet.JOINTS``: the two segments that it joins
     between: Mapping[str, tuple[str, str]]
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """What a person should know of such joints."""
-        return (DOUBT,)
 
     @property
     def used(self) -> frozenset[int]:

@@ -116,8 +116,8 @@ def above(parents: Sequence[int], joint: int) -> list[int]:
 
 def meeting(parents: Sequence[int], one: int, other: int) -> int | None:
     """Return the lowest joint that two joints hang on, where their branches part."""
-    below = set(above(parents, one))
-    return next((joint for joint in above(parents, other) if joint in below), None)
+    chain = above(parents, one)
+    return next((joint for joint in above(parents, other) if joint in chain), None)
 
 
 def mean_length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -144,10 +144,10 @@ Key = tuple[str, str]
 """Side (``L``, ``R`` or empty) and the name without it."""
 
 
-@lru_cache(maxsize=1)
-def tables() -> Mapping[str, Any]:
-    """Return `names.toml`."""
-    text = resources.files("lanindex.body").joinpath("names.toml").read_text("utf-8")
+@lru_cache
+def tables(file: str = "names.toml") -> Mapping[str, Any]:
+    """Return `names.toml`, or `markers.toml`."""
+    text = resources.files("lanindex.body").joinpath(file).read_text("utf-8")
     return tomllib.loads(text)
 
 

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from lanindex import compiled
 from lanindex.alphabet import JOINT_CODES, JOINTS, PALMS, PARTS
-from lanindex.body.axes import TURNING
 from lanindex.body.mapping import LONGEST_GAP
 from lanindex.encoding import arithmetic
 from lanindex.encoding.arithmetic import blocks, runs
@@ -36,11 +35,7 @@ KEPT = 1 << 20
 TOGETHER = 1 << 20
 """Frames times parts that are worked out together: some 120 MB."""
 
-AXES = {
-    f"{joint} {way}": (joint, number)
-    for joint in TURNING
-    for number, way in enumerate(("right", "up"))
-}
+AXES = {"Head right": ("Head", 0), "Head up": ("Head", 1)}
 """What points to a joint's own right, and up, beside the joints themselves: ``Head up``."""
 
 NAMES = (*JOINTS, *AXES)

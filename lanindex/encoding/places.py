@@ -45,13 +45,9 @@ class Resampling:
             return slice(first, last + 1)
         return slice(max(min(first, self.count - 2) - 1, 0), min(last + 3, self.count))
 
-    def weights(self, frames: range) -> tuple[NDArray[np.int64], Floats]:
-        """Return the points before frames, (N,), and weights (4, N): two points, two slopes."""
-        return _weights(self, frames)
-
     def values(self, points: Floats, frames: range, fast: bool = False) -> Floats:
         """Return the values (N, ...) of frames from the points of ``sources(frames)``, (S, ...)."""
-        index, weights = self.weights(frames)
+        index, weights = _weights(self, frames)
         if not len(index):
             return points
         if fast:
@@ -73,6 +69,7 @@ class Resampling:
 
 @lru_cache(4)  # heading, limbs and joints ask for the same
 def _weights(work: Resampling, frames: range) -> tuple[NDArray[np.int64], Floats]:
+    """Return the points before frames, (N,), and weights (4, N): two points, two slopes."""
     if work.step == 1 or work.count < 2:
         return np.empty(0, np.int64), np.empty((4, 0))
     numbers = np.arange(frames.start, frames.stop) * work.step.numerator

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import sampled
-from lanindex.body.axes import TURNING, rest_axes, rest_palms, seen_axes
+from lanindex.body.axes import rest_axes, rest_palms, seen_axes
 from lanindex.body.mapping import skeleton_of
 from lanindex.body.rest_pose import parents_of, rest_offsets
 from lanindex.errors import ExportError
@@ -107,12 +107,13 @@ def axes_at_rest(
 ) -> dict[str, tuple[int, Floats]]:
     """Return by hand and head the joint that it turns with, and its axes at rest, (2, 3)."""
     found = rest_palms(names, parents, offsets, body)
-    played = {name: int(body[JOINT_CODES[name]]) for name in TURNING}
-    if min(played.values()) >= 0:
+    head = int(body[JOINT_CODES["Head"]])
+    if head >= 0:
         rest = rest_axes(parents, offsets, body)
         if rest is None:
             rest = seen_axes(parents, body, poses, turned)
-        found |= {name: (joint, rest) for name, joint in played.items() if rest is not None}
+        if rest is not None:
+            found["Head"] = head, rest
     return found
 
 
