@@ -280,8 +280,7 @@ class _Job:
 
 def _check_sources(captures: Sequence[Capture]) -> None:
     """Refuse to begin if a source is missing: its clips may come only after hours."""
-    lost = [one for one in captures if is_gone(one.location)]
-    if lost:
+    if lost := [one for one in captures if is_gone(one.location)]:
         more = f", nor are those of {len(lost) - 1} others" if lost[1:] else ""
         raise ExportError(
             f"is no longer there{more}",
@@ -526,8 +525,7 @@ def _summary(card: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> list[str]:
+def _table(head: Sequence[str], rows: Iterable[Iterable[object]]) -> list[str]:
     cells = [[str(cell).replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows]
-    titles = list(head)
-    lines = [titles, ["---"] * len(titles), *cells]
+    lines = [head, ["---"] * len(head), *cells]
     return [f"| {' | '.join(line)} |" for line in lines]

@@ -170,15 +170,10 @@ class Moved:
             people = {name: one for name, one in people.items() if one[1] in same}
             if people:
                 alike[before] = [name for name in names if name not in people]
-                self.places |= {
-                    _place_of_person(file, name): _place_of_person(before, name) for name in people
-                }
+                subjects = [SUBJECT + name if name else "" for name in people]
+                self.places |= {file + subject: before + subject for subject in subjects}
                 return {"" if person else name: one for name, one in people.items()}
         return {}
-
-
-def _place_of_person(file: str, name: str) -> str:
-    return file + SUBJECT + name if name else file
 
 
 # Which captures there are: in folders, in archives, several people in one file.

@@ -298,7 +298,6 @@ def _seconds(roster: Roster, there: Any, seen: NDArray[np.int32]) -> tuple[Float
 
 
 PERMUTATIONS = 999
-
 CONFIDENCE = 0.95
 
 GATHERED = 400

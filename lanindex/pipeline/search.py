@@ -81,8 +81,8 @@ class SearchOptions:
         roster: Roster,
         columns: Mapping[str, Columns],
         recordings: Recordings,
-        watch: Watch | None = None,
-        refused: list[LanindexError] | None = None,
+        watch: Watch,
+        refused: list[LanindexError],
     ) -> Hits:
         """Find a query in columns; errors of captures that are too rich for it go to `refused`."""
         query = replace(query, near=self.near)
@@ -168,7 +168,7 @@ def search(
         palms = any(part in FACING for part in absent)
         hint = ": few captures tell where palms face (lanindex inspect FILE)" if palms else ""
         store.session.note(f"no capture that was searched has symbols of {', '.join(absent)}{hint}")
-    if count := _count_unmeasured(len(roster), columns, measures) if measures else 0:
+    if count := _count_unmeasured(len(roster), columns, measures):
         store.session.note(
             f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "
             "as scores, or from an earlier version, and want to be ingested anew"
@@ -240,11 +240,11 @@ def _recordings(store: Store, roster: Roster, columns: Mapping[str, Columns]) ->
                 found = [(capture, {}) for capture in opened.captures_numbered(wanted)]
             if _match_columns(roster, columns, places, parts, found):
                 return found
+            # listed once more, which raises an error where a track is damaged
             held = {one.id: (one, tracks) for one, tracks in opened.tracks(wanted, parts)}
-        pairs = zip(places, wanted, strict=True)
         same = [
             one in held and _match_columns(roster, columns, [place], parts, [held[one]])
-            for place, one in pairs
+            for place, one in zip(places, wanted, strict=True)
         ]
         raise LibraryError(
             f"{same.count(False)} captures with hits are gone, or others now",
@@ -279,11 +279,9 @@ def check_columns(store: Store, query: Query) -> None:
     named = {it.field for it in references if it.name == CLIP} - set(CLIP_FIELDS)
     metadata = store.texts("metadata").values() if named else ()
     known = {column.lower() for columns in metadata for column in columns}
-    for column in sorted(named - known) if metadata else ():
-        raise UsageError(
-            f'no capture has a column "{column}"',
-            wanted=f"clip and one of {', '.join([*CLIP_FIELDS, *sorted(known)])}",
-        )
+    if metadata and (lacking := sorted(named - known)):
+        wanted = f"clip and one of {', '.join([*CLIP_FIELDS, *sorted(known)])}"
+        raise UsageError(f'no capture has a column "{lacking[0]}"', wanted=wanted)
 
 
 def suggest(

@@ -522,10 +522,8 @@ def nearest_limit(limit: Limit, has_hits: Callable[[Limit], bool]) -> tuple[Limi
     if not near:
         return None
     _, steps, nearest = min(near, key=lambda it: it[0])
-    if isinstance(limit, Repeat) or not limit.time.unit:
-        return nearest, str(steps)
-    unit = limit.time.unit
-    return nearest, f"{float(steps * _FINEST[unit]):g} {UNITS[unit]}"
+    unit = "" if isinstance(limit, Repeat) else limit.time.unit
+    return nearest, f"{float(steps * _FINEST[unit]):g} {UNITS[unit]}" if unit else str(steps)
 
 
 def _between(limit: Limit, least: int, most: int | None) -> Limit:

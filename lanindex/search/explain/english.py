@@ -27,10 +27,9 @@ from lanindex.search.language.query import (
 )
 from lanindex.search.language.times import Length, Time, decimal, degrees
 from lanindex.search.language.words import AMOUNTS, UNITS, WORD_KINDS, Mover
-from lanindex.search.match import find_in
 from lanindex.search.match.batch import unavoidable
 from lanindex.search.match.conditions import Clauses
-from lanindex.search.match.finder import Recording
+from lanindex.search.match.finder import Recording, find_in
 from lanindex.search.match.leading import SHORT, SOON
 from lanindex.search.match.mirror_runs import repeats
 from lanindex.search.match.relations import FIRST, LAST, RELATIONS
