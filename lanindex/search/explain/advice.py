@@ -200,8 +200,7 @@ class _Adviser:
             self.untried = 0
         best = sorted(self.instead, key=lambda it: (it[0].cost, -it[1].hits))[:MOST]
         left_out = tuple(self.left_out[it] for it in conditions if it in self.left_out)
-        instead = tuple(suggestion for _, suggestion in best)
-        return Advice(str(self.query), never, left_out, instead, self.untried)
+        return Advice(str(self.query), never, left_out, tuple(it for _, it in best), self.untried)
 
     def attempt(self, several: Iterable[Change], share: float = 1) -> None:
         """Count what changes find; once enough find something, skip those that cost more."""
@@ -214,8 +213,8 @@ class _Adviser:
                 continue
             hits, captures = self.keep(change)
             if hits and change.condition:
-                condition, near = change.condition, self.nearest(change)
-                self.left_out[change] = LeftOut(condition, hits, captures, near, change.step)
+                near = self.nearest(*change.limited) if change.limited else ""
+                self.left_out[change] = LeftOut(change.condition, hits, captures, near, change.step)
             if sum(not it.condition for it, _ in self.instead) >= MOST:
                 dearest = change.cost
 
@@ -248,11 +247,8 @@ class _Adviser:
             if self.read(str(query)) == query and self.count(query) == (0, 0):
                 yield text
 
-    def nearest(self, change: Change) -> str:
+    def nearest(self, limit: Limit, limited: Callable[[Limit], Query], text: str) -> str:
         """Return how near a limit came to be met, and offer the query with that limit."""
-        if change.limited is None:
-            return ""
-        limit, limited = change.limited
 
         def finds(other: Limit) -> bool:
             counts = self.count(limited(other))
@@ -264,7 +260,7 @@ class _Adviser:
             if near := nearest_limit(limit, finds):
                 other, number = near
                 self.keep(Change(limited(other), OTHER_NUMBER))
-                return change.number.format(number)
+                return text.format(number)
         return ""
 
 
@@ -284,9 +280,8 @@ class Change:
     cost: float  # from 1 for a slip of the pen
     condition: str = ""  # the one left out, as written; empty: something is replaced
     step: str = ""  # the step with the word that is left out
-    number: str = ""  # the text about the nearest number
-    # the limit that is left out, and what returns the query with another one there
-    limited: tuple[Limit, Callable[[Limit], Query]] | None = None
+    # the limit left out, what returns the query with another one, the text about the nearest
+    limited: tuple[Limit, Callable[[Limit], Query], str] | None = None
 
 
 def changes(query: Query) -> list[Change]:
@@ -300,7 +295,7 @@ def changes(query: Query) -> list[Change]:
         variants += [
             Change(put(it), cost, condition, step) for cost, condition, it in _variants(node)
         ]
-        for name, form, number in _LIMITS.get(type(node), ()):
+        for name, form, text in _LIMITS.get(type(node), ()):
             limit = getattr(node, name)
             if isinstance(limit, Repeat):
                 excludes = limit.least > 1
@@ -310,7 +305,7 @@ def changes(query: Query) -> list[Change]:
                 limited = partial(_put, node, put, name, 0)
                 rest = limited(ONCE if name == "repeat" else None)
                 condition = form.format(str(limit).strip())
-                variants.append(Change(rest, LEFT_OUT, condition, "", number, (limit, limited)))
+                variants.append(Change(rest, LEFT_OUT, condition, "", (limit, limited, text)))
     return sorted(variants, key=lambda it: it.cost)
 
 

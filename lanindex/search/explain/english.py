@@ -427,12 +427,10 @@ def _state(state: State) -> str:
 
 
 def _searched(program: Program, rewrites: Rewrites, clauses: Clauses) -> Iterator[tuple[str, str]]:
-    wanted = unavoidable(program)
-    for companion in program.outermost.companions:
-        if companion.relation not in NEGATIONS and len(companion.programs) == 1:
-            wanted += unavoidable(companion.programs[0])
-    if wanted:
-        yield "prefilter", f"captures with {', '.join(dict.fromkeys(map(_state, wanted)))}"
+    beside = [it for it in program.outermost.companions if it.relation not in NEGATIONS]
+    lines = [program, *(it.programs[0] for it in beside if len(it.programs) == 1)]
+    if wanted := dict.fromkeys(_state(state) for line in lines for state in unavoidable(line)):
+        yield "prefilter", f"captures with {', '.join(wanted)}"
     end = enough(program)
     yield "ends", _ENDS[end]
     one_by_one = bool(clauses or program.brackets or rewrites.contested.get(program) or not end)
@@ -441,8 +439,7 @@ def _searched(program: Program, rewrites: Rewrites, clauses: Clauses) -> Iterato
         return
     if not clauses and not program.outermost.companions:
         yield "walk", f"from all beginnings at once in captures of at most {SHORT} events"
-    edges = chain(*program.edges)
-    if any(it.arrow.later or it.entry.state <= it.exit.state for it in edges):
+    if any(it.arrow.later or it.entry.state <= it.exit.state for it in chain(*program.edges)):
         yield "horizon", f"{SOON} s, then {SOON} times as far, until all of the capture"
 
 
