@@ -52,8 +52,13 @@ _ALWAYS = 2  # columns inside the staff's lines on each side, whatever the score
 # Tracks that have no column: they are drawn across those of others
 BESIDE = ("jump", "hands_touch", "r_hand_touch", "l_hand_touch")
 STANCES = frozenset({"r_stance", "l_stance"})  # tracks that are drawn as holds
-# Limbs, and the finer tracks that are drawn where a score has no track of the limb
-_FINER = {"leg": ("thigh", "shank", "foot"), "arm": ("upper_arm", "forearm")}
+# Limbs by the finer tracks that are drawn where a score has no track of the limb
+_LIMB_OF = {
+    side + bone: side + limb
+    for limb, bones in (("leg", ("thigh", "shank", "foot")), ("arm", ("upper_arm", "forearm")))
+    for bone in bones
+    for side in ("r_", "l_")
+}
 
 _TOUCHED = {
     "hand": ("hand", "palm", "forearm", "arm", "upper_arm"),
@@ -99,14 +104,7 @@ class StaffColumns:
 
 def usual_tracks(tracks: Collection[str]) -> list[str]:
     """Return the tracks that are drawn by default: not the finer ones of whole limbs."""
-    hidden = {
-        side + bone
-        for limb, bones in _FINER.items()
-        for side in ("r_", "l_")
-        for bone in bones
-        if side + limb in tracks
-    }
-    return [part for part in tracks if part != STEP and part not in hidden]
+    return [part for part in tracks if part != STEP and _LIMB_OF.get(part) not in tracks]
 
 
 def has_column(part: str) -> bool:
@@ -318,13 +316,8 @@ def draw_pair(
 ) -> Picture:
     """Draw two scores beside each other, in the same columns and at the same heights."""
     last = max(float(score.frames / score.rate) for score in scores)
-    drawn, missing = zip(
-        *(
-            _chosen(score, None if parts is None else [it for it in parts if it in score.tracks])
-            for score in scores
-        ),
-        strict=True,
-    )
+    wanted = [parts and [it for it in parts if it in score.tracks] for score in scores]
+    drawn, missing = zip(*map(_chosen, scores, wanted), strict=True)
     clocks = [TimeAxis(score, seconds) for score in scores]
     begin, end = clocks[0].at(0.0), max(clock.at(last) for clock in clocks)
     layout, marks, counts = _staves(clocks, drawn, marked, (begin, end), bars, BEAT)
@@ -357,8 +350,7 @@ def _chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], list[
         return drawn, [f"no column for {part}: it is not drawn" for part in odd]
     for part in parts:
         if part not in score.tracks:
-            wanted = f"one of {' '.join(there)}"
-            raise UsageError(f'there is no part "{part}"', wanted=wanted)
+            raise UsageError(f'there is no part "{part}"', wanted=f"one of {' '.join(there)}")
         if not has_column(part):
             raise UsageError(f"no column for {part}", wanted="a part that has one")
     return [part for part in score.tracks if part in parts], []
@@ -396,7 +388,7 @@ def _staves(
             Label(layout.centre(staff), MARGIN + C // 4, LETTERS[number], C // 2)
             for staff in range(len(edges) - 1 if len(clocks) > 1 else 0)
         ]
-        marks += [*painter.bands, *held, *_lines(layout), *_names(layout), *letters, *groups]
+        marks += [*painter.bands, *held, *_lines(layout), *letters, *groups]
         counts.append(f"{len(groups)} symbol{'s' * (len(groups) != 1)}")
     return layout, marks, counts
 
@@ -408,7 +400,7 @@ _TICKS = C // 4  # height of a count from which on each has its tick
 
 
 def _lines(layout: PageLayout) -> list[Mark]:
-    """Return the lines of all staves, the ticks of beats, and the numbers of bars."""
+    """Return lines of all staves, ticks of beats, numbers of bars, and names below the first."""
     marks, clock = list[Mark](), layout.clock
     last, inner, base = len(layout.edges) - 2, layout.columns.inner, layout.base
     bars = ceil(C / (clock.bar * layout.beat))  # that share a number, where they stand close
@@ -434,16 +426,10 @@ def _lines(layout: PageLayout) -> list[Mark]:
             if y > top:
                 at = x - layout.columns.left - GAP * 4
                 marks.append(Label(at, y + C // 5, clock.number(number), C // 2 + 10, "end"))
+    x, y = layout.centre(0), base + 2 * MARGIN + START
+    for part, at in layout.columns.places.items():
+        marks.append(Label(x + at + _NAME // 3, y, name_of(part), _NAME, "under", turned=True))
     return marks
-
-
-def _names(layout: PageLayout) -> list[Mark]:
-    """Return the names of columns below the first staff."""
-    x, y = layout.centre(0), layout.base + 2 * MARGIN + START
-    return [
-        Label(x + at + _NAME // 3, y, name_of(part), _NAME, "under", turned=True)
-        for part, at in layout.columns.places.items()
-    ]
 
 
 def name_of(part: str) -> str:

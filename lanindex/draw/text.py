@@ -246,11 +246,8 @@ class TextStaff:
         """Return what a track does between two frames; `scale` is the frames of a row."""
         kind, rows = KINDS[kind_of(part)], self._rows[part]
         first, last = self._within(part, span)
-        known = [
-            it
-            for it in self.score.tracks[part].known
-            if it.start < span.stop and span.start < it.stop
-        ]
+        spans = self.score.tracks[part].known
+        known = [it for it in spans if it.start < span.stop and span.start < it.stop]
         in_force = first and kind.lasts and known and rows["start"][first - 1] >= known[0].start
         symbols, before = list[_Drawn](), None
         names = ["direction", "level", "amount", "start", "stop"]

@@ -421,15 +421,12 @@ class Painter:
         if not points:
             return
         free = max(self.head, self.spot, self.bone) + SMOOTH
-        (left, right), (top, bottom) = (
-            (
-                min(max(int(min(it) - free), 0), most - SMOOTH) // SMOOTH * SMOOTH,
-                min(max(int(max(it) + free) // SMOOTH * SMOOTH + SMOOTH, SMOOTH), most),
-            )
-            for it, most in zip(zip(*points, strict=True), self.size, strict=True)
-        )
+        ends, size = np.array(points), np.array(self.size)
+        low = np.clip(ends.min(axis=0) - free, 0, size - SMOOTH).astype(int) // SMOOTH
+        high = np.clip((ends.max(axis=0) + free).astype(int) // SMOOTH + 1, 1, size // SMOOTH)
+        small = (*low.tolist(), *high.tolist())
+        left, top, right, bottom = (it * SMOOTH for it in small)
         box = left, top, right, bottom
-        small = left // SMOOTH, top // SMOOTH, right // SMOOTH, bottom // SMOOTH
         below = page.crop(small)
         page.paste(ImageChops.darker(below, canvas.reduce(SMOOTH, box)), small[:2])
         canvas.paste(PAPER, box)

@@ -242,13 +242,8 @@ class LndReader:
         beats, beat = self.rhythm or (4, 4)
         speed = self.speed or Fraction(60)
         symbols = [(*written.units(beats), written) for written in self.written]
-        units, line = max(
-            ((stop, written.line) for _, stop, written in symbols),
-            key=lambda it: it[0],
-            default=(Fraction(0), 0),
-        )
-        if units <= self.total:
-            units, line = Fraction(self.total), 0
+        ends = [(Fraction(self.total), 0), *((stop, written.line) for _, stop, written in symbols)]
+        units, line = max(ends, key=lambda it: it[0])
         hours = units * beats / speed / 60
         if hours > _HOURS:
             found = f"{ceil(units)} units of {beats} beats at {float(speed):g} beats a minute"

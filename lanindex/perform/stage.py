@@ -117,11 +117,9 @@ def perform(
         raise UsageError(f"noise of {noise} mm", wanted="0 or more")
     frames = max(1, ceil(score.frames * rate / score.rate))
     if frames > LONGEST:
-        raise UsageError(
-            f"a score of {frames} frames at {float(rate):g} Hz",
-            wanted=f"at most {LONGEST}",
-            remedy="Perform it slower, or a part of it.",
-        )
+        found = f"a score of {frames} frames at {float(rate):g} Hz"
+        remedy = "Perform it slower, or a part of it."
+        raise UsageError(found, wanted=f"at most {LONGEST}", remedy=remedy)
     times = np.arange(frames) / float(rate)
     body = standard(frozenset(score.tracks).intersection(FACING))
     bones, warnings = _bones(score, times, body), _left_out(score, body)
@@ -441,7 +439,7 @@ def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> list
     """Bring hands to what they touch, (T, J, 3) mm in place; return what is out of reach."""
     numbers = {name: int(body.skeleton.body[code]) for name, code in JOINT_CODES.items()}
     places = {name: joints[:, number].copy() for name, number in numbers.items()}
-    arm, left_out = sum(body.arm[:2]), dict[str, None]()
+    arm, left_out = sum(body.arm[:2]), list[str]()
     for side, thing, share in _touches(score, times):
         some = np.flatnonzero(share > 0)
         if not len(some):
@@ -462,10 +460,8 @@ def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> list
         target = target + arm * np.einsum("i,tij->tj", np.array(way), axes)
         near = np.linalg.norm(target - shoulder, axis=1) <= FARTHEST * (arm + PALM * arm)
         if not near[done > 0.99].all():
-            hand_name = f"{side.lower()}_hand"
-            left_out[f"{hand_name} does not reach the {thing}: it stays where its arm points"] = (
-                None
-            )
+            failure = f"{side.lower()}_hand does not reach the {thing}"
+            left_out.append(f"{failure}: it stays where its arm points")
             continue
         palm = wrist + PALM * arm * unit(hand - wrist)
         palm += (target - palm) * done[:, None]
@@ -480,7 +476,7 @@ def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> list
                 before = number
         for name in (side + it for it in ("Elbow", "Wrist", "Hand")):
             places[name][some] = joints[some, numbers[name]]
-    return list(left_out)
+    return list(dict.fromkeys(left_out))
 
 
 def _touches(score: Score, times: Floats) -> Iterator[tuple[str, str, Floats]]:

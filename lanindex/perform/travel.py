@@ -119,9 +119,8 @@ class Rest:
     @property
     def draws(self) -> Window:
         """From when to when feet are drawn up: before it ends, so that no step is seen."""
-        return self.start, min(
-            max(self.stop - DRAWS[0], self.start + DRAWS[0]), self.start + DRAWS[1]
-        )
+        until = max(self.stop - DRAWS[0], self.start + DRAWS[0])
+        return self.start, min(until, self.start + DRAWS[1])
 
 
 def carrier_spans(score: Score) -> list[CarrierSpan]:
