@@ -6,7 +6,7 @@ from query_cases import recordings_of
 
 from lanindex.errors import LanindexError
 from lanindex.search.language import parse
-from lanindex.search.match import arrays, context, walk
+from lanindex.search.match import arrays, backward, context, join, relations, walk
 
 
 def found(tracks: str, pattern: str, **options) -> list[tuple[int, int]]:
@@ -53,3 +53,26 @@ def test_what_cannot_be_tried_is_said(pattern, monkeypatch):
     wave = WAVE.replace("low", "high")
     with pytest.raises(LanindexError, match=r"1\.lnd: the pattern fits in too many ways"):
         found(f"{wave}; {wave.replace('r_arm', 'l_arm')}; {wave.replace('r_arm', 'head')}", pattern)
+
+
+@pytest.mark.parametrize(
+    "pattern", ["r_arm any x3+ with l_arm any x3+", "r_arm any x1+ with l_arm any x1+"]
+)
+def test_lines_that_both_run_on_are_not_paired(pattern, monkeypatch):
+    """Each of them shares frames with all of the other: those are not listed."""
+    pairs = []
+
+    def counted(low, high):
+        found = spread(low, high)
+        pairs.append(len(found[0]))
+        return found
+
+    spread = arrays.spread
+    for module in (arrays, join, relations, walk, backward):
+        monkeypatch.setattr(module, "spread", counted, raising=False)
+    wave = "place low 0 0, " + ", ".join(
+        f"{'right' if k % 2 else 'left'} high {2 * k} {2 * k + 2}" for k in range(400)
+    )
+    (recording,) = recordings_of(f"fps 10 frames 900; r_arm: {wave}; l_arm: {wave}")
+    assert find_fast(parse(pattern), [(recording.capture, recording.tracks)])
+    assert sum(pairs) < 20 * 400

@@ -173,7 +173,6 @@ class Joiner:
     def __init__(self, context: Context, search: LineSearch) -> None:
         self.context, self._batch, self._search = context, context.batch, search
         self._others: dict[tuple[Program, str | None], tuple[CompanionMatches, Nodes | None]] = {}
-        self._longest: dict[Program, CompanionMatches] = {}
         self._alone: dict[tuple[Program, ...], tuple[CompanionMatches, int]] = {}
         self._matches = matches.no_claims(0)
 
@@ -224,20 +223,6 @@ class Joiner:
             self._others[program, end] = self._search(self, program, end)
         return self._others[program, end]
 
-    def _beside(self, program: Program, companion: Companion) -> OtherLine:
-        """Return a line that may stand beside another.
-
-        Of one that runs on as long as it can the longest matches are enough, if they stand wherever
-        the shorter ones do.
-        """
-        others, nodes = self.others(program, companion)
-        if nodes and others.free and RELATIONS[companion.relation].holds_of_longer_beside:
-            if program not in self._longest:
-                shorter = nodes.behind(np.zeros(len(others), np.int64), others.node)
-                self._longest[program] = others.at(np.flatnonzero(~shorter))
-            others, nodes = self._longest[program], None
-        return OtherLine(companion.relation, others, nodes)
-
     def _with(
         self,
         companion: Companion,
@@ -267,7 +252,7 @@ class Joiner:
             here.low = here.start if "start" in compared else here.high + FAR - 1
             line = DistinctSpans(here, stands[hulls.line], margins_of(self._batch, companion))
             for program in self.context.rewrites.programs(companion):
-                beside = self._beside(program, companion)
+                beside = OtherLine(relation, *self.others(program, companion))
                 if not alone:
                     beside = beside.moving()
                 join = self._with_free if beside.matches.free else self._with_each
