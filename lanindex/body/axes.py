@@ -146,9 +146,6 @@ Plane = tuple[int, int, int]
 HANDS = ("RHand", "LHand")
 """The joints of the body of which `Motion.axes` tells where the palm faces, and the fingers."""
 
-TURNED_BY = {"RHand": "RWrist", "LHand": "LWrist"}
-"""The joint of the body that a hand turns with: where it begins."""
-
 FINGERS = ("Index", "Middle", "Ring", "Little")
 
 FLAT = 0.2

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex import compiled
+from lanindex.body.recognition import above
 
 Array = NDArray[np.float64]
 
@@ -78,10 +79,7 @@ def plan(
 
 def aimed(work: Plan, channels: Sequence[Sequence[int]], joint: int, axes: Array) -> Plan:
     """Return the plan for vectors `axes` (K, 3) at rest that turn with one joint."""
-    chain = [joint]
-    while work.parents[chain[-1]] >= 0:
-        chain.append(int(work.parents[chain[-1]]))
-    chain.reverse()
+    chain = above(work.parents.tolist(), joint)[::-1]
     begins = np.cumsum([0, *map(len, channels)]).tolist()
     turns = [
         [(code - 3, begins[one] + place) for place, code in enumerate(channels[one]) if code >= 3]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -112,25 +112,19 @@ def map_body(
         calibration.body_lengths(seen), reading.unit, declared.unit
     )
     up, up_doubts = calibration.up_of(seen, reading.up, declared.up)
-    shape_doubts = (
-        *calibration.facing_doubt(seen, up),
-        *calibration.uneven_doubt(seen, scale),
-    )
+    shape_doubts = calibration.facing_doubt(seen, up) + calibration.uneven_doubt(seen, scale)
     found = BodyMapping(body, unit, scale, up, 0, ())
     wrists = [int(body[JOINT_CODES[name]]) for name in ("RWrist", "LWrist")]
     ways = found.oriented(beginning[:, [index for index in wrists if index >= 0]])
     first = calibration.first_frame(ways.tolist(), rate)
-    posed = (_posed(first),) if first else ()
-    doubts = (*doubts, *unit_doubts, *up_doubts, *shape_doubts, *posed)
-    return BodyMapping(body, unit, scale, up, first, doubts)
-
-
-def _posed(first: int) -> str:
-    """Say which frames are none of the movement."""
+    posed: tuple[str, ...] = ()
     if first == 1:
-        return "frame 0 is a calibration pose: frame 1 stands in for it"
-    before = f"frames 0 to {first - 1} are a calibration pose and the fall from it"
-    return f"{before}: frame {first} stands in for them"
+        posed = ("frame 0 is a calibration pose: frame 1 stands in for it",)
+    elif first:
+        before = f"frames 0 to {first - 1} are a calibration pose and the fall from it"
+        posed = (f"{before}: frame {first} stands in for them",)
+    doubts = (*doubts, *unit_doubts, *up_doubts, *shape_doubts, *posed)
+    return replace(found, first=first, doubts=doubts)
 
 
 def body_of(skeleton: Skeleton) -> tuple[NDArray[np.int64], Skeleton]:

@@ -240,8 +240,8 @@ def exporter_of(names: tuple[str, ...]) -> Mapping[str, Any]:
 
 Candidates = Mapping[tuple[str, str, str], tuple[int, ...]]
 
-LIMBS: tuple[tuple[str, str, str], ...] = (("Shoulder", "Elbow", "Wrist"), ("Hip", "Knee", "Ankle"))
-_TIPS = {"Wrist": "Hand", "Ankle": "Toe"}
+_ARM, _LEG = ("Shoulder", "Elbow", "Wrist", "Hand"), ("Hip", "Knee", "Ankle", "Toe")
+LIMBS = (_ARM[:3], _LEG[:3])
 
 
 def by_name(rig: Rig) -> dict[str, int]:
@@ -249,7 +249,7 @@ def by_name(rig: Rig) -> dict[str, int]:
     choices = candidates(rig.names)
     body: dict[str, int] = {}
     for side in "RL":
-        for limb in LIMBS:
+        for limb in (_ARM, _LEG):
             _named_limb(rig, choices, side, limb, body)
     _pelvis(rig, choices, body)
     _neck_head(rig, choices, body)
@@ -258,21 +258,21 @@ def by_name(rig: Rig) -> dict[str, int]:
 
 
 def _named_limb(
-    rig: Rig, choices: Candidates, side: str, limb: tuple[str, str, str], body: dict[str, int]
+    rig: Rig, choices: Candidates, side: str, limb: tuple[str, str, str, str], body: dict[str, int]
 ) -> None:
     """Walk from the trunk outwards; each joint lies below the one before."""
     last: int | None = None
-    for joint in limb:
+    *joints, end = limb
+    for joint in joints:
         for index in choices["limbs", side, joint]:
             if last is None or rig.beyond(index, last) > 0.0:
                 body[side + joint] = last = index
                 break
-    inner, outer = (body.get(side + joint) for joint in limb[1:])
+    inner, outer = (body.get(side + joint) for joint in joints[1:])
     if outer is not None:
-        named = choices["tips", side, _TIPS[limb[-1]]]
-        tip = rig.tip(outer, named, inner if limb[-1] == "Ankle" else None)
+        tip = rig.tip(outer, choices["tips", side, end], inner if end == "Toe" else None)
         if tip is not None:
-            body[side + _TIPS[limb[-1]]] = tip
+            body[side + end] = tip
 
 
 def _pelvis(rig: Rig, choices: Candidates, body: dict[str, int]) -> None:
@@ -322,7 +322,6 @@ _BRANCHES = 12  # looked at where more leave one joint
 _LONGEST = 60  # joints of a branch looked at
 _EQUAL = 0.86  # of the longest two bones in a row
 _CLEAR = 0.2  # mean cosine: how far forward feet or knees must show
-_ARM = ("Shoulder", "Elbow", "Wrist", "Hand")
 
 
 @dataclass(frozen=True, slots=True)
@@ -347,9 +346,9 @@ def by_shape(rig: Rig) -> tuple[dict[str, int], tuple[str, ...]]:
     inside = _inside(rig, legs)
     arms = next((pair for pair in pairs[1:] if not inside & {pair[0].top, pair[1].top}), None)
     body: dict[str, int] = {}
-    _limbs(rig, legs, ("Hip", "Knee", "Ankle", "Toe"), body)
+    _limbs(rig, legs, _LEG, body)
     if arms is not None:
-        _limbs(rig, arms, ("Shoulder", "Elbow", "Wrist", "Hand"), body)
+        _limbs(rig, arms, _ARM, body)
     _trunk(rig, legs, arms, body)
     return _with_sides(rig, body)
 

@@ -41,6 +41,9 @@ BOTH_BOTH, HOP, LEAP, ONE_BOTH, BOTH_ONE, UNSEEN = range(6)
 """Take-off and landing: from both feet to both, from one to the same, to the other, from one to
 both, from both to one; or one of them not seen."""
 
+_JUMPS = {(2, 2): BOTH_BOTH, (1, 1): HOP, (1, 2): ONE_BOTH, (2, 1): BOTH_ONE}
+"""By how many feet take off and land."""
+
 
 def ways(ground: Ground, turn: Floats, spans: Sequence[tuple[int, int]]) -> list[tuple[int, float]]:
     """Return directions of the pelvis between frames, and margins; `turn` (N,) radians."""
@@ -194,13 +197,10 @@ def _flights(ground: Ground, turn: Floats, brief: int) -> list[Event]:
             for first, last in ((start - brief, start), (stop, stop + brief))
         ]
         direction, margin = way
-        found.append(Event(start, stop, direction, -1, margin, amount=_feet(*feet)))
+        kind = _JUMPS.get(
+            (len(feet[0]), len(feet[1])), UNSEEN
+        )  # the capture begins or ends in the air
+        if kind == HOP and feet[0] != feet[1]:
+            kind = LEAP
+        found.append(Event(start, stop, direction, -1, margin, amount=kind))
     return found
-
-
-def _feet(before: set[int], after: set[int]) -> int:
-    if not before or not after:
-        return UNSEEN  # the capture begins or ends in the air
-    if len(before) == len(after) == 1:
-        return HOP if before == after else LEAP
-    return {(2, 2): BOTH_BOTH, (1, 2): ONE_BOTH, (2, 1): BOTH_ONE}[len(before), len(after)]

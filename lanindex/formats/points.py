@@ -17,15 +17,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import BodyMapping, Declared, body_of, map_body
-from lanindex.body.axes import (
-    TURNED_BY,
-    axes_of,
-    measured_palms,
-    planes,
-    rest_palms,
-    seen_palms,
-    turned,
-)
+from lanindex.body.axes import axes_of, measured_palms, planes, rest_palms, seen_palms, turned
 from lanindex.body.calibration import BEGINNING, UNITS, unit_of
 from lanindex.body.mapping import LONGEST_GAP, POSES, read_body_file
 from lanindex.body.markers import Clusters, MarkerSet, marker_set_of
@@ -148,7 +140,7 @@ def _axes(
     if not isinstance(points.places, np.ndarray):
         return {}
     those = marker_set.palms if isinstance(marker_set, MarkerSet) else planes(points.names)
-    played = {hand: int(body[JOINT_CODES[TURNED_BY[hand]]]) for hand in those}
+    played = {hand: int(body[JOINT_CODES[f"{hand[0]}Wrist"]]) for hand in those}
     wrists = {hand: positions[:, joint] for hand, joint in played.items() if joint >= 0}
     return seen_palms(points.places, those, wrists, mapping.oriented)
 
