@@ -38,7 +38,6 @@ from lanindex.formats.tables import (
     twice,
     xyz,
 )
-from lanindex.formats.turning import of_vectors, rotated
 from lanindex.model import Motion, Reading, Span
 
 _JOINTS = """
@@ -288,8 +287,6 @@ POSITION = ["X", "Y", "Z"]
 SEGMENT = ["RX", "RY", "RZ", "TX", "TY", "TZ", "SX", "SY", "SZ"]
 """The axes of a marker, and those of a segment: its rotation, its origin, its length."""
 
-UP = np.array([0.0, 0.0, 1.0])
-
 
 def segment_joints(
     names: list[str], axes: list[str]
@@ -315,10 +312,21 @@ def segment_joints(
 
     def finish(places: NDArray[Any]) -> NDArray[Any]:
         turns, lengths = places[:, many::2], places[:, many + 1 :: 2, 2:]
-        upper = places[:, knees] + lengths * rotated(of_vectors(np.radians(turns)), UP)
+        upper = places[:, knees] + lengths * _upwards(np.radians(turns))
         return np.concatenate((places[:, :many], upper), axis=1)
 
     return (*joints, *hips), origins + more, finish
+
+
+def _upwards(turns: NDArray[Any]) -> NDArray[Any]:
+    """Return the z axis turned by axes times angles, (..., 3)."""
+    angle = np.sqrt((turns * turns).sum(axis=-1, keepdims=True))
+    axis = turns / np.where(angle > 0, angle, 1)
+    up = np.array([0.0, 0.0, 1.0])
+    across = np.cross(axis, up)
+    along: NDArray[Any] = axis * axis[..., 2:]
+    result: NDArray[Any] = up * np.cos(angle) + across * np.sin(angle) + along * (1 - np.cos(angle))
+    return result
 
 
 _NUMBER = (int, float)
