@@ -15,8 +15,8 @@ from conftest import REPOSITORY
 from dances import RAISE, dance
 
 import lanindex
-from lanindex.app import notebook
 from lanindex.errors import LanindexError
+from lanindex.film import notebook
 from lanindex.library.selection import Selection
 from lanindex.model import Meter, Reading, Score, Span, Track
 from lanindex.model.symbol import blank
@@ -51,7 +51,7 @@ def test_all_are_shown(library) -> None:
         assert len(drawings(shown["text/html"])) == least
         assert shown["text/plain"]
     assert 'stroke="#d95f02"' in notebook.of_hit(hits[0])  # the arm that matched
-    assert "<style" not in notebook.of_hits(hits)  # it would hold for all of the page
+    assert "<style" not in hits._repr_html_()  # it would hold for all of the page
 
 
 def test_an_import_in_ipython_changes_and_loads_nothing() -> None:
@@ -81,8 +81,8 @@ def test_what_is_shown_is_bounded(library) -> None:
     assert "the first 66.7 s" in shown
     hits = library.search("r_arm any")
     many = hits.arranged([0] * 3000)
-    assert len(drawings(notebook.of_hits(many))) <= 10
-    assert len(notebook.of_hits(many)) < 100_000
+    assert len(drawings(many._repr_html_())) <= 10
+    assert len(many._repr_html_()) < 100_000
 
 
 def test_gaps_are_left_open(library) -> None:
@@ -123,7 +123,7 @@ def test_what_cannot_be_shown_is_said(library) -> None:
     assert len(drawings(notebook.of_hit(hit))) == 1  # the staff is there all the same
     empty = Score(Fraction(30), 5, Meter(), {})
     assert drawings(notebook.of_score(empty)) == []
-    assert "0 hits" in notebook.of_hits(library.search("head back low"))
+    assert "0 hits" in library.search("head back low")._repr_html_()
 
 
 def test_tables_are_the_symbols(library, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -91,7 +91,7 @@ class Hit:
 
     def _repr_html_(self) -> str:
         """Return its poses and symbols, which a notebook shows."""
-        return str(import_module("lanindex.app.notebook").of_hit(self))
+        return str(import_module("lanindex.film.notebook").of_hit(self))
 
     def __repr__(self) -> str:
         """Return where it is and what it consists of, on one line."""

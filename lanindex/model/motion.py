@@ -192,7 +192,7 @@ class Motion:
 
     def _repr_html_(self) -> str:
         """Return some poses, which a notebook shows."""
-        return str(import_module("lanindex.app.notebook").of_motion(self))
+        return str(import_module("lanindex.film.notebook").of_motion(self))
 
     def __repr__(self) -> str:
         """Return one line that tells the file, its size and its rate."""

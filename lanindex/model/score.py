@@ -152,7 +152,7 @@ class Score:
 
     def _repr_html_(self) -> str:
         """Return its staff, which a notebook shows."""
-        return str(import_module("lanindex.app.notebook").of_score(self))
+        return str(import_module("lanindex.film.notebook").of_score(self))
 
     def __repr__(self) -> str:
         """Return one line that tells the length and the number of symbols."""

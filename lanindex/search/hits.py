@@ -190,7 +190,8 @@ class Hits(Sequence[Hit]):
 
     def _repr_html_(self) -> str:
         """Return the first hits with pictures, which a notebook shows."""
-        return str(import_module("lanindex.app.notebook").of_hits(self))
+        notebook = import_module("lanindex.film.notebook")
+        return str(notebook.of_hits(self.html_table(), self[:FEW]))
 
     def html_table(self) -> str:
         """Return the first hits as an HTML table, without pictures.

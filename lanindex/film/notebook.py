@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lanindex.film.figure import Figure
     from lanindex.model import Hit, Motion, Score, Symbol
-    from lanindex.search.hits import Hits
 
 SYMBOLS = 400  # symbols of a staff that is shown
 
@@ -54,13 +53,11 @@ def of_hit(hit: Hit) -> str:
     return f"<p>{escape(repr(hit)[1:-1])}</p>{_poses_or_reason(hit, {})}{_strip(hit)}"
 
 
-def of_hits(hits: Hits) -> str:
-    """Return the first hits as a table with pictures."""
-    from lanindex.search.hits import FEW
-
+def of_hits(table: str, hits: Iterable[Hit]) -> str:
+    """Return an HTML table of hits with pictures of them."""
     figures: dict[str, Figure | str] = {}
-    head, *rows = hits.html_table().split("</tr>")
-    for number, hit in enumerate(hits[:FEW]):
+    head, *rows = table.split("</tr>")
+    for number, hit in enumerate(hits):
         rows[number] += f"<td>{_poses_or_reason(hit, figures)}</td>"
     return "</tr>".join([f"{head}<th>poses</th>", *rows])
 
