@@ -63,9 +63,9 @@ MORE = 4  # captures that are tried at first for each hit that is wanted
 
 NOBODY = 1 << 62  # the place of a match where there is none
 
-ExactSearch = Callable[
-    [Query, IntArray], ExactHits
-]  # searches exactly, in some captures of the roster
+ExactSearch = Callable[[Query, IntArray], ExactHits]
+"""Searches exactly, in some captures of the roster."""
+
 Result = TypeVar("Result")
 
 
@@ -166,10 +166,8 @@ class _Search:
         each hit wanted, then in those whose bound reaches the last of the best so far.
         """
         for clear in CLEAR:
-            plans, bounds = (
-                self._plans_within(BUCKETS - clear, clear),
-                np.zeros(len(self.finder.roster)),
-            )
+            plans = self._plans_within(BUCKETS - clear, clear)
+            bounds = np.zeros(len(self.finder.roster))
             fitting = self._in_batches(lambda one, batch: one.bounds(batch), plans)
             for places, most in fitting:
                 bounds[places] = np.max(most, axis=0)
@@ -441,7 +439,7 @@ class FuzzyPlan(NamedTuple):
     ) -> BoolArray:
         """Return which matches have a match of a `without` line beside them, (N,) bool.
 
-        FuzzyMatches of that line that share a symbol with them do not count.
+        Matches of that line that share a symbol with them do not count.
         """
         query = query_of(forbidden.line)
         exact = find_exactly(query, batch.places[once(matches.capture)])
