@@ -71,6 +71,7 @@ class Backwards:
         self._batch, self._program, self._end_values = batch, program, end_values
         # by state, (N,): the value of each event, or `NONE`
         self.values: list[IntArray] = [np.empty(0, np.int64)] * len(program.states)
+        self._transitions: dict[int, Transitions] = {}
         for states in reversed(components(program)):
             if any(edge.entry.state in states for it in states for edge in program.edges[it]):
                 self._solve_together(states)
@@ -82,13 +83,18 @@ class Backwards:
 
     def ahead(self, edge: Edge) -> tuple[IntArray, Transitions]:
         """Return the values that an edge enters, `NONE` if it does not, and where it leads."""
-        return self._entered(edge, self.values[edge.entry.state]), self._reach(edge)
+        return self._entered(edge, self.values[edge.entry.state]), self.transitions(edge)
+
+    def transitions(self, edge: Edge) -> Transitions:
+        """Return where an edge leads from each event of its state."""
+        if id(edge) not in self._transitions:
+            before = self._events(edge.exit.state)
+            found = Transitions(self._batch, self._program, edge, before)
+            self._transitions[id(edge)] = found
+        return self._transitions[id(edge)]
 
     def _events(self, state: int) -> Events:
         return self._batch.events(self._program.states[state])
-
-    def _reach(self, edge: Edge) -> Transitions:
-        return Transitions(self._batch, self._program, edge, self._events(edge.exit.state))
 
     def _entered(self, edge: Edge, values: IntArray) -> IntArray:
         """Return the values of the events of an edge's next state that it may enter, or `NONE`."""
@@ -104,7 +110,7 @@ class Backwards:
         for edge in self._program.edges[state]:
             if edge.entry.state not in within:
                 values = self._entered(edge, self.values[edge.entry.state])
-                found = self._reach(edge).smallest(values)
+                found = self.transitions(edge).smallest(values)
                 found[~may_leave(self._batch, self._program, edge.exit)] = NONE
                 np.minimum(best, found, out=best)
         return best
@@ -137,7 +143,11 @@ class Backwards:
         An open arrow leads to the first event that may follow, *or to one behind it*: nodes of
         their own stand for that, one an event, so that the graph grows with the rows alone.
         """
-        source, target, reach = first[edge.exit.state], first[edge.entry.state], self._reach(edge)
+        source, target, reach = (
+            first[edge.exit.state],
+            first[edge.entry.state],
+            self.transitions(edge),
+        )
         leaves = may_leave(self._batch, self._program, edge.exit)
         zeros = np.zeros(len(self._events(edge.entry.state)), np.int64)
         enters = self._entered(edge, zeros) < NONE

@@ -50,7 +50,7 @@ from lanindex.search.match.arrays import (
 )
 from lanindex.search.plan import NEGATIONS, Program, State, followers, reached
 
-LARGE = 1 << 18
+LARGE = 1 << 19
 """Rows of a part from which on batches have their full size; smaller libraries get smaller batches,
 so that a search takes little memory beside the columns that it reads."""
 

@@ -16,7 +16,7 @@ from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Facts
 from lanindex.search.match.follow import NONE, roots
 from lanindex.search.match.matches import Claims, in_sets, no_claims, single_claims
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
-from lanindex.search.plan import Program, State, followers, reached
+from lanindex.search.plan import NEGATIONS, Program, State, followers, reached
 
 MOST_TRIED = 1 << 21
 """Partial matches and joins that are tried in one capture before it is refused."""
@@ -126,6 +126,26 @@ class Context:
                     fits &= np.any([roots(self.batch, program, it) for it in entries], axis=0)
                 found.append(fits)
         return self._alive[program]
+
+    def roots(self, program: Program) -> list[BoolArray]:
+        """Return, by entry, at which events of its state a line may begin."""
+        alive = self.alive(program)
+        return [roots(self.batch, program, it) & alive[it.state] for it in program.entries]
+
+    def possible(self) -> BoolArray:
+        """Tell in which captures all lines that a hit needs can begin, (captures,) bool."""
+        found = self._begins_in(self.program)
+        for companion, programs in self.rewrites.standing.items():
+            if companion.relation not in NEGATIONS and found.any():
+                found &= np.any([self._begins_in(it) for it in programs], axis=0)
+        return found
+
+    def _begins_in(self, program: Program) -> BoolArray:
+        """Tell in which captures a line can begin, (captures,) bool."""
+        found = np.zeros(len(self.batch), bool)
+        for entry, fits in zip(program.entries, self.roots(program), strict=True):
+            found[self.batch.events(program.states[entry.state]).capture[fits]] = True
+        return found
 
     def _contested_before(self, program: Program, part: str) -> IntArray:
         """Return how many rows of a part before each one another line could want, (rows + 1,)."""

@@ -51,7 +51,7 @@ Watch = Callable[[int, int], None]
 """Called now and then with how many captures are done, and of how many; it may raise."""
 
 MANY = 1000  # captures from which on those that cannot have a hit are left out first
-MOST_ROWS = 1 << 15  # rows of a part, or captures, in a batch
+MOST_ROWS = 1 << 17  # rows of a part, or captures, in a batch
 NARROWER = 'Bound what it tries: write "...[<5s]" for "...", or search fewer captures.'
 """The remedy where a search takes too much time or memory."""
 
@@ -237,8 +237,16 @@ class Finder:
         rich = np.zeros(len(batch), bool)
         for rewrites in self._rewrites:
             context = Context(batch, rewrites, self._clauses, self._captures(places))
-            tables += hits_of(context)
-            rich |= context.refused
+            some = np.flatnonzero(context.possible())
+            if 2 * len(some) < len(batch):  # the rest would cost more than a batch of their own
+                own = places[some]
+                context = Context(self.batch(own), rewrites, self._clauses, self._captures(own))
+            else:
+                some = np.arange(len(batch))
+            for hits in hits_of(context):
+                hits.capture = some[hits.capture]
+                tables.append(hits)
+            rich[some] |= context.refused
         hits = together(tables)
         if rich.any():
             hits = hits.at(~rich[hits.capture])

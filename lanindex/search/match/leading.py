@@ -44,7 +44,7 @@ def hits_of(context: Context) -> list[HitTable]:
     timed, tracked = bool(context.clauses.rhythm), program.open_ended
     joiner = Joiner(context, companions)
     walk = Walk(joiner, program, timed=timed, tracked=tracked, enough=enough(program))
-    begun, hits = walk.roots(), list[HitTable]()
+    begun, hits = context.roots(program), list[HitTable]()
     if walk.best_ends is None and not (program.outermost.companions or context.clauses):
         short = _short(context)
         hits += _from_all(joiner, _in_captures(context, begun, short))

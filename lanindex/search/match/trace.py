@@ -108,7 +108,7 @@ class _Context(Context):
         joiner = Joiner(self, lambda *line: _Walk(*line).as_companions())
         line = _Walk(joiner, self.program, end, timed=bool(self.clauses.rhythm))
         places = dict(zip(_beginnings(hits), range(len(hits)), strict=True))
-        owners, begun = [], line.roots()
+        owners, begun = [], self.roots(self.program)
         for entry, fits in zip(self.program.entries, begun, strict=True):
             state, chosen = self.program.states[entry.state], np.flatnonzero(fits)
             events, none = self.batch.events(state).at(chosen), np.zeros(len(chosen), np.int64)
@@ -152,7 +152,7 @@ class _Walk(Walk):
         context, beside = self._context, roots is None
         if beside and self._program in context.lying_in:
             low, high = context.low, context.high
-            roots, within = self.roots(), np.maximum(high - low, 0)
+            roots, within = context.roots(self._program), np.maximum(high - low, 0)
             for entry, fits in zip(self._program.entries, roots, strict=True):
                 events = self._batch.events(self._program.states[entry.state])
                 fits &= low[events.capture] <= events.start

@@ -43,7 +43,7 @@ from lanindex.search.match.backward import (
 )
 from lanindex.search.match.conditions import MET
 from lanindex.search.match.context import Context
-from lanindex.search.match.follow import NONE, Transitions, begins, roots
+from lanindex.search.match.follow import NONE, begins
 from lanindex.search.match.join import CompanionMatches, Hulls, Joiner
 from lanindex.search.match.matches import (
     BEYOND,
@@ -151,13 +151,11 @@ class Expiry:
     def _starts_ahead(self, state: int) -> IntArray:
         """Return the first frame of all events that may follow each event of a state, (N,)."""
         batch, program = self._context.batch, self._program
-        before = batch.events(program.states[state])
-        found = np.full(len(before), FAR - 1)
+        found = np.full(len(batch.events(program.states[state])), FAR - 1)
         for edge in program.edges[state]:
             after = batch.events(program.states[edge.entry.state])
-            found = np.minimum(
-                found, Transitions(batch, program, edge, before).smallest(after.start)
-            )
+            transitions = self._context.backwards(program).transitions(edge)
+            found = np.minimum(found, transitions.smallest(after.start))
         return found
 
     def _since(
@@ -243,7 +241,9 @@ class Walk:
         self._alive = context.alive(program)
         self._runs_on, self.best_ends = enough == ONLY, best_ends(context, program, enough)
         self._expiry = Expiry(joiner, program)
-        self._reaches: dict[int, tuple[Transitions, IntArray | None]] = {}
+        self._ends_in_order: dict[
+            int, IntArray | None
+        ] = {}  # of events, by state; None: they are not
 
     @property
     def wanders(self) -> bool:
@@ -253,13 +253,6 @@ class Walk:
             for state, edges in enumerate(self._program.edges)
             for edge in edges
         )
-
-    def roots(self) -> list[BoolArray]:
-        """Return, by entry, at which events of its state the line may begin."""
-        return [
-            roots(self._batch, self._program, it) & self._alive[it.state]
-            for it in self._program.entries
-        ]
 
     def run(self, roots: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
         """Return the ends of all matches of the line.
@@ -272,7 +265,7 @@ class Walk:
         self._looked_up: list[Matches] = []
         program, ends = self._program, []
         at: dict[int, list[Matches]] = {state: [] for state in range(len(program.states))}
-        for number, rows in enumerate(self._beginnings(roots or self.roots())):
+        for number, rows in enumerate(self._beginnings(roots or self._context.roots(program))):
             state = program.entries[number].state
             at[state].append(rows if self.best_ends is None else self._look_up_ends(state, rows))
         for states in components(program):
@@ -618,12 +611,11 @@ class Walk:
         """Yield pairs of a match and an event to which an edge leads from it in time."""
         state = self._program.states[edge.entry.state]
         events, event = self._batch.events(state), rows.columns[EVENT]
-        if id(edge) not in self._reaches:
-            before = self._batch.events(self._program.states[edge.exit.state])
-            reach = Transitions(self._batch, self._program, edge, before)
+        reach = self._context.backwards(self._program).transitions(edge)
+        if edge.entry.state not in self._ends_in_order:
             ends = events.capture * FAR + events.end
-            self._reaches[id(edge)] = reach, ends if (np.diff(ends) >= 0).all() else None
-        reach, in_order = self._reaches[id(edge)]
+            self._ends_in_order[edge.entry.state] = ends if (np.diff(ends) >= 0).all() else None
+        in_order = self._ends_in_order[edge.entry.state]
         low, high = reach.low[event], reach.high[event]
         latest, horizon = self._latest(edge, rows)
         if in_order is not None:
