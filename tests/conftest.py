@@ -23,6 +23,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Choose how much is tried, and let commands hear Ctrl-C, which background jobs ignore."""
+    # Tests start hundreds of processes: without bytecode each compiles the whole package
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     import effort  # registers the profiles
 
     effort.settings.load_profile("slow" if config.getoption("--slow") else "quick")
