@@ -1,6 +1,7 @@
 """Small dances made for tests, as BVH files and scores."""
 
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 
 from lanindex.formats import bvh
@@ -37,5 +38,10 @@ direction r_arm place low 2.5 3.25
 def dance(path: Path, text: str = RAISE, rate: int = 30) -> Path:
     """Write a dance as a BVH file and return its path."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(bvh.write(perform(lnd.read(text.encode()), rate=Fraction(rate))))
+    path.write_bytes(_performed(text, rate))
     return path
+
+
+@cache
+def _performed(text: str, rate: int) -> bytes:
+    return bvh.write(perform(lnd.read(text.encode()), rate=Fraction(rate)))

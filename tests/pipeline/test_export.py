@@ -3,6 +3,7 @@ import io
 import json
 import os
 import re
+from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -27,11 +28,24 @@ from lanindex.pipeline.named import Request, from_hits, from_lines, from_range, 
 
 @pytest.fixture
 def library(tmp_path: Path):
-    dance(tmp_path / "raise.bvh")
-    dance(tmp_path / "bow.bvh", BOW)
-    (tmp_path / "score.lnd").write_text(RAISE)
-    with open_library(tmp_path / "l.db", create=True) as opened:
-        opened.ingest(tmp_path)
+    with ingested(tmp_path) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def untouched(tmp_path_factory: pytest.TempPathFactory):
+    """Return a library for tests that change neither it nor its captures."""
+    with ingested(tmp_path_factory.mktemp("untouched")) as opened:
+        yield opened
+
+
+@contextmanager
+def ingested(folder: Path):
+    dance(folder / "raise.bvh")
+    dance(folder / "bow.bvh", BOW)
+    (folder / "score.lnd").write_text(RAISE)
+    with open_library(folder / "l.db", create=True) as opened:
+        opened.ingest(folder)
         yield opened
 
 
@@ -287,10 +301,10 @@ def test_a_number_of_another_library_is_none(tmp_path: Path, library: Library) -
     ids=lambda line: str(line)[:80],
 )
 def test_wrong_types_are_refused_with_their_line(
-    library: Library, line: str | bytes, said: str
+    untouched: Library, line: str | bytes, said: str
 ) -> None:
     with pytest.raises(UsageError, match="standard input:1: ") as caught:
-        from_lines(library.store, [line])
+        from_lines(untouched.store, [line])
     assert said in str(caught.value)
     assert len(str(caught.value)) < 300
 
@@ -310,9 +324,9 @@ def test_wrong_types_are_refused_with_their_line(
     ],
     ids=lambda line: line[:80],
 )
-def test_other_lines_are_refused(library: Library, line: str) -> None:
+def test_other_lines_are_refused(untouched: Library, line: str) -> None:
     with pytest.raises(UsageError, match="standard input:2"):
-        from_lines(library.store, ["", line])
+        from_lines(untouched.store, ["", line])
 
 
 @pytest.fixture
