@@ -55,9 +55,21 @@ def held(place: Path) -> int:
         return len(captures)
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
-@pytest.mark.parametrize("after", [1, 7])
-@pytest.mark.parametrize("signalled", [signal.SIGINT, signal.SIGKILL], ids=lambda s: s.name)
+# Any two of what they differ in meet by default, all three with `--slow`
+@pytest.mark.parametrize(
+    ("signalled", "after", "jobs"),
+    [
+        (signal.SIGINT, 1, "1"),
+        (signal.SIGINT, 7, "2"),
+        (signal.SIGKILL, 1, "2"),
+        (signal.SIGKILL, 7, "1"),
+        pytest.param(signal.SIGINT, 1, "2", marks=pytest.mark.slow),
+        pytest.param(signal.SIGINT, 7, "1", marks=pytest.mark.slow),
+        pytest.param(signal.SIGKILL, 1, "1", marks=pytest.mark.slow),
+        pytest.param(signal.SIGKILL, 7, "2", marks=pytest.mark.slow),
+    ],
+    ids=lambda it: getattr(it, "name", it),
+)
 def test_broken_off(place: Path, signalled: signal.Signals, after: int, jobs: str) -> None:
     process = start(place, "--jobs", jobs)
     assert process.stdout
