@@ -154,7 +154,7 @@ class OtherLine(NamedTuple):
 
     def moving(self) -> OtherLine:
         """Return the same without starting positions alone."""
-        some = self.matches.at(np.flatnonzero(~self.matches.lines.alone))
+        some = self.matches.at(~self.matches.lines.alone)
         return self._replace(matches=some)
 
     def goes_on(self, line: IntArray, match: IntArray) -> BoolArray:
@@ -266,11 +266,11 @@ class Joiner:
                         )
                     answered = self.context.count_tried(lines.capture[joined.line])
                     if answered is not None:
-                        joined = joined.at(np.flatnonzero(answered))
+                        joined = joined.at(answered)
                     pieces.append(self._reduced(joined))
             joins += len(self.context.rewrites.programs(companion))
         hulls = together(pieces)
-        hulls = hulls.at(np.flatnonzero(~self.context.refused[lines.capture[hulls.line]]))
+        hulls = hulls.at(~self.context.refused[lines.capture[hulls.line]])
         if joins < 2:
             return hulls
         return self._reduced(hulls.at(np.argsort(hulls.line, kind="stable")))
@@ -312,7 +312,7 @@ class Joiner:
         index = relations.SpanIndex(lines)
         if not nodes and not adds_frames:
             held = relations.holds(relation, line.spans, index, line.margins)
-            return hulls.at(np.flatnonzero(np.append(held, False)[line.place]))
+            return hulls.at(np.append(held, False)[line.place])
         if not nodes and not of_frames:
             place, low, high = relations.hulls(relation, line.spans, index, line.margins)
         else:
@@ -321,7 +321,7 @@ class Joiner:
                 kept = ~beside.goes_on(place, other)
                 place, other = place[kept], other[kept]
             if not adds_frames:
-                return hulls.at(np.flatnonzero(np.isin(line.place, place)))
+                return hulls.at(np.isin(line.place, place))
             low, high = lines.low[other], lines.high[other]
             if not of_frames:
                 inner = smallest(place, low, high)
@@ -359,7 +359,7 @@ class Joiner:
         for still in (False, True):
             own = np.flatnonzero(alone == still)
             fits = np.ones(len(others), bool) if still else ~others.lines.alone
-            some = others.lines.at(np.flatnonzero(fits & free))
+            some = others.lines.at(fits & free)
             if companion.relation == "never":
                 disturbed[own] |= np.isin(capture[own], some.capture)
             else:
@@ -385,7 +385,7 @@ class Joiner:
         if unmet:
             pairs = np.concatenate(unmet, axis=1)
             hulls.unmet = united_columns(hulls.unmet, by_line(pairs, len(here)))
-        return hulls.at(np.flatnonzero(~disturbed))
+        return hulls.at(~disturbed)
 
     def forbidden(self, companion: Companion) -> tuple[CompanionMatches, int]:
         """Return the matches of a line that must not happen, and where their numbers begin."""

@@ -241,9 +241,7 @@ class Walk:
         self._alive = context.alive(program)
         self._runs_on, self.best_ends = enough == ONLY, best_ends(context, program, enough)
         self._expiry = Expiry(joiner, program)
-        self._ends_in_order: dict[
-            int, IntArray | None
-        ] = {}  # of events, by state; None: they are not
+        self._ends: dict[int, IntArray | None] = {}  # of events, by state, as `_ends_in_order`
 
     @property
     def wanders(self) -> bool:
@@ -388,7 +386,7 @@ class Walk:
             starting = events.starting[event]
             here = Spans(events.capture[event], low, end, low, end, starting)
             disturbed = holds("without", here, others, margins)
-            rows = rows.at(np.flatnonzero(starting | ~disturbed))
+            rows = rows.at(starting | ~disturbed)
         return rows
 
     @cached_property
@@ -398,7 +396,7 @@ class Walk:
         for companion in self._program.outermost.companions:
             if companion.relation == "without" and self._context.rewrites.programs(companion):
                 others = self.joiner.forbidden(companion)[0]
-                free = others.lines.at(np.flatnonzero(others.claims.none & ~others.lines.alone))
+                free = others.lines.at(others.claims.none & ~others.lines.alone)
                 found.append((SpanIndex(free), margins_of(self._batch, companion)))
         return found
 
@@ -410,7 +408,7 @@ class Walk:
         rows, place = rows.at(fits), place[fits]
         beats = rows.columns[self._beats : self._notes]
         beats[place, np.arange(len(place))] = frames[fits]
-        return rows.at(np.flatnonzero(self._context.clauses.may_be_in_rhythm(beats)))
+        return rows.at(self._context.clauses.may_be_in_rhythm(beats))
 
     def _in_time(
         self, states: list[int], at: dict[int, list[Matches]]
@@ -464,7 +462,7 @@ class Walk:
         refused = self._context.refused
         if refused.any():
             capture = self._batch.events(self._program.states[state]).capture
-            tables = [it.at(np.flatnonzero(~refused[capture[it.columns[EVENT]]])) for it in tables]
+            tables = [it.at(~refused[capture[it.columns[EVENT]]]) for it in tables]
         return self._expiry.dropped(state, together(tables))
 
     def _edges(self, state: int) -> tuple[Edge, ...]:
@@ -494,20 +492,20 @@ class Walk:
         if all(edge.exit != leaving for edge in self._edges(leaving.state)):
             rows = self._closed(rows, leaving)
         may_end = ~self._batch.events(state).passing | (state.manner == "via")
-        return rows.at(np.flatnonzero(may_end[rows.columns[EVENT]]))
+        return rows.at(may_end[rows.columns[EVENT]])
 
     def _look_up_ends(self, state: int, rows: Matches) -> Matches:
         """Settle matches by their best ends; return starting positions, which may end alone."""
         assert self.best_ends is not None
         event = rows.columns[EVENT]
         best = self.best_ends[state][event]
-        settled = rows.at(np.flatnonzero(best >= 0))
+        settled = rows.at(best >= 0)
         settled.columns[EVENT] = best[best >= 0]
         self._looked_up.append(settled)
         alone = self._batch.events(self._program.states[state]).starting[event]
         if self._runs_on:
             alone &= best < 0
-        return rows.at(np.flatnonzero(alone))
+        return rows.at(alone)
 
     def _with_best_ends(self) -> Matches:
         """Return the settled matches with what stands beside them, and values for events."""
@@ -524,8 +522,9 @@ class Walk:
         state = leave.state
         events = self._batch.events(self._program.states[state])
         depth = self._depths[state]
-        fits = may_leave(self._batch, self._program, leave)[rows.columns[EVENT]]
-        rows = rows.at(np.flatnonzero(fits))
+        if leave.to_end:
+            fits = may_leave(self._batch, self._program, leave)[rows.columns[EVENT]]
+            rows = rows.at(fits)
         for group in leave.closes:
             event = rows.columns[EVENT]
             end, alone, capture = events.end[event], events.starting[event], events.capture[event]
@@ -533,7 +532,7 @@ class Walk:
             if group.length:
                 frames = end - rows.columns[offset + START]
                 fits = self._batch.meets(capture, frames, group.length) & ~alone
-                rows = rows.at(np.flatnonzero(fits))
+                rows = rows.at(fits)
                 event = rows.columns[EVENT]
                 end, alone = events.end[event], events.starting[event]
                 capture = events.capture[event]
@@ -578,13 +577,14 @@ class Walk:
 
     def _followed_over(self, edge: Edge, rows: Matches) -> Iterator[Matches]:
         """Yield the matches that an edge leads on, some at a time."""
+        if not len(rows):
+            return
         state = edge.entry.state
-        events = self._batch.events(self._program.states[state])
-        fits = self._alive[state].copy()
+        events, alive = self._batch.events(self._program.states[state]), self._alive[state]
         for arrow in edge.entry.from_start:
-            fits &= begins(self._batch, self._program.states[state], events, arrow)
+            alive = alive & begins(self._batch, self._program.states[state], events, arrow)
         for sources, targets in self._targets(edge, rows):
-            here = np.flatnonzero(fits[targets])
+            here = np.flatnonzero(alive[targets])
             answered = self._context.count_tried(events.capture[targets[here]])
             if answered is not None:
                 here = here[answered]
@@ -612,16 +612,16 @@ class Walk:
         state = self._program.states[edge.entry.state]
         events, event = self._batch.events(state), rows.columns[EVENT]
         reach = self._context.backwards(self._program).transitions(edge)
-        if edge.entry.state not in self._ends_in_order:
-            ends = events.capture * FAR + events.end
-            self._ends_in_order[edge.entry.state] = ends if (np.diff(ends) >= 0).all() else None
-        in_order = self._ends_in_order[edge.entry.state]
         low, high = reach.low[event], reach.high[event]
-        latest, horizon = self._latest(edge, rows)
-        if in_order is not None:
-            beyond = np.minimum(high, np.searchsorted(in_order, latest, "right"))
-            high = np.minimum(high, np.searchsorted(in_order, np.minimum(latest, horizon), "right"))
-            self._cut_off.append(rows.parent[high < beyond])
+        limits = self._latest(edge, rows)
+        if limits:
+            in_order = self._ends_in_order(edge.entry.state)
+            if in_order is not None:
+                latest, horizon = limits
+                beyond = np.minimum(high, np.searchsorted(in_order, latest, "right"))
+                soon = np.searchsorted(in_order, np.minimum(latest, horizon), "right")
+                high = np.minimum(high, soon)
+                self._cut_off.append(rows.parent[high < beyond])
         ranges = [(low, high, None)]
         if len(reach.outliers[1]):
             ranges.append((reach.bounds[event], reach.bounds[event + 1], reach.outliers[1]))
@@ -630,30 +630,42 @@ class Walk:
                 sources, places = spread(low[some], high[some])
                 sources = some[sources]
                 places = places if listed is None else listed[places]
-                ends = events.capture[places] * FAR + events.end[places]
-                fits = ends <= latest[sources]
-                soon = ends <= horizon[sources]
-                self._cut_off.append(rows.parent[sources[fits & ~soon]])
-                fits &= soon
-                yield sources[fits], places[fits]
+                if limits:
+                    latest, horizon = limits
+                    ends = events.capture[places] * FAR + events.end[places]
+                    fits, nearby = ends <= latest[sources], ends <= horizon[sources]
+                    self._cut_off.append(rows.parent[sources[fits & ~nearby]])
+                    sources, places = sources[fits & nearby], places[fits & nearby]
+                yield sources, places
+
+    def _ends_in_order(self, state: int) -> IntArray | None:
+        """Return capture and end of a state's events as one number, None: they do not grow."""
+        if state not in self._ends:
+            events = self._batch.events(self._program.states[state])
+            ends = events.capture * FAR + events.end
+            self._ends[state] = ends if (np.diff(ends) >= 0).all() else None
+        return self._ends[state]
 
     def is_cut_off(self, nodes: IntArray) -> BoolArray:
         """Return which nodes may go on beyond the horizon."""
         return self.nodes.leading_to(np.concatenate(self._cut_off))[nodes]
 
-    def _latest(self, edge: Edge, rows: Matches) -> tuple[IntArray, IntArray]:
+    def _latest(self, edge: Edge, rows: Matches) -> tuple[IntArray, IntArray] | None:
         """Return by when what follows matches has to end, and the horizon of the search.
 
-        Both are (N,) and hold the capture and the frame as one number.
+        Both are (N,) and hold the capture and the frame as one number. None: any time will do.
         """
+        groups = self._open[edge.exit.state]
+        groups = groups[: len(groups) - len(edge.exit.closes)]
+        if self._within is None and not any(group.length for group in groups):
+            return None
         before = self._batch.events(self._program.states[edge.exit.state])
         capture = before.capture[rows.columns[EVENT]]
         frames = self._batch.frames[capture]
         horizon = frames
         if self._within is not None:
             horizon = np.maximum(rows.columns[GROUPS + START] + self._within[capture], 0)
-        groups = self._open[edge.exit.state]
-        for level, group in enumerate(groups[: len(groups) - len(edge.exit.closes)], 1):
+        for level, group in enumerate(groups, 1):
             if group.length:
                 begun = rows.columns[GROUPS + 3 * level + START]
                 frames = np.minimum(frames, begun + self._batch.bounds(group.length)[1][capture])
