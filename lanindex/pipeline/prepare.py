@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 _FILES = ("skeleton", "body", "columns", "tempo")
 """What of a `Reading` is a file, unless it is a word."""
 
+MANY = 16
+"""Files that are worth the start of several processes."""
+
 BASE = 300 << 20
 """Bytes that a process takes which reads a small file."""
 
@@ -179,6 +182,11 @@ def _encoded(task: Task, file: formats.File, facts: Outcome) -> Outcome:
         score=score,
         format=format_name,
     )
+
+
+def processes(files: int, requested: int | None) -> int:
+    """Return how many processes are worth their start for so many files, or those requested."""
+    return requested or (os.cpu_count() or 1 if files >= MANY else 1)
 
 
 def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from lanindex.model import Motion
     from lanindex.pipeline.prepare import Outcome
 
-MANY = 16  # number of files that is worth the start of several processes
-
 
 def ingest(
     paths: list[str] = argument(..., "PATH...", "Captures, scores, folders."),
@@ -89,9 +87,9 @@ def ingest(
 
 def _processes(out: Output, files: list[str], requested: int | None) -> int:
     """Return how many processes are worth their start and have room in memory."""
-    from lanindex.pipeline.prepare import affordable, size_of
+    from lanindex.pipeline.prepare import affordable, processes, size_of
 
-    wanted = requested or (os.cpu_count() or 1 if len(files) >= MANY else 1)
+    wanted = processes(len(files), requested)
     possible = affordable(map(size_of, files), wanted)
     if possible < wanted:
         out.detail(f"{possible} of {wanted} processes: the largest files leave no room for more")

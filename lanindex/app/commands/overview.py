@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
@@ -298,12 +297,13 @@ def evaluate(
     from lanindex.encoding.profile import load
     from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
     from lanindex.pipeline.ingest import discover, read_labels, unfitting
+    from lanindex.pipeline.prepare import processes
     from lanindex.pipeline.search import too_rich
 
     expectations, table = read_patterns(patterns), read_labels(labels)
     if not any(label for label, _ in table.values()):
         raise UsageError("no labels", place=labels, wanted='a column "label"')
-    reader = read_clips(folder, table, load(profile), jobs=jobs or os.cpu_count() or 1)
+    reader = read_clips(folder, table, load(profile), jobs=processes(len(table), jobs))
     clips = list(out.progress(reader, len(table), "clips"))
     unused_rows = unfitting(table, [it.capture.path for it in clips] or discover([folder]))
     if not clips:
