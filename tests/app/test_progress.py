@@ -4,10 +4,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import command
 import pytest
 from command import screen, start_on_terminal
 from dances import dance
 
+from lanindex.app import output
 from lanindex.app.output import Output, end_progress, how_far
 from lanindex.pipeline.library import open_library
 
@@ -45,15 +47,16 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["evaluate", ".", "--labels", "labels.csv", "--patterns", "up.toml"], "0/1 patterns"),
     ],
 )
-def test_it_is_shown_on_a_terminal_while_it_lasts(place: Path, words, shown: str) -> None:
+def test_it_is_shown_on_a_terminal_while_it_lasts(
+    place: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], shown: str
+) -> None:
     seen = start_on_terminal([sys.executable, "-c", MAIN, *words], place)
     assert shown in seen
     assert shown not in screen(seen)
-    quiet = start_on_terminal([sys.executable, "-c", MAIN, *words, "-q"], place)
-    assert shown not in quiet
-    piped = subprocess.run(
-        [sys.executable, "-c", MAIN, *words], cwd=place, capture_output=True, text=True
-    )
+    monkeypatch.setattr(output, "PATIENCE", -1)
+    assert shown in command.shown(*words, cwd=place)
+    assert shown not in command.shown(*words, "-q", cwd=place)
+    piped = command.run(*words, cwd=place)
     assert shown not in piped.stderr
     assert piped.returncode == 0
 
