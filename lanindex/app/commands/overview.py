@@ -51,8 +51,9 @@ def stats(
         )
     if plot:
         from lanindex.pipeline.charts import charted
-        from lanindex.pipeline.files import write_all
+        from lanindex.pipeline.files import refuse, write_all
 
+        refuse(plot, force=force)
         content = charted(movement, plot.suffix.lower().removeprefix("."))
         write_all([(plot, content)], force=force)
         out.note(str(plot))
