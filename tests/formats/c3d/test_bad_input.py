@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from effort import some
 from made_c3d import c3d, standing
 
 from lanindex import formats
@@ -118,7 +119,7 @@ def mutated(data: bytes, numbers: random.Random) -> bytes:
 def test_short_fuzzing():
     numbers = random.Random(512)
     seen = {"motion": 0, "error": 0}
-    for _ in range(500):
+    for _ in some(500, 200):
         seen[outcome(mutated(numbers.choice(SMALL), numbers))] += 1
     assert min(seen.values()) > 20, seen
 
