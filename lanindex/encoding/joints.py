@@ -132,8 +132,15 @@ class Body:
             name: frames[joints == number].reshape(-1, 2) for number, name in enumerate(self.names)
         }
 
+    @cached_property
+    def _known_alike(self) -> dict[str, bytes]:
+        """What tells of each joint in which stretches it is known."""
+        return {name: known.tobytes() for name, known in self.known.items()}
+
     def together(self, names: Sequence[str]) -> Frames:
         """Return the stretches in which all of some joints are known: (R, 2), as of `known`."""
+        if len({self._known_alike[name] for name in names}) == 1:
+            return self.known[names[0]]
         starts, stops = np.sort(np.concatenate([self.known[name] for name in names]), axis=0).T
         begun = starts.searchsorted(starts, "right") - stops.searchsorted(starts, "right")
         found = np.unique(starts[begun == len(names)])

@@ -25,6 +25,9 @@ Floats = NDArray[np.float64]
 AXES = (("LHip", "RHip"), ("LShoulder", "RShoulder"))
 """What tells where the body faces, the first that is there."""
 
+CACHED = 1 << 13
+"""Frames times limbs turned at a time: what comes between stays in the processor's cache."""
+
 SHORTEST_AXIS = 1.0
 """Millimetres: a hip axis shorter than this on the ground tells no heading."""
 
@@ -100,17 +103,19 @@ def _curve(stretch: Stretch, turn: Floats, pairs: Sequence[tuple[str, str]]) -> 
     """Return curves between joints, (P, N, 3), worked out block by block."""
     body, frames = stretch.body, stretch.frames
     names = body.names if body.short else stretch.names
-    ends = [tuple(map(names.index, pair)) for pair in pairs]
+    ends = np.array([tuple(map(names.index, pair)) for pair in pairs])
+    numbers = np.arange(len(ends))
     width = window(body.profile.smoothing, body.profile.rate)
     curve = np.empty((3, len(pairs), len(frames)))
     for part in blocks(len(frames), width // 2):
         some = frames[part.outer]
         places, angle = stretch.sources(names, some), turn[some.start : some.stop]
         sine, cosine = np.sin(angle), np.cos(angle)
-        for number, (parent, child) in enumerate(ends):  # few numbers at a time stay in the cache
+        for limbs in np.array_split(numbers, -(-len(places) * len(ends) // CACHED)):
+            parent, child = ends[limbs].T
             way = stretch.work.values(places[:, child] - places[:, parent], some, body.fast)
             forward, up, right = way.T
             turned = forward * cosine - right * sine, up, forward * sine + right * cosine
             calm = smooth(np.array(turned), width, body.fast)
-            curve[:, number, part.inner] = calm[:, part.within]
+            curve[:, limbs, part.inner] = calm[..., part.within]
     return curve.transpose(1, 2, 0)
