@@ -21,8 +21,8 @@ from lanindex.notation.text import read_toml
 from lanindex.pipeline.ingest import Labels, discover, key_of
 from lanindex.pipeline.library import deadline
 from lanindex.pipeline.prepare import Task, prepared
-from lanindex.pipeline.search import SearchOptions, searcher
-from lanindex.search.language import Query, parse
+from lanindex.pipeline.search import SearchOptions, query_of, searcher
+from lanindex.search.language import Query
 from lanindex.search.language.score import pattern_in
 
 if TYPE_CHECKING:
@@ -128,8 +128,13 @@ def _ratio(part: int, total: int) -> float:
     return part / total if total else 0.0
 
 
-def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:
-    """Read TOML: ``name = {pattern = "...", positives = ["label", "glob*", ...]}``."""
+def read_patterns(
+    path: str | os.PathLike[str], words: str | os.PathLike[str] | None = None
+) -> list[Expectation]:
+    """Read TOML: ``name = {pattern = "...", positives = ["label", "glob*", ...]}``.
+
+    Patterns may be words of the dictionary, and of the file `words`, or name them.
+    """
     expectations = []
     for name, entry in read_toml(Path(path)).items():
         match entry:
@@ -145,7 +150,7 @@ def read_patterns(path: str | os.PathLike[str]) -> list[Expectation]:
                 )
         place = f"{path}: {shown(name)}"
         try:
-            query = parse(pattern_in(text, Path(path).parent))
+            query = query_of(pattern_in(text, Path(path).parent), words=words)
         except PatternError as error:
             raise UsageError(f"the pattern is not understood\n{error}", place=place) from error
         if query.stages:

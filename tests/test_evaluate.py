@@ -235,6 +235,21 @@ def test_a_pattern_may_stand_in_a_file_beside(tmp_path: Path):
         read_patterns(table)
 
 
+def test_words_of_the_dictionary_and_ones_own_are_patterns(tmp_path: Path):
+    own, path = tmp_path / "own.toml", tmp_path / "patterns.toml"
+    own.write_text('salute = {pattern = "r_arm high"}\n')
+    path.write_text(
+        "".join(f'{word} = {{pattern = "{word}", positives = []}}\n' for word in ("walk", "salute"))
+    )
+    path.write_text(path.read_text() + 'both = {pattern = "@salute with @walk", positives = []}\n')
+    walk, salute, both = (str(it.query) for it in read_patterns(path, own))
+    assert walk.startswith("body_travel not place 0.9s+")
+    assert salute == "r_arm high"
+    assert salute in both
+    with pytest.raises(UsageError, match="salute"):
+        read_patterns(path)
+
+
 def test_a_pattern_that_pipes_its_hits_is_none_to_evaluate(tmp_path: Path):
     table = tmp_path / "patterns.toml"
     table.write_text('up = {pattern = "r_arm high | first 3", positives = ["raise"]}')

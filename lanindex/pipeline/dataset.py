@@ -43,8 +43,8 @@ from lanindex.pipeline.export import (
 from lanindex.pipeline.files import write_all
 from lanindex.pipeline.layouts import SPLITS, Clip, layout_of
 from lanindex.pipeline.named import Request, from_hits
-from lanindex.pipeline.search import named_patterns
 from lanindex.records import of_name
+from lanindex.search.dictionary import named_patterns
 from lanindex.search.explain import sentence as english
 from lanindex.search.hits import Hits
 from lanindex.search.language import parse

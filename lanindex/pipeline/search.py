@@ -17,7 +17,15 @@ from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError, Patte
 from lanindex.library.store import Store
 from lanindex.model import Capture, Score, Symbol, Track
 from lanindex.model.columns import STARTING, columns_of, roster_of
-from lanindex.search.dictionary import Entry, absent, entry_named, inside, load, spelled, words_of
+from lanindex.search.dictionary import (
+    Entry,
+    absent,
+    entry_named,
+    load,
+    named_patterns,
+    spelled,
+    words_of,
+)
 from lanindex.search.hits import CLIP_FIELDS, Hits, extras_in, measures_in
 from lanindex.search.language import parse
 from lanindex.search.language.clauses import CLIP, references_in
@@ -96,7 +104,7 @@ class SearchOptions:
 
 def query_of(
     text: str,
-    parts: Collection[str],
+    parts: Collection[str] | None = None,
     words: str | PathLike[str] | None = None,
     *,
     strict: bool = False,
@@ -124,7 +132,7 @@ def entry_of_query(text: str, words: str | PathLike[str] | None = None) -> Entry
 def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
     """Yield what there is to say of single words of a query that has several and is no pattern."""
     several = words_of(text)
-    if len(several) < 2:
+    if len(several) < 2 or reading(text) is not None:
         return
     with suppress(PatternError):
         parse(text)
@@ -136,13 +144,6 @@ def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
             yield f'"{word}" is in the dictionary of movement: @{entry.name}'
         elif why := absent(word):
             yield f'no word "{word}" in the dictionary of movement: {why}'
-
-
-def named_patterns(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]:
-    """Return the patterns that a query may name with ``@``; nothing where it names none."""
-    if "@" not in text:
-        return {}
-    return {name: inside(entry.pattern) for name, entry in load(words).items()}
 
 
 def unknown(text: str) -> str:

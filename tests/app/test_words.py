@@ -99,7 +99,7 @@ class TestSearch:
         done = run("search", "sit")
         assert done.exit_code == 2
         assert 'no word "sit" in the dictionary of movement: there was no labelled' in done.stderr
-        assert "try: other support seat/other" in done.stderr
+        assert "Did you mean:  other support seat/other 1s+" in done.stderr
         assert 'lanindex list --where "label=sit deep"' in done.stderr
 
     @pytest.mark.parametrize("asked", ["walk with raise", "raise with head"])

@@ -71,7 +71,7 @@ SAID = {
     "right arm across the chest": "r_arm across",
     "right lower arm up": "r_forearm high",
     "legs crossed": "legs across/across_forward",
-    "arms crossed": "arms across/across_forward",
+    "arms crossed": "forearms at across 0.5s+",
     "cross your arms": "arms across/across_forward",
     # Direction and height
     "raise the right arm to the side": "r_arm side mid/high",
@@ -120,9 +120,8 @@ SAID = {
 }
 UNSAID = [
     # Not movements of a limb to a place
-    *("walk", "somebody waves", "jump up", "turn left", "spin around", "clap hands"),
+    *("walk", "somebody waves", "jump up", "spin about", "clap hands"),
     "right hand on left hip",
-    "right hand touches the head",
     "hands together",
     "shrug shoulders",
     # Said of something else than a part, or of no part
@@ -143,13 +142,11 @@ UNSAID = [
     "put the right arm back",
     "arms down at the sides",
     "right arm down the side",
-    "right hand to the head",
     "hold hands",
     "right arm up or left arm up and head back",
     "lower arms to the side",
     "raise the right arm from the side to the front",
     "walk from left to right",
-    "look left",
     "cross the right leg over the left leg",
     "wave the right arm up",
     # Conditions that are not heard must not be lost

@@ -255,7 +255,7 @@ ERRORS = [
     ("r_arm low -> mid? -> high «rhythm 1:1:1:1»", "has 2 to 3 steps"),
     ("(r_arm low «rhythm» 1:1)", '"rhythm" speaks of the whole pattern'),
     # Names
-    ("r_arm low -> «@up»", 'There is no pattern "@up". A let before gives one its name'),
+    ("r_arm low -> «@zzzzz»", 'There is no pattern "@zzzzz". A let before gives one its name'),
     ("let raise = mid -> high; r_arm low -> «@rise»", 'Did you mean "@raise"?'),
     ("r_arm low -> «@»", "The name of a pattern follows"),
     ("let «high» = mid; r_arm", "choose another name"),

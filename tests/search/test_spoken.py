@@ -2,8 +2,11 @@
 
 import pytest
 
+from lanindex.alphabet import TRACKS
+from lanindex.errors import PatternError
 from lanindex.pipeline.search import entry_of_query, hints
 from lanindex.search.dictionary import entry_named, load
+from lanindex.search.language import parse
 
 
 @pytest.mark.parametrize(
@@ -43,10 +46,51 @@ def test_every_name_means_its_entry():
 
 
 def test_words_among_others_are_pointed_out():
-    assert list(hints("walk forward")) == ['"walk" is in the dictionary of movement: @walk']
-    (told,) = hints("sit down")
+    assert list(hints("walk wildly")) == ['"walk" is in the dictionary of movement: @walk']
+    (told,) = hints("sit wildly")
     assert told.startswith('no word "sit" in the dictionary of movement: ')
     assert list(hints("walk")) == list(hints("r_arm high -> low")) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "pattern"),
+    [
+        ("walk backwards", "travel back with step back x2+"),
+        ("a person walks to the left", "travel left with step left x2+"),
+        ("look left", "head turn left"),
+        ("left hand touches head", "l_hand touch head"),
+        ("touches his chin with the left hand", "l_hand touch head"),
+        ("sit down", "other support seat/other 1s+"),
+        ("turn around", "turn >150deg"),
+        ("lying on the floor", "other support trunk 1s+"),
+        ("point forward", "arm forward mid -> hold 0.6s+"),
+        ("arms crossed", "forearms at across 0.5s+"),
+    ],
+)
+def test_what_people_type_leads_to_one_pattern_and_nothing_else(text, pattern):
+    with pytest.raises(PatternError) as caught:
+        parse(text, TRACKS)
+    assert caught.value.found.endswith(f" Did you mean:  {pattern}")
+    assert parse(pattern)
+    assert list(hints(text)) == []
+
+
+def test_a_word_with_a_meaning_is_no_other_one_misspelt():
+    with pytest.raises(PatternError) as caught:
+        parse("punch")
+    assert "pinch" not in caught.value.found
+    assert "Did you mean:  r_arm_bend bent 3+ -> stretch" in caught.value.found
+
+
+def test_a_word_that_nobody_knows_names_few_parts():
+    with pytest.raises(PatternError) as caught:
+        parse("yodel", TRACKS)
+    assert caught.value.found.endswith("It has: head torso r_arm l_arm r_arm_bend l_arm_bend …")
+
+
+@pytest.mark.parametrize("text", ["kneel", "kneel down", "kneeling on the floor"])
+def test_who_kneels_is_found_by_the_dictionary(text):
+    assert entry_of_query(text).name == "kneel"
 
 
 def test_ones_own_words_are_found_too(tmp_path):

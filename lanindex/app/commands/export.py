@@ -182,7 +182,7 @@ def _groups(
         from lanindex.evaluate import read_patterns
 
         labels, groups = library.store.texts("label"), []
-        for label in read_patterns(patterns):
+        for label in read_patterns(patterns, library.words):
             text = pattern_in(label.text, patterns.parent)
             hits = hits_in(library.search(text, **search_options))
             wanted = frozenset(number for number, it in labels.items() if label.wants(it))

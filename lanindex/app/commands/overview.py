@@ -283,6 +283,7 @@ def evaluate(
     patterns: str = option(..., "TOML", "Patterns and their positives."),
     profile: options.Profile = "default",
     jobs: options.Jobs = None,
+    words: options.Words = None,
     misses: bool = flag("--misses", "Say which clips were judged wrongly, and why."),
     near: options.Near = False,
     fuzzy: options.Fuzzy = None,
@@ -301,7 +302,7 @@ def evaluate(
     from lanindex.pipeline.prepare import processes
     from lanindex.pipeline.search import too_rich
 
-    expectations, table = read_patterns(patterns), read_labels(labels)
+    expectations, table = read_patterns(patterns, words), read_labels(labels)
     if not any(label for label, _ in table.values()):
         raise UsageError("no labels", place=labels, wanted='a column "label"')
     reader = read_clips(folder, table, load(profile), jobs=processes(len(table), jobs))

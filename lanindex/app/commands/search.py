@@ -176,7 +176,8 @@ def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[
         _note_labelled(out, library, entry.name)
         return entry.pattern
     if name := unknown(query):
-        why = absent(name) or "lanindex words"
+        lacking = absent(name)
+        why = lacking.why if lacking else "lanindex words"
         out.note(f'no word "{name}" in the dictionary of movement: {why}')
         _note_labelled(out, library, name)
     out.notes(hints(query, words))

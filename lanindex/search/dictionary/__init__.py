@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from itertools import product
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -28,8 +29,10 @@ _SWAPPED = {"right": "left", "left": "right", "r": "l", "l": "r"}
 _LEFT_OUT = {  # what may stand between the words of a name and says nothing
     *("a", "an", "the", "his", "her", "their", "he", "she", "they", "someone", "somebody"),
     *("person", "dancer", "man", "woman", "is", "are", "with"),
+    *("to", "towards", "on", "onto", "in", "of", "floor", "ground"),
 }
 
+_SLOT = re.compile(r"{(\w+)}")  # in a name of absent.toml
 _ENDING = re.compile(r"(?<=...)(?:ing|es|ed|s)\Z")
 
 
@@ -87,17 +90,53 @@ def load(extra: str | PathLike[str] | None = None) -> dict[str, Entry]:
     return words | {other: entry for other, entry in also.items() if other not in words}
 
 
-def absent(name: str) -> str:
-    """Return why no word is so `spelled`, and what to ask instead; empty where none is known."""
-    for word, entry in _shipped("absent.toml").items():
-        if name == word or name in entry["names"]:
-            return "; try: ".join(filter(None, (entry["why"], entry["instead"])))
-    return ""
+@dataclass(frozen=True, slots=True)
+class Absent:
+    """What people ask for and no word of the dictionary means."""
+
+    why: str
+    instead: str  # the pattern that means it, or nearly
+
+    def __str__(self) -> str:
+        return f"{self.why}; try: {self.instead}"
+
+
+def absent(text: str) -> Absent | None:
+    """Return what is said of words that the dictionary lacks, in any order and with any ending."""
+    return _absent().get(tuple(_stems(words_of(text.replace("_", " ")))))
+
+
+@cache
+def _absent() -> Mapping[tuple[str, ...], Absent]:
+    """Return what ``absent.toml`` has, each slot filled with each of its words."""
+    table = dict(_shipped("absent.toml"))
+    slots = {
+        slot: [(value, word) for value, also in values.items() for word in (value, *also)]
+        for slot, values in table.pop("slots").items()
+    }
+    found: dict[tuple[str, ...], Absent] = {}
+    for entry in table.values():
+        for name in entry["names"]:
+            open_slots = _SLOT.findall(name)
+            for filled in product(*(slots[slot] for slot in open_slots)):
+                values = {slot: it[0] for slot, it in zip(open_slots, filled, strict=True)}
+                words = {slot: it[1] for slot, it in zip(open_slots, filled, strict=True)}
+                said = _stems(name.format(**words).split("_"))
+                meant = Absent(entry["why"], entry["instead"].format(**values))
+                found.setdefault(tuple(said), meant)
+    return found
 
 
 def entries(words: Mapping[str, Entry]) -> list[Entry]:
     """Return each entry once."""
     return [entry for name, entry in words.items() if name == entry.name]
+
+
+def named_patterns(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]:
+    """Return the patterns that a query may name with ``@``; nothing where it names none."""
+    if "@" not in text:
+        return {}
+    return {name: inside(entry.pattern) for name, entry in load(words).items()}
 
 
 def inside(pattern: str) -> str:

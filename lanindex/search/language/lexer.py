@@ -202,6 +202,9 @@ class Cursor:
         raise self.error(f"A limb is bent {known}", token)
 
 
+_FEW = 6
+"""Parts that are named where a word is none."""
+
 _NO_STEPS = ("start", "let", "count", "sort", "first", "by", "mirrors", "clip", "match", "and")
 """Words that never begin a step."""
 
@@ -228,7 +231,8 @@ def unknown_word(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
         directions = ", ".join(DIRECTIONS[:4])
         known = f"A movement has a direction ({directions} …) and a level (high, mid, low)."
         return f'I don\'t know "{word}". {known}'
-    parts = " ".join(vocabulary.parts) or "none"
+    parts = " ".join(vocabulary.parts[:_FEW]) or "none"
+    parts += " …" * (len(vocabulary.parts) > _FEW)
     if vocabulary.of_library:
         return f'This library has no part "{word}". It has: {parts}'
     return f'There is no part "{word}". The parts are: {parts}'
@@ -238,8 +242,10 @@ def _guess(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
     from rapidfuzz import process
     from rapidfuzz.distance import OSA
 
-    from lanindex.search.dictionary import load
+    from lanindex.search.dictionary import absent, load
 
+    if part_expected and absent(word):
+        return ""  # a word that has a meaning is no other one misspelt
     named = {name: f"@{name}" for name in load()} if part_expected else {}
     if word in named:
         return named[word]

@@ -10,6 +10,7 @@ from itertools import pairwise
 
 from lanindex.errors import PatternError
 from lanindex.model.columns import GRADES
+from lanindex.search.dictionary import absent
 from lanindex.search.language.lexer import tables
 from lanindex.search.language.query import Query
 from lanindex.search.language.words import VALUES, Vocabulary
@@ -48,6 +49,8 @@ def reading(text: str) -> str | None:
     """Return the pattern that plain words mean; None where a word is not clear."""
     if len(text) > _LONGEST:
         return None
+    if whole := absent(text):
+        return whole.instead
     try:
         return _pattern(_joined(list(_clauses(text))))
     except _UnclearError:

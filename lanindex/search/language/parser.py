@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from lanindex.alphabet import BENDS, DIRECTIONS, KINDS, Kind, amounts_of, kind_of
 from lanindex.errors import PatternError, guess, shown
+from lanindex.search.dictionary import named_patterns
 from lanindex.search.language.clauses import conditions_at, stages_at
 from lanindex.search.language.lexer import (
     COUNT,
@@ -79,12 +80,16 @@ def parse(
 ) -> Query:
     """Read a pattern that may name `parts`, those of the alphabet, and the patterns in `names`.
 
+    `names` are by default those of the dictionary.
+
     With `strict` the timing of pasted LND counts. ``str()`` of the result is a pattern again.
     """
     vocabulary = Vocabulary(parts)
 
+    named = named_patterns(text) if names is None else names
+
     def read(text: str) -> Query:
-        return _Parser(text, vocabulary, names or {}, strict).query()
+        return _Parser(text, vocabulary, named, strict).query()
 
     try:
         if len(text) > _LONGEST:
@@ -411,15 +416,15 @@ class _Parser(Cursor):
         name = self.advance().text
         if name in self.open_names:
             raise self.error(f'"@{name}" speaks of itself.', at, token)
+        if self.stands("mark", ".") and self.ahead(1).text in ("lq", "lnd"):
+            found = "A pattern in a file stands alone: search @raise.lq"
+            raise self.error(found, at, self.ahead(1))
         if text := self.lets.get(name) or self.names.get(name):
             self.words_named += len(tokens(text))
             if self.words_named > _MOST_WORDS:
                 found = f"With all names written out this has more than {_MOST_WORDS} words."
                 raise self.error(found, at, token)
             return name, text
-        if self.stands("mark", ".") and self.ahead(1).text in ("lq", "lnd"):
-            found = "A pattern in a file stands alone: search @raise.lq"
-            raise self.error(found, at, self.ahead(1))
         near = guess(name, [*self.lets, *self.names])
         remedy = f"A let before gives one its name: let {shown(name, 20)} = mid -> high;"
         remedy = f'Did you mean "@{near}"?' if near else remedy
