@@ -73,8 +73,6 @@ class SearchOptions:
             raise UsageError(f"a tolerance of {tolerance} s", wanted="0 or more")
         if overlaps not in ("none", "all"):
             raise UsageError(f'overlaps "{overlaps}"', wanted="none or all")
-        if near and fuzzy is not None:
-            raise UsageError("near and fuzzy together", remedy="fuzzy counts what is near already.")
         allowance = None
         if fuzzy is not None:
             from lanindex.search.fuzzy import Allowance

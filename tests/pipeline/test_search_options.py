@@ -46,6 +46,12 @@ def test_what_is_offered_is_counted_as_it_would_be_found(library: Library, how) 
         assert len(library.search(offered.pattern, **how)) == offered.hits
 
 
+def test_what_is_near_costs_no_edit(library: Library) -> None:
+    assert len(library.search(f"{BORDERING} -> high", fuzzy=0)) == 0
+    (hit,) = library.search(f"{BORDERING} -> high", near=True, fuzzy=0)
+    assert ([it.start for it in hit.symbols], round(hit.fit, 3)) == ([5, 20], 0.1)
+
+
 def test_a_capture_under_the_glass_is_looked_at_in_the_same_way(library: Library) -> None:
     assert library.why(BORDERING, 1).hits == ()
     ((hit, _),) = library.why(BORDERING, 1, near=True).hits
@@ -76,7 +82,6 @@ def test_clips_are_judged_by_it(library: Library, how, found: bool) -> None:
 @pytest.mark.parametrize(
     ("how", "message"),
     [
-        ({"near": True, "fuzzy": 1}, "near and fuzzy together"),
         ({"tolerance": -1}, "a tolerance of -1 s"),
         ({"overlaps": "some"}, 'overlaps "some"'),
         ({"fuzzy": "many"}, '"many" edits'),

@@ -7,7 +7,7 @@ added. Lines that must not happen have no edits: they are searched for exactly.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import NamedTuple, TypeVar
 
@@ -94,7 +94,7 @@ def find(
     plans = [
         FuzzyPlan.of(program, lines, allowance)
         for lines in dict.fromkeys(opened)
-        for program in plan(query_of(lines))
+        for program in plan(replace(query_of(lines), near=query.near))
     ]
     for number, net in enumerate(net for one in plans for net in one.nets):
         net.number = number

@@ -125,15 +125,16 @@ class Kinds:
         places[known] = np.arange(len(known))
         self.code = places[numbers]
         self.counts, self.bucket = counts[known], known % (BUCKETS + 1)
-        self._cell, runner = np.divmod(known // (BUCKETS + 1), CELL + 1)
-        self._turns = _turns(self._cell, runner, self.bucket)
+        self._cell, self._runner = np.divmod(known // (BUCKETS + 1), CELL + 1)
+        self._turns = _turns(self._cell, self._runner, self.bucket)
         self._bounds = columns.bounds
 
     def table(self, state: State) -> Costs:
         """Return what each kind costs as what a state asks for: (K,), changes left out."""
         wanted = cells_of(state, 0)[: CELL + 1]
         table = self._turns[:, wanted].min(axis=1, initial=MOST)
-        return np.where(wanted[self._cell], np.int16(0), table)
+        near = wanted[self._runner] & (self.bucket * THOUSANDTHS < state.near * BUCKETS)
+        return np.where(wanted[self._cell] | near, np.int16(0), table)
 
     def having(self, kinds: BoolArray) -> BoolArray:
         """Return which captures have a symbol of some kinds, (captures,)."""
