@@ -19,6 +19,7 @@ from sample_library import sql
 
 from lanindex.alphabet import MEASURES
 from lanindex.app.cli import VERBS
+from lanindex.app.commands import learn
 from lanindex.encoding.profile import BUILT_IN
 
 MAIN = "from lanindex.app.cli import main; main()"
@@ -267,6 +268,19 @@ class TestExport:
         assert filled("export", "r_arm place low", "-o", "a").returncode == 0
         done = filled("export", "--capture", "bow.bvh", "--from", "3", "--to", "9", "-o", "b")
         assert done.stdout.strip() == os.path.join("b", "bow_3-9.bvh")
+
+    def test_no_more_than_is_wanted(self, filled) -> None:
+        clips = [
+            one["clip"] for one in records(filled("export", "arm any", "--limit", "2", "--json"))
+        ]
+        hits = records(filled("search", "arm any", "--limit", "2", "--json"))
+        assert [it.rpartition("_")[2].partition(".")[0] for it in clips] == [
+            f"{it['start_frame']}-{it['end_frame']}" for it in hits
+        ]
+        best = records(filled("export", "raise", "-n", "1", "--json", "-o", "best"))
+        assert [it["fit"] for it in best] == [
+            max(it["fit"] for it in records(filled("search", "raise", "--json")))
+        ]
 
     def test_nothing_found(self, filled, place: Path) -> None:
         assert filled("export", "r_leg high", "-o", "out").returncode == 1
@@ -674,6 +688,29 @@ class TestOddCalls:
             text=True,
         )
         assert "Traceback" not in done.stderr
+
+    def test_files_that_all_fail_make_no_library(self, run, place: Path) -> None:
+        (place / "bad.bvh").write_text("junk")
+        refused(run("ingest", "bad.bvh"), "bad.bvh", "1 file: 1 failed")
+        assert not list(place.glob("lanindex.db*"))
+        assert run("ingest", "raise.bvh").returncode == 0
+        refused(run("ingest", "bad.bvh"), "1 failed")
+        assert (place / "lanindex.db").exists()
+
+    @pytest.mark.parametrize("kept", [[], ["--folder", "kept"]])
+    def test_a_demo_leaves_what_is_asked_for(
+        self, run, place: Path, repository: Path, monkeypatch: pytest.MonkeyPatch, kept: list[str]
+    ) -> None:
+        (place / "few").mkdir()
+        for name in ("radio_gymnastics.bvh", "labels.csv"):
+            shutil.copy(repository / "corpus" / name, place / "few")
+        monkeypatch.setattr(learn, "corpus", lambda: place / "few")
+        monkeypatch.setattr("tempfile.tempdir", str(place))
+        there = {*place.iterdir()}
+        done = run("demo", *kept)
+        assert done.returncode == 0
+        assert {*place.iterdir()} == there | {place / name for name in kept[1:]}
+        assert ("lanindex demo --folder" in done.stdout) == (not kept)
 
     def test_an_empty_folder_makes_no_library(self, run, place: Path) -> None:
         (place / "empty").mkdir()

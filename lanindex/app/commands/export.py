@@ -6,6 +6,7 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -60,6 +61,9 @@ class Clips:
     )
     origin: options.Origin = False
     preview: str | None = option(None, "webp|gif|mp4", "Write a film beside each clip.")
+    limit: int | None = option(
+        None, "N", "Only the first; of words the best.", "--limit", "-n", min=1
+    )
 
 
 @dataclass(frozen=True)
@@ -129,10 +133,14 @@ def run(
                 query = pattern_in(str(source.pattern))
                 pattern = pattern_of(out, library, query, library.words)
                 hits = hits_in(library.search(pattern, **search_options))
+                if clips.limit is not None and pattern != query:
+                    hits = hits.by_fit(clips.limit)
                 requests = from_hits(hits, hits.pattern)
             folder = clips.output or Path("clips")
             form = ClipOptions(pad, clips.format, clips.origin, clips.preview)
-            manifest = export(library.store, requests, folder, form, force=force)
+            manifest = export(
+                library.store, islice(requests, clips.limit), folder, form, force=force
+            )
             for clip in manifest:
                 out.row([folder / clip["clip"]], clip)
             out.note(f"{counted(len(manifest), 'clip')} in {folder}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections import Counter
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,7 +56,8 @@ def ingest(
     jobs = _processes(out, files, jobs)
     tally, read, beside = Counter[str](), list[str](), set[str]()
     start, division = time.monotonic(), chosen.meter.division
-    no_library = dry_run and not os.path.exists(db)
+    is_new = not os.path.exists(db)
+    no_library = dry_run and is_new
     progress = out.watch if out.watched else None
     with (
         nullcontext()
@@ -72,6 +73,9 @@ def ingest(
                 _report(out, outcome)
                 read.append(outcome.path)
                 beside.update(outcome.beside)
+    if is_new and tally["failed"] == len(read):  # an empty library would hide that it failed
+        with suppress(OSError):
+            os.remove(db)
     if unused := unfitting(table, read):
         out.note(f"{labels}: {unused}")
     _summary(out, tally, len(read), time.monotonic() - start, dry_run)

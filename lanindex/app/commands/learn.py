@@ -55,13 +55,28 @@ def demo(
 
     Ingests them into a library of its own, searches three times and exports clips.
     """
+    start = time.monotonic()
+    if folder is None:
+        with tempfile.TemporaryDirectory(prefix="lanindex-demo-") as place:
+            _demo(out, Path(place))
+        follow = ["demo --folder demo    # to keep the library and the clips"]
+    else:
+        folder.mkdir(parents=True, exist_ok=True)
+        _demo(out, folder)
+        db = folder / "demo.db"
+        follow = [f'search "r_arm rising x2" --db {db}', f"show 1 --db {db}"]
+    kept = f", in {folder}" if folder else ""
+    out.line(f"All in {time.monotonic() - start:.1f} s{kept}. Now type:")
+    for line in (*follow, "ingest YOUR_FOLDER    # then search without --db"):
+        out.line(f"  lanindex {line}")
+
+
+def _demo(out: Output, folder: Path) -> None:
+    """Write a library and clips of the choreographies to a folder, and say how."""
     from lanindex.search.hits import hits_in
 
-    start = time.monotonic()
-    place = folder or Path(tempfile.mkdtemp(prefix="lanindex-demo-"))
-    place.mkdir(parents=True, exist_ok=True)
-    db, source = place / "demo.db", corpus()
-    with lanindex.open_library(db, create=True) as library:
+    source = corpus()
+    with lanindex.open_library(folder / "demo.db", create=True) as library:
         done = library.ingest(*sorted(source.glob("*.bvh")), labels=source / "labels.csv")
         stats = library.stats()
         out.line(
@@ -77,16 +92,12 @@ def demo(
             out.line(f"{counted(len(hits), 'hit')} in {counted(hits.captures, 'capture')}")
         pattern = SEARCHES[0][0]
         clips = library.export(
-            hits_in(library.search(pattern)), place / "clips", pad="0.5s", force=True
+            hits_in(library.search(pattern)), folder / "clips", pad="0.5s", force=True
         )
     out.line()
-    out.line(f'Exported {counted(len(clips), "clip")} of "{pattern}" to {place / "clips"}:')
+    out.line(f'Exported {counted(len(clips), "clip")} of "{pattern}":')
     for clip in clips[:3]:
         out.line(f"  {clip['clip']}  (frames {clip['clip_start_frame']}-{clip['clip_end_frame']})")
-    out.line(f"All in {time.monotonic() - start:.1f} s. Now type:")
-    out.line(f'  lanindex search "r_arm rising x2" --db {db}')
-    out.line(f"  lanindex show 1 --db {db}")
-    out.line("  lanindex ingest YOUR_FOLDER    # then search without --db")
 
 
 def corpus() -> Path:
