@@ -72,6 +72,14 @@ def test_one_capture_under_the_glass(place: Path) -> None:
     assert "margin 1.00" in done.stdout
 
 
+def test_captures_under_the_glass_fit_a_glob(place: Path) -> None:
+    done = called(place, "search", "r_arm mid -> high", "--why", "*.bvh")
+    assert done.returncode == 0
+    assert "bow.bvh\nfound:      r_arm mid\nnot found:" in done.stdout
+    assert "raise.bvh\n[" in done.stdout
+    assert called(place, "search", "r_arm mid -> high", "--why", "b*.bvh").returncode == 1
+
+
 def test_a_capture_that_is_not_there(place: Path) -> None:
     done = called(place, "search", "r_arm high", "--why", "rise.bvh")
     assert done.returncode == 2

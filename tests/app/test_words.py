@@ -116,6 +116,17 @@ class TestSearch:
         refused = run("search", "reach")
         assert refused.exit_code == 2
 
+    def test_the_best_comes_first_and_a_picture_has_the_word_for_a_title(self, run) -> None:
+        Path("own.toml").write_text('move = {pattern = "arm any", sentence = "Anything."}')
+        fits = [
+            hit["fit"] for hit in records(run("search", "move", "--words", "own.toml", "--json"))
+        ]
+        by_time = [hit["fit"] for hit in records(run("search", "arm any", "--json"))]
+        assert fits == sorted(by_time, reverse=True) != by_time
+        done = run("search", "move", "--words", "own.toml", "--preview", "hits.svg", "--limit", "1")
+        assert done.exit_code == 0
+        assert ">move</text>" in Path("hits.svg").read_text()
+
     def test_a_word_may_stand_in_a_pattern(self, run) -> None:
         assert run("search", "r_arm during @raise").exit_code == 0
         assert run("search", "@kick or @reach", "--words", "own.toml").exit_code == 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -37,7 +37,9 @@ class View:
     """Options: which hits are shown, and how."""
 
     limit: options.Limit = None
-    sort: str = option("time", "fit|time", "Best fit or earliest first.")
+    sort: str | None = option(
+        None, "fit|time", "Best fit or earliest first; by default fit for words, time for patterns."
+    )
     count: bool = flag("--count", "Count the hits in each capture.")
     context: str | None = option(
         None, "TIME", "Draw the staff of each hit and this much around it: 0, 0.5s, 10f."
@@ -53,7 +55,7 @@ class View:
 
     def check(self, others: Mapping[str, object], rerank: bool) -> None:
         """Refuse options that cannot stand beside each other, and bad ones before the search."""
-        choice("--sort", self.sort, ("fit", "time"))
+        choice("--sort", self.sort or "time", ("fit", "time"))
         others = {**others, "--count": self.count}
         exclusive("--context", self.context, {**others, "--into": self.into})
         drawn = {"--into": self.into, "--context": self.context}
@@ -99,8 +101,8 @@ def run(
     ),
     why: str | None = option(
         None,
-        "CAPTURE",
-        "Say what matched in one capture, or where matching failed.",
+        "CAPTURE|GLOB",
+        "Say what matched in a capture, or where matching failed.",
         autocompletion=options.complete_capture,
     ),
     view: Annotated[View, options.Group(View)],
@@ -132,15 +134,21 @@ def run(
         with options.opened(db, out) as library:
             return _print_alike(out, library, clip, rerank, view.limit, selection, timeout)
     exclusive("--why", why, {"--fuzzy": matching["fuzzy"] is not None})
+    from lanindex.library.selection import Selection
     from lanindex.search.hits import Counts
     from lanindex.search.language.score import pattern_in
 
-    pattern = pattern_in(typed)
+    asked = pattern_in(typed)
     with options.opened(db, out, words) as library:
-        pattern = pattern_of(out, library, pattern, words)
+        pattern = pattern_of(out, library, asked, words)
+        if view.sort is None:
+            view = replace(view, sort="time" if pattern == asked else "fit")
         if why is not None:
             del matching["fuzzy"]
-            return _print_trace(out, library.why(pattern, options.capture_id(why), **matching))
+            fitting = library.store.numbers(Selection(why))
+            chosen = fitting or (options.capture_id(why),)
+            traces = [library.why(pattern, it, **matching) for it in chosen[: view.limit]]
+            return all([_print_trace(out, trace) for trace in traces])
         if explain:
             text = library.explain(pattern, selection, strict=matching["strict"], plan=plan)
             out.record({"explain": text}) if out.json else out.text(text)
@@ -157,7 +165,7 @@ def run(
         elif view.count:
             _count(out, library, hits)
         else:
-            _hits(out, library, hits, view, best)
+            _hits(out, library, hits, view, best, " ".join(typed.split()))
         if not hits and not out.quiet:
             advice = library.suggest(pattern, selection, **matching)
             out.notes([advice.brief] if out.json else str(advice).split("\n"))
@@ -200,7 +208,9 @@ def _note_labelled(out: Output, library: Library, name: str) -> None:
         )
 
 
-def _hits(out: Output, library: Library, hits: Hits, view: View, best: int | None) -> None:
+def _hits(
+    out: Output, library: Library, hits: Hits, view: View, best: int | None, title: str
+) -> None:
     """Print or draw hits; `best` is how many were searched for, if not all."""
     most = view.limit or (ON_TERMINAL if out.terminal else None)
     if view.limit is None and view.preview is not None:
@@ -213,11 +223,12 @@ def _hits(out: Output, library: Library, hits: Hits, view: View, best: int | Non
     elif view.preview is None:
         print_hits(out, first, first.pattern)
     elif first:
-        _draw(out, library, first, view.preview, view.force)
+        _draw(out, library, first.of(title), view.preview, view.force)
     cut = cut_note(len(first), len(hits))
     if len(hits) == best:
         cut = "; no others fit better, --limit shows more"
-    out.note(f"{_numbers(hits)}{cut}")
+    order = ", the best first" if view.sort == "fit" and len(first) > 1 else ""
+    out.note(f"{_numbers(hits)}{order}{cut}")
 
 
 def _numbers(hits: Hits) -> str:
