@@ -206,22 +206,30 @@ def turns(heading: Floats, profile: Profile) -> Floats:
         edges = [first, *(first + edge for edge in chain(*rests)), last + 1]
         for start, stop in zip(edges[::2], edges[1::2], strict=True):
             if stop > start and abs(calm[stop - 1] - calm[start]) >= TURNS:
-                found.append(_turn(light, start, stop, rate))
-    return table([one for one in found if one.amount >= TURNS])
+                found.append(_turning(light[start:stop], start, rate))
+    edges = [0, *chain(*((one.start, one.stop) for one in found)), len(heading)]
+    around = zip(found, edges[::2], edges[3::2], strict=False)
+    told = (_told(light, *one, round(STRIDE * rate)) for one in around)
+    return table([one for one in told if one.amount >= TURNS])
 
 
-def _turn(heading: Floats, start: int, stop: int, rate: float) -> Event:
-    """Return a turn, from when it is seen to begin until it is seen to end."""
-    some = heading[start:stop]
-    left = some[-1] > some[0]
-    pace = np.gradient(some) * (rate if left else -rate)
-    whole = 0, len(some) - 1
-    first, last = seen(some, pace, whole, whole, PAUSE / rate)
-    amount = round(abs(float(some[last] - some[first])))
+def _turning(heading: Floats, start: int, rate: float) -> Event:
+    """Return a turn without its degrees, from when it is seen to begin until it is seen to end."""
+    left = heading[-1] > heading[0]
+    pace = np.gradient(heading) * (rate if left else -rate)
+    whole = 0, len(heading) - 1
+    first, last = seen(heading, pace, whole, whole, PAUSE / rate)
     code = DIRECTION_CODES["left" if left else "right"]
-    margin = min(amount / TURNS - 1, 1.0)
-    speed = float(pace.max()) / 360
-    return Event(start + first, start + last, code, -1, margin, amount=amount, speed=speed)
+    return Event(start + first, start + last, code, -1, 0, speed=float(pace.max()) / 360)
+
+
+def _told(heading: Floats, turn: Event, low: int, high: int, stride: int) -> Event:
+    """Return a turn with its degrees, as the heading between its neighbours, [low, high), tells."""
+    start, stop = turn.start, turn.stop
+    before = heading[max(low, start - stride + 1) : start + 1].mean()
+    after = heading[stop : max(min(high, stop + stride), stop + 1)].mean()
+    amount = round(abs(float(after - before)))
+    return turn._replace(amount=amount, margin=min(amount / TURNS - 1, 1.0))
 
 
 Angles = NDArray[np.complex128]

@@ -249,7 +249,7 @@ def load(name: str | Path = "default") -> Profile:
     )
 
 
-METHOD = b"7"
+METHOD = b"8"
 """Which method encodes: another one makes other symbols with the same numbers."""
 
 

@@ -31,6 +31,14 @@ def test_straight_pieces_are_written_down(seed):
         assert all(0 <= a < b < len(curve) for a, b in moves(curve + 0j, profile))
 
 
+@pytest.mark.parametrize("phase", range(0, 360, 30))
+def test_the_sway_of_a_walk_does_not_count_in_a_turn(phase):
+    time = np.arange(480) / 60
+    sway = 12 * np.sin(2 * np.pi * time + np.radians(phase))
+    (turn,) = turns(90 * np.clip((time - 3) / 1.5, 0, 1) + sway, load("default"))
+    assert abs(curves.Event(*turn).amount - 90) <= 5
+
+
 @pytest.mark.parametrize("pace", [[1, 1, 1, 1], [0, 1, 1, 1], [2, 1, 1, 1]])
 def test_an_even_pace_has_a_beginning(pace):
     for part in range(4):
