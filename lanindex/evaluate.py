@@ -19,11 +19,11 @@ from lanindex.library.connect import Progress, no_progress
 from lanindex.model import Capture, Meter, Score
 from lanindex.notation.text import read_toml
 from lanindex.pipeline.ingest import Labels, discover, key_of
-from lanindex.pipeline.library import deadline
 from lanindex.pipeline.prepare import Task, prepared
 from lanindex.pipeline.search import SearchOptions, query_of, searcher
 from lanindex.search.language import Query
 from lanindex.search.language.score import pattern_in
+from lanindex.search.limits import deadline
 
 if TYPE_CHECKING:
     from lanindex.encoding.profile import Profile

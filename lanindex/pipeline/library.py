@@ -9,7 +9,6 @@ from fractions import Fraction
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING, Any, Self
 
 from lanindex.errors import LanindexError, PatternError, UsageError
@@ -17,6 +16,7 @@ from lanindex.library.connect import DEFAULT, Progress
 from lanindex.library.selection import ALL, Selection
 from lanindex.library.store import Store
 from lanindex.search.hits import Hits, piped
+from lanindex.search.limits import deadline
 
 if TYPE_CHECKING:
     from lanindex.library.stats import Stats
@@ -817,24 +817,6 @@ class Library:
             raise
         check_columns(self.store, query)
         return query, self.store.numbers(selection)
-
-
-def deadline(
-    progress: Progress, seconds: float | None, job: str = "search", remedy: str = ""
-) -> Progress:
-    """Return a progress that is passed on, and raises once the job has taken too long."""
-    begun = monotonic()
-
-    def watch(noun: str, done: int, total: int) -> None:
-        progress(noun, done, total)
-        if seconds is not None and monotonic() - begun > seconds:
-            raise LanindexError(
-                f"the {job} took longer than {seconds:g} s, "
-                f"and was through with {done:,} of {total:,} {noun}",
-                remedy=remedy,
-            )
-
-    return watch
 
 
 open_library = Library.open

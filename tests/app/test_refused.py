@@ -12,8 +12,9 @@ from lanindex.app.cli import app
 from lanindex.errors import LanindexError
 from lanindex.notation import eaf
 from lanindex.pipeline.library import open_library
+from lanindex.search import limits
 from lanindex.search.fuzzy import follow
-from lanindex.search.match import arrays, context
+from lanindex.search.match import arrays
 
 PATTERN = "r_arm any with a: l_arm any ... b: any where b.end - a.start > 0.1s"
 
@@ -29,7 +30,7 @@ NAMED = [f"{it}.lnd" for it in "234567"]
 @pytest.fixture
 def db(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return a library of seven captures that are too rich, between two that are not."""
-    monkeypatch.setattr(context, "MOST_TRIED", 1_000)
+    monkeypatch.setattr(limits, "MOST_TRIED", 1_000)
     with open_library(tmp_path / "l.db", create=True) as library:
         for name in ("a", *"234567", "z"):
             score = sample_score(0, ("r_arm", "l_arm"), 6 if name in "az" else 60)
@@ -95,7 +96,7 @@ def test_a_fuzzy_search_names_captures_with_too_many_pairs_of_lines(
     with open_library(db) as library:
         hits = library.search(pattern, fuzzy="0.5")
         wanted = [str(hit) for hit in hits if Path(hit.path).name in ("a.lnd", "z.lnd")]
-        monkeypatch.setattr(arrays, "available", lambda: 4 << 30)
+        monkeypatch.setattr(limits, "available", lambda: 4 << 30)
         monkeypatch.setattr(arrays, "PAIR", 1 << 25)  # a line may have 32 others beside it
         assert [str(hit) for hit in library.search(pattern, fuzzy="0.5")] == wanted != []
         assert [str(it).split(":")[0] for it in library.refused] == NAMED
@@ -145,7 +146,7 @@ def test_advice_counts_the_other_captures(db: Path) -> None:
 def test_evaluate_names_them_and_counts_them_as_not_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(context, "MOST_TRIED", 1_000)
+    monkeypatch.setattr(limits, "MOST_TRIED", 1_000)
     for name in ("few", "many"):
         score = sample_score(0, ("r_arm", "l_arm"), 6 if name == "few" else 60)
         (tmp_path / f"{name}.lnd").write_text(write_lnd(score))
@@ -163,7 +164,7 @@ def test_evaluate_names_them_and_counts_them_as_not_found(
 def test_in_less_memory_the_same_hits_are_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(arrays, "LEAST", 0)
+    monkeypatch.setattr(limits, "LEAST", 0)
     with open_library(tmp_path / "l.db", create=True) as library:
         for number in range(3):
             score = sample_score(number, ("r_arm", "l_arm"), 60)

@@ -19,8 +19,8 @@ import synthetic
 from generated_patterns import random_pattern
 
 from lanindex.errors import LanindexError
-from lanindex.pipeline.library import deadline
 from lanindex.search.language import parse
+from lanindex.search.limits import deadline
 from lanindex.search.match import Finder
 
 ROUNDS = 5

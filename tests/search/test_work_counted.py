@@ -5,8 +5,9 @@ from fast_search import find_fast
 from query_cases import recordings_of
 
 from lanindex.errors import LanindexError
+from lanindex.search import limits
 from lanindex.search.language import parse
-from lanindex.search.match import arrays, backward, context, join, relations, walk
+from lanindex.search.match import arrays, backward, join, relations, walk
 
 
 def found(tracks: str, pattern: str, **options) -> list[tuple[int, int]]:
@@ -34,7 +35,7 @@ WAVE = "r_arm: place low 0 0, " + ", ".join(
     ],
 )
 def test_repeats_and_gaps_do_not_blow_up(pattern, monkeypatch):
-    monkeypatch.setattr(arrays, "most_rows", lambda size: 50_000 if size == walk.MATCH else 1 << 20)
+    monkeypatch.setattr(limits, "most_rows", lambda size: 50_000 if size == walk.MATCH else 1 << 20)
     assert found(f"{WAVE}; {WAVE.replace('r_arm', 'l_arm')}", pattern)
 
 
@@ -49,7 +50,7 @@ def test_repeats_and_gaps_do_not_blow_up(pattern, monkeypatch):
     ],
 )
 def test_what_cannot_be_tried_is_said(pattern, monkeypatch):
-    monkeypatch.setattr(context, "MOST_TRIED", 50)
+    monkeypatch.setattr(limits, "MOST_TRIED", 50)
     wave = WAVE.replace("low", "high")
     with pytest.raises(LanindexError, match=r"1\.lnd: the pattern fits in too many ways"):
         found(f"{wave}; {wave.replace('r_arm', 'l_arm')}; {wave.replace('r_arm', 'head')}", pattern)

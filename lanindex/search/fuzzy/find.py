@@ -39,6 +39,7 @@ from lanindex.search.language.query import (
     Query,
     query_of,
 )
+from lanindex.search.limits import running, tick
 from lanindex.search.match import relations
 from lanindex.search.match.arrays import (
     FAR,
@@ -48,9 +49,7 @@ from lanindex.search.match.arrays import (
     best_of_each,
     in_pieces,
     once,
-    running,
     smallest_in,
-    tick,
 )
 from lanindex.search.match.batch import Batch, split
 from lanindex.search.match.finder import MOST_ROWS, Finder, Watch

@@ -28,14 +28,8 @@ from lanindex.errors import UsageError
 from lanindex.model.columns import CELL, THOUSANDTHS, Columns, ranges
 from lanindex.search.language.query import Arrow
 from lanindex.search.language.words import WORD_KINDS
-from lanindex.search.match.arrays import (
-    AnyArray,
-    BoolArray,
-    IntArray,
-    OverBudget,
-    best_of_each,
-    tick,
-)
+from lanindex.search.limits import OverBudget, tick
+from lanindex.search.match.arrays import AnyArray, BoolArray, IntArray, best_of_each
 from lanindex.search.match.batch import Batch, cells_of, unavoidable
 from lanindex.search.plan import Program, State
 from lanindex.search.sphere import KNOWN, MIDDLES, points_of

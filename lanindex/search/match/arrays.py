@@ -1,22 +1,18 @@
-"""Tables of columns, ranges of many lengths at once, and what a running search may do.
+"""Tables of columns, and ranges of many lengths at once.
 
-The engine hardly ever loops: a million ranges are worked on in a few operations on arrays. Tables
-that would be larger than the budget of a search are made in pieces, or refused; what is free
-changes while a search runs, so its budget is fixed when it begins. Whoever waits for the search is
-told with each column that is made, and may break it off there.
+The engine hardly ever loops: a million ranges are worked on in a few operations on arrays.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Iterator, Sequence
 from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.memory import available
+from lanindex.search import limits
+from lanindex.search.limits import check_budget, tick
 
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
@@ -25,45 +21,6 @@ AnyArray = NDArray[Any]
 FAR = 1 << 40  # more than any frame or row; times a number of captures it still fits 64 bits
 MOST_AT_ONCE = 1 << 18  # pairs made at once
 PAIR = 128  # bytes of a pair that is spread out, with all that is made of it
-LEAST = 64 << 20  # bytes that a search gets in any case
-UNKNOWN = 1 << 30  # bytes that it gets where the system does not say what is free
-_memory: ContextVar[int] = ContextVar("memory", default=UNKNOWN)
-_tick: ContextVar[Callable[[], None] | None] = ContextVar("tick", default=None)
-
-
-class OverBudget(Exception):
-    """A table would be larger than the budget: to be tried with fewer captures."""
-
-
-@contextmanager
-def running(memory: int | None, tick: Callable[[], None] | None) -> Iterator[None]:
-    """Begin a search: its budget in bytes, None a quarter of what is free, and its tick."""
-    if memory is None:
-        free = available()
-        memory = UNKNOWN if free is None else free // 4
-    tokens = _memory.set(max(LEAST, memory)), _tick.set(tick)
-    try:
-        yield
-    finally:
-        _memory.reset(tokens[0])
-        _tick.reset(tokens[1])
-
-
-def tick() -> None:
-    """Tell whoever waits that the search goes on; this raises where it may not."""
-    if call := _tick.get():
-        call()
-
-
-def most_rows(size: int) -> int:
-    """Return how many rows a table may have that take so many bytes each, with all made of them."""
-    return _memory.get() // size
-
-
-def check_budget(rows: int, size: int) -> None:
-    """Raise `OverBudget` where a table of rows that take so many bytes each would be too large."""
-    if rows > most_rows(size):
-        raise OverBudget
 
 
 class Table:
@@ -136,7 +93,7 @@ def spread(low: IntArray, high: IntArray) -> tuple[IntArray, IntArray]:
 
 def in_pieces(counts: IntArray) -> Iterator[IntArray]:
     """Yield places, so many at once that their counts are together about `MOST_AT_ONCE`."""
-    most = min(MOST_AT_ONCE, most_rows(4 * PAIR))
+    most = min(MOST_AT_ONCE, limits.most_rows(4 * PAIR))
     if counts.sum() < most:
         yield np.arange(len(counts))
         return

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from lanindex.search import limits
 from lanindex.search.language.clauses import Condition
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray
 from lanindex.search.match.backward import Backwards, ending_values
@@ -17,9 +18,6 @@ from lanindex.search.match.follow import NONE, roots
 from lanindex.search.match.matches import Claims, in_sets, no_claims, single_claims
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
 from lanindex.search.plan import NEGATIONS, Program, State, followers, reached
-
-MOST_TRIED = 1 << 21
-"""Partial matches and joins that are tried in one capture before it is refused."""
 
 
 class Joins:
@@ -94,7 +92,7 @@ class Context:
     def count_tried(self, capture: IntArray) -> BoolArray | None:
         """Count matches by their captures; return which are not refused, None: all of them."""
         self._tried += np.bincount(capture, minlength=len(self.batch))
-        self.refused |= self._tried > MOST_TRIED
+        self.refused |= self._tried > limits.MOST_TRIED
         return ~self.refused[capture] if self.refused.any() else None
 
     def settled(self, program: Program) -> list[SettledConditions]:

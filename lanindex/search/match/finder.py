@@ -19,7 +19,8 @@ from lanindex.model.symbol import listed
 from lanindex.search.hits import meets
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
-from lanindex.search.match.arrays import IntArray, OverBudget, once, running, together
+from lanindex.search.limits import OverBudget, running
+from lanindex.search.match.arrays import IntArray, once, together
 from lanindex.search.match.batch import Batch, possible, split
 from lanindex.search.match.conditions import Captures, Clauses
 from lanindex.search.match.context import Context

@@ -16,6 +16,7 @@ from lanindex.alphabet import TRACKS
 from lanindex.model import Hit, Symbol
 from lanindex.model.columns import THOUSANDTHS
 from lanindex.search.hits import TOGETHER, CaptureStore, Hits
+from lanindex.search.limits import tick
 from lanindex.search.match.arrays import (
     FAR,
     AnyArray,
@@ -25,7 +26,6 @@ from lanindex.search.match.arrays import (
     best_of_each,
     in_order,
     starts_of,
-    tick,
 )
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.plan import State

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lanindex.search.limits import check_budget
 from lanindex.search.match import matches, relations
 from lanindex.search.match.arrays import (
     FAR,
@@ -18,7 +19,6 @@ from lanindex.search.match.arrays import (
     BoolArray,
     IntArray,
     Table,
-    check_budget,
     in_pieces,
     once,
     spread,

@@ -14,7 +14,8 @@ from fractions import Fraction
 import numpy as np
 
 from lanindex.search.language.times import Length, Time
-from lanindex.search.match.arrays import FAR, BoolArray, IntArray, OverBudget, best_of_each
+from lanindex.search.limits import OverBudget
+from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.conditions import Facts
 from lanindex.search.match.context import Context

@@ -11,16 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lanindex.search.match.arrays import (
-    FAR,
-    BoolArray,
-    IntArray,
-    Table,
-    check_budget,
-    grouped,
-    once,
-    spread,
-)
+from lanindex.search.limits import check_budget
+from lanindex.search.match.arrays import FAR, BoolArray, IntArray, Table, grouped, once, spread
 
 
 @dataclass(slots=True, eq=False)

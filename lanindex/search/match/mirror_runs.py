@@ -17,14 +17,8 @@ from lanindex.alphabet import KINDS, kind_of, mirrored_part
 from lanindex.model.columns import CELL
 from lanindex.search.language.clauses import Mirrors
 from lanindex.search.language.query import NEXT
-from lanindex.search.match.arrays import (
-    BoolArray,
-    IntArray,
-    Table,
-    best_of_each,
-    tick,
-    together,
-)
+from lanindex.search.limits import tick
+from lanindex.search.match.arrays import BoolArray, IntArray, Table, best_of_each, together
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.match.conditions import MIRRORED_CELLS, Clauses
 from lanindex.search.match.hits import BestTrace, HitTable, parts_number, table

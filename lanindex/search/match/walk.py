@@ -20,12 +20,12 @@ from functools import cached_property
 
 import numpy as np
 
+from lanindex.search.limits import check_budget
 from lanindex.search.match.arrays import (
     FAR,
     BoolArray,
     IntArray,
     Table,
-    check_budget,
     grouped,
     in_pieces,
     smallest_from_here,

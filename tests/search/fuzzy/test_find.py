@@ -19,7 +19,7 @@ from lanindex.search.fuzzy import Allowance
 from lanindex.search.fuzzy import find as find_in_columns
 from lanindex.search.fuzzy.find import MORE, FuzzyHits, _Search
 from lanindex.search.language import parse
-from lanindex.search.match.arrays import running
+from lanindex.search.limits import running
 from lanindex.search.match.finder import Finder
 from lanindex.search.match.hits import CHECK_EVERY, ROUNDS, staying
 

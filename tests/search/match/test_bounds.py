@@ -19,9 +19,11 @@ from random_library import DIRECTIONS, PARTS, random_library
 from lanindex.errors import LanindexError
 from lanindex.model import Capture, Span, Track
 from lanindex.model.symbol import blank
-from lanindex.pipeline.library import deadline, open_library
+from lanindex.pipeline.library import open_library
+from lanindex.search import limits
 from lanindex.search.language import parse
 from lanindex.search.language.times import Time
+from lanindex.search.limits import deadline
 from lanindex.search.match import arrays, leading, walk
 from lanindex.search.match.batch import Batch
 from lanindex.search.match.context import Context
@@ -35,7 +37,7 @@ def patience(seconds: float):
 
 def test_what_is_too_much_at_once_is_tried_in_parts_or_refused(monkeypatch):
     most = {arrays.PAIR: 2, walk.MATCH: 1}
-    monkeypatch.setattr(arrays, "most_rows", lambda size: most.get(size, 9))
+    monkeypatch.setattr(limits, "most_rows", lambda size: most.get(size, 9))
     refused = 0
     for seed in some(100, 20):
         random = Random(seed)
@@ -99,7 +101,7 @@ def test_the_best_hits_are_told_in_time_and_others_whenever():
 
 def test_repeats_that_mirror_each_other_are_not_tried_in_pairs(monkeypatch):
     monkeypatch.setattr(
-        arrays, "most_rows", lambda size: 10_000
+        limits, "most_rows", lambda size: 10_000
     )  # else it grows with the fourth power
     query = parse("a: (r_arm any x1+) with b: (l_arm any x1+) where a mirrors b")
     recordings = [random_library(Random(9), captures=1, most=400)[0]]

@@ -13,9 +13,11 @@ from query_cases import recordings_of
 from random_library import random_library
 
 from lanindex.pipeline.search import NEAR
+from lanindex.search import limits
 from lanindex.search.language import parse
-from lanindex.search.match import arrays, leading, matches, walk
-from lanindex.search.match.arrays import FAR, OverBudget, together
+from lanindex.search.limits import OverBudget
+from lanindex.search.match import leading, matches, walk
+from lanindex.search.match.arrays import FAR, together
 from lanindex.search.match.context import Context
 from lanindex.search.match.matches import Claims, Nodes, single_claims
 
@@ -159,7 +161,7 @@ def test_what_is_too_much_for_one_capture_is_tried_in_parts(monkeypatch) -> None
         walked.append(roots)
         return once(self, roots, within)
 
-    monkeypatch.setattr(arrays, "most_rows", lambda size: 12 if size == walk.MATCH else 1 << 20)
+    monkeypatch.setattr(limits, "most_rows", lambda size: 12 if size == walk.MATCH else 1 << 20)
     monkeypatch.setattr(walk.Walk, "run", found)
     query, many = parse("a: r_arm any ... b: any where a.level < b.level"), []
     for seed in range(10):
@@ -207,6 +209,6 @@ def test_nodes_tell_what_goes_on_in_what(monkeypatch) -> None:
     ends = np.array([first[1], third[0], second[1], third[0], first[0]])
     assert nodes.behind(lines, ends).tolist() == [True, False, False, False, False]
     assert nodes.leading_to(second[:1]).tolist() == [True, True, True, False, False]
-    monkeypatch.setattr(arrays, "most_rows", lambda size: 10)
+    monkeypatch.setattr(limits, "most_rows", lambda size: 10)
     with pytest.raises(OverBudget):
         nodes.behind(lines, ends)

@@ -9,8 +9,9 @@ from fast_search import find_fast, told
 from plain_matcher import find
 from random_library import random_library
 
+from lanindex.search import limits
 from lanindex.search.language import parse
-from lanindex.search.match import arrays, leading, walk
+from lanindex.search.match import leading, walk
 from lanindex.search.match.arrays import FAR, filled
 from lanindex.search.match.join import unexcused
 from lanindex.search.match.matches import Claims, single_claims
@@ -93,7 +94,7 @@ def test_ways_are_no_more_than_a_few_times_the_rows(pattern: str, monkeypatch) -
     rows = sum(len(track.symbols) for track in recordings[0][1].values())
     assert rows > 500
     monkeypatch.setattr(
-        arrays, "most_rows", lambda size: 2 * rows if size == walk.MATCH else 1 << 25
+        limits, "most_rows", lambda size: 2 * rows if size == walk.MATCH else 1 << 25
     )
     calls, best_of_all = [], leading._best_ends
     monkeypatch.setattr(
