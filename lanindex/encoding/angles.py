@@ -1,22 +1,21 @@
-"""How arms and legs bend, and how torso and head turn and lean, stretch by stretch.
+"""How torso and head turn and lean, stretch by stretch.
 
-Source: ``encoding/BODY.md``, "Bends", "Twists" and "Inclines".
+Source: ``encoding/BODY.md``, "Twists" and "Inclines".
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import BENDS, PARTS
 from lanindex.encoding import curves
-from lanindex.encoding.arithmetic import bend, cross, dot
+from lanindex.encoding.arithmetic import cross, dot
 from lanindex.encoding.curves import Angles
 from lanindex.encoding.joints import Body
-from lanindex.encoding.places import Stretch, together
+from lanindex.encoding.places import together
 from lanindex.model import Span
 
 Floats = NDArray[np.float64]
@@ -97,27 +96,6 @@ LEANS = {
     "head_incline": Lean(HEAD, lambda it, front: leaning(it[HEAD[0]], front), INCLINED, True),
 }
 _NEEDED = {part: lean.needed for part, lean in LEANS.items()}
-_CHAINS = {part: PARTS[limb].chain for limb, part in BENDS.items()}
-
-
-def bends(body: Body) -> Iterator[Told]:
-    """Yield how each arm and leg bends, stretch by stretch."""
-    for stretch, parts in together(body, _CHAINS):
-        found = curves.bends(_angles(stretch, parts), body.profile, body.fast)
-        for part, those in zip(parts, found, strict=True):
-            yield part, stretch.known, stretch.frames.start, those
-
-
-def _angles(stretch: Stretch, parts: Sequence[str]) -> Floats:
-    """Return by how many degrees lower bones are turned from upper ones, (P, N)."""
-    angles = np.empty((len(parts), len(stretch.frames)))
-    chains = list(zip(*(_CHAINS[part] for part in parts), strict=True))
-    for block, places in stretch.blocks():
-        upper, middle, lower = (
-            np.array([places[joint].T for joint in joints]).swapaxes(0, 1) for joints in chains
-        )
-        angles[:, block.inner] = bend(middle - upper, lower - middle)
-    return angles
 
 
 def leans(body: Body, turn: Floats) -> Iterator[Told]:

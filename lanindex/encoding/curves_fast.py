@@ -12,10 +12,10 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from lanindex.encoding.bends import bend_parts
 from lanindex.encoding.curves import (
     PAUSE,
     begun,
-    bend_parts,
     departures,
     lulls,
     move_frames,

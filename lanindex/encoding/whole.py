@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
-from lanindex.encoding.angles import Told, bends, leans
+from lanindex.encoding.angles import Told, leans
 from lanindex.encoding.arithmetic import held, parted, smooth, unwrapped, window
+from lanindex.encoding.bends import bends_of
 from lanindex.encoding.curves import BRIEF, SECTOR, STRIDE, Event, pieces, table, turns
 from lanindex.encoding.ground import LEGS, Ground, grounds
 from lanindex.encoding.joints import Body
@@ -98,7 +99,7 @@ def whole(body: Body, turn: Floats) -> tuple[list[Written], tuple[str, ...]]:
 
 def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]:
     """Yield the tracks, and add what was doubtful."""
-    yield from bends(body)
+    yield from bends_of(body)
     arm, leg = body.length(ARMS), body.length(LEGS)
     for part, one, those in touches(body, arm) if arm else ():
         yield part, one.known, one.frames.start, table(those)

@@ -3,13 +3,24 @@
 import re
 
 from lanindex.body import axes
-from lanindex.encoding import angles, curves, ground, measures, rests, steps, timing, touch, whole
+from lanindex.encoding import (
+    angles,
+    bends,
+    curves,
+    ground,
+    measures,
+    rests,
+    steps,
+    timing,
+    touch,
+    whole,
+)
 from lanindex.encoding.profile import BUILT_IN
 from lanindex.model.columns import LIMITS
 from lanindex.notation import beats
 
 PAGE = (BUILT_IN.parent / "BODY.md").read_text()
-MODULES = (curves, ground, angles, steps, rests, whole, touch, measures, timing, beats, axes)
+MODULES = (curves, bends, ground, angles, steps, rests, whole, touch, measures, timing, beats, axes)
 
 
 def test_every_number_is_that_of_the_code():

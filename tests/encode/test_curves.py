@@ -7,7 +7,8 @@ import pytest
 from effort import seeds
 
 from lanindex.encoding import curves
-from lanindex.encoding.curves import arrivals, bends, moves, turns
+from lanindex.encoding.bends import bends
+from lanindex.encoding.curves import arrivals, moves, turns
 from lanindex.encoding.profile import load
 
 SLOPES = [0, 0.1, 0.2, 0.25, 1 / 3, 0.5, 1, 2, -0.25, -1, -2]
