@@ -43,12 +43,15 @@ STANCE = 0.25
 LOST = 0.2
 """Part of a stretch in which the feet neither carry nor fly: more is doubtful."""
 
-FALL, ONWARD = 5.5, 4.0
+FALL, ONWARD = 7.5, 4.0
 """Lengths of a leg a second squared: a body in the air is drawn down so much at least; one that
-goes somewhere so much."""
+runs so much."""
 
-FARES = 1.0
-"""Lengths of a leg a second: a body that is faster in the air goes somewhere."""
+RUNS = 2.5
+"""Lengths of a leg a second: nobody walks so fast."""
+
+CLEARS = 0.025
+"""Lengths of a leg: in a flight the lower foot rises so high over the ground around it."""
 
 STEEP = 0.15
 """How far a floor may rise, as a part of the way: steeper are stairs."""
@@ -107,11 +110,10 @@ def grounds(body: Body, leg: float) -> Iterator[Ground]:
         feet, wide = _feet(one, leg, rate)
         level = _level(one, leg, feet, STANCE * rate) if wide else feet.heights
         carries, uneven = carried(feet, level, rate)
-        del level
         doubts: tuple[str, ...] = (UNTOLD,) if uneven else ()
         bent, height = _legs(one, leg)
-        air = _flights(carries, height, feet.pace, rate)
-        del height
+        air = _flights(carries, level.min(axis=(0, 1)), height, feet.pace, rate)
+        del level, height
         lost = np.count_nonzero(~np.any(carries, axis=0)) - sum(stop - start for start, stop in air)
         if lost > LOST * carries.shape[1]:
             doubts += ("the feet slide over the floor: what steps there are is told in part",)
@@ -271,14 +273,18 @@ def _uneven(height: NDArray[np.float32], speed: Floats, rate: float) -> bool:
 
 
 def _flights(
-    carries: Flags, height: Floats, pace: NDArray[np.float32], rate: float
+    carries: Flags, lower: Floats, height: Floats, pace: NDArray[np.float32], rate: float
 ) -> list[tuple[int, int]]:
-    """Return when the body is in the air; the pelvis's height and pace in lengths of a leg."""
+    """Return when the body is in the air; of the lower foot and the pelvis, lengths of a leg."""
     found = []
+    around = round(STANCE * rate)
     for start, stop in runs(~np.any(carries, axis=0)):
         if stop - start > round(FLICKER * rate):
-            least = ONWARD if pace[start:stop].mean() > FARES else FALL
-            if -_bent(height[start:stop]) * rate**2 >= least:
+            least = ONWARD if pace[start:stop].mean() > RUNS else FALL
+            rim = (stop - start) // 6  # smoothed with what the legs do before and after
+            floor = lower[max(start - around, 0) : stop + around].min()
+            clears = lower[start:stop].max() - floor >= CLEARS
+            if clears and -_bent(height[start + rim : stop - rim]) * rate**2 >= least:
                 found.append((start, stop))
     return found
 

@@ -15,12 +15,15 @@ RATE = 100.0
 BRIEF = round(ground.FLICKER * RATE)
 
 
-def flights(frames: int, fall: float, pace: float = 0.0) -> list[tuple[int, int]]:
+def flights(
+    frames: int, fall: float, pace: float = 0.0, lift: float = 0.1
+) -> list[tuple[int, int]]:
     """Return the flights of a body that is without support for some frames, and so falls."""
     carries = np.ones((2, 40), bool)
     carries[:, 10 : 10 + frames] = False
     height = -fall / 2 * (np.arange(40) / RATE) ** 2
-    return ground._flights(carries, height, np.full(40, pace, np.float32), RATE)
+    lower = np.where(carries[0], 0.0, lift)
+    return ground._flights(carries, lower, height, np.full(40, pace, np.float32), RATE)
 
 
 @pytest.mark.parametrize(("count", "place"), [(1, 0), (5, 0), (6, 1), (10, 1), (11, 2)])
@@ -34,20 +37,30 @@ def test_a_flight_lasts_longer_than_a_flicker():
     assert flights(BRIEF + 1, 9.81) == [(10, 10 + BRIEF + 1)]
 
 
-@pytest.mark.parametrize(("name", "pace"), [("FALL", 0.0), ("ONWARD", 2.0)])
+@pytest.mark.parametrize(("name", "pace"), [("FALL", 0.0), ("ONWARD", 3.0)])
 def test_who_falls_just_fast_enough_flies(monkeypatch, name, pace):
     height = -7.0 / 2 * (np.arange(40) / RATE) ** 2
-    fall = -ground._bent(height[10:22]) * RATE**2
+    fall = -ground._bent(height[12:20]) * RATE**2
     monkeypatch.setattr(ground, name, fall)
     assert flights(12, 7.0, pace) == [(10, 22)]
     monkeypatch.setattr(ground, name, np.nextafter(fall, 9))
     assert flights(12, 7.0, pace) == []
 
 
-def test_who_is_just_as_fast_as_one_that_goes_somewhere_does_not():
+def test_who_is_just_as_fast_as_one_that_runs_does_not():
     between = (ground.ONWARD + ground.FALL) / 2
-    assert flights(12, between, ground.FARES) == []
-    assert flights(12, between, np.nextafter(np.float32(ground.FARES), np.float32(2))) == [(10, 22)]
+    assert flights(12, between, ground.RUNS) == []
+    assert flights(12, between, np.nextafter(np.float32(ground.RUNS), np.float32(3))) == [(10, 22)]
+
+
+def test_feet_that_just_clear_the_ground_fly():
+    assert flights(12, 12.0, lift=ground.CLEARS) == [(10, 22)]
+    assert flights(12, 12.0, lift=np.nextafter(ground.CLEARS, 0)) == []
+
+
+@pytest.mark.parametrize(("fall", "flies"), [(5.0, False), (6.0, False), (8.0, True), (10.0, True)])
+def test_an_adult_who_sinks_more_slowly_than_a_body_falls_does_not_fly(fall, flies):
+    assert bool(flights(30, fall / 0.82, pace=1.5)) == flies
 
 
 @pytest.mark.parametrize(

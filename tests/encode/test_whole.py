@@ -259,8 +259,8 @@ def test_memory_grows_by_little_a_frame(monkeypatch):
 
 
 @pytest.mark.parametrize(("way", "flies"), [("place", False), ("forward", True)])
-def test_who_goes_somewhere_in_the_air_may_sink_slower(way, flies):
-    motion = walk([Do("stand"), Do("jump", way, 1.0, seconds=0.4), Do("stand")])
+def test_who_runs_may_sink_slower_in_the_air(way, flies):
+    motion = walk([Do("stand"), Do("jump", way, 1.2, seconds=0.4), Do("stand")])
     places = motion.positions.copy()
     up = places[:, :, 1] - places[0, :, 1]
     places[:, :, 1] -= (1 - 5 / 12) * up  # as if it fell with 5 legs a second squared
