@@ -9,6 +9,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -154,7 +155,10 @@ def _hull(clip: Clips, matched: list[list[Pair]], one: Near) -> Span:
 
 
 def reranked(store: Store, alike: Alike, watch: Progress) -> Alike:
-    """Return what is like an example, the best hundred by how far their joints lie from its own."""
+    """Return those of the best hundred whose joints are known, by how far they lie from its own.
+
+    The likeness is 1 less the mean distance in leg lengths, and no less than 0.
+    """
     clip, hits, known = alike.example, alike.hits, store.known()
     capture = clip.capture
     location, digest = (capture.location, capture.sha256) if capture else (clip.path, "")
@@ -164,21 +168,21 @@ def reranked(store: Store, alike: Alike, watch: Progress) -> Alike:
         place = f"--like {shown(clip.named)} --rerank"
         raise UsageError(f"no joint positions: {error}", place=place) from error
     notes: list[str] = []
-    apart: list[float] = []
+    ranked: list[tuple[float, Hit]] = []
     best = hits[:RERANKED]
-    for done, hit in enumerate(best):
-        watch("files", done, len(best))
+    for done, hit in enumerate(best, 1):
         try:
             joints = _joints(hit.capture.location, hit.capture.sha256, known, hit.span)
-            apart.append(warped(wanted, joints))
-            if apart[-1] == inf:
+            apart = warped(wanted, joints)
+            if apart < inf:
+                ranked.append((apart, replace(hit, fit=max(1 - apart, 0))))
+            else:
                 notes.append(f"{hit.path}: no joint is known in all frames of both")
         except LanindexError as error:
             notes.append(str(error))
-            apart.append(inf)
-    order = sorted(range(len(apart)), key=apart.__getitem__)
-    moved = hits.arranged([*order, *range(len(order), len(hits))])
-    return replace(alike, hits=moved, notes=tuple(notes))
+        watch("files", done, len(best))
+    moved = [hit for _, hit in sorted(ranked, key=itemgetter(0))]
+    return replace(alike, hits=ListedHits(moved, hits.pattern), notes=tuple(notes))
 
 
 def _joints(

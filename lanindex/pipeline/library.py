@@ -446,7 +446,7 @@ class Library:
         limit : int
             How many captures are wanted.
         rerank : bool
-            Put the best hundred in the order in which their joints move alike, from their files.
+            Compare the joints of the best hundred, from their files, and leave out all others.
 
         Returns
         -------

@@ -67,7 +67,6 @@ def test_a_capture_is_not_replaced(run, place: Path) -> None:
         (["r_arm", "--preview", "a.png", "--why", "1"], "--preview and --why"),
         (["r_arm", "--preview", "a.png", "--explain"], "--preview and --explain"),
         (["r_arm", "--preview", "a.png", "--context", "1s"], "--preview and --context"),
-        (["--preview", "a.png", "--like", "1"], "--preview and --like"),
         (["r_arm | count", "--preview", "a.png"], "--preview and | count"),
         (["r_arm", "--preview", "a.png", "--into", "b.eaf"], "--preview and --into"),
         (["r_arm", "--force"], "--force, wanted --into or --preview beside it"),

@@ -65,8 +65,16 @@ def test_it_ranks_by_joints_and_says_what_it_could_not_use(run, place: Path) -> 
     done = run("search", "--like", "raise.bvh", "--rerank")
     (place / "away.bvh").rename(place / "bow.bvh")
     assert done.returncode == 0
-    assert "not ranked by its joints: " in done.stderr
+    assert "joints not compared: " in done.stderr
     assert "bow.bvh" in done.stderr
+
+
+def test_what_is_like_it_is_drawn(run, place: Path) -> None:
+    done = run("search", "--like", "raise.bvh", "--preview", "like.svg")
+    assert (done.returncode, done.stdout) == (0, "like.svg\n"), done.stderr
+    sheet = (place / "like.svg").read_text()
+    assert ">like raise.bvh</text>" in sheet
+    assert sheet.index("again.bvh</text>") < sheet.index("bow.bvh</text>")
 
 
 def test_nothing_like_it_is_exit_code_1(run) -> None:

@@ -59,7 +59,7 @@ class View:
         others = {**others, "--count": self.count}
         exclusive("--context", self.context, {**others, "--into": self.into})
         drawn = {"--into": self.into, "--context": self.context}
-        exclusive("--preview", self.preview, {**others, **drawn})
+        exclusive("--preview", self.preview, {**others, **drawn, "--like": None})
         exclusive("--into", self.into, {**others, "--rerank": rerank})
         options.dependent("--tier", self.tier, on="--into", given=self.into)
         beside = self.into or self.preview
@@ -132,7 +132,7 @@ def run(
         exclusive("--like", like, {"a pattern": typed, **explained, "--count": view.count})
         clip = options.one_line(like)
         with options.opened(db, out) as library:
-            return _print_alike(out, library, clip, rerank, view.limit, selection, timeout)
+            return _print_alike(out, library, clip, rerank, view, selection, timeout)
     exclusive("--why", why, {"--fuzzy": matching["fuzzy"] is not None})
     from lanindex.library.selection import Selection
     from lanindex.search.hits import Counts
@@ -334,16 +334,18 @@ def _print_alike(
     library: Library,
     clip: str,
     rerank: bool,
-    limit: int | None,
+    view: View,
     selection: Selection,
     timeout: float | None,
 ) -> bool:
-    """Print what is like a clip, and return whether nothing is."""
-    most = limit or (ON_TERMINAL if out.terminal else LIKE_LIMIT)
+    """Print or draw what is like a clip, and return whether nothing is."""
+    most = view.limit or (ON_TERMINAL if out.terminal else LIKE_LIMIT)
     reach = max(most, LIKE_LIMIT) if rerank else most
     alike = library.like(clip, selection, limit=reach, rerank=rerank, timeout=timeout)
     hits = alike.hits[:most]
-    if out.terminal:
+    if view.preview is not None and hits:
+        _draw(out, library, hits, view.preview, view.force)
+    elif out.terminal:
         rows = []
         for hit in hits:  # of the symbols, only where most of them correspond
             begin, end = (records.seconds(hit.capture, frame) for frame in (hit.start, hit.stop))
@@ -353,7 +355,7 @@ def _print_alike(
         out.table(("like", "capture", "label", "frames", "seconds", "most in common"), rows)
     else:
         print_hits(out, hits, alike.hits.pattern)
-    out.notes(alike.notes[:3], "not ranked by its joints")
+    out.notes(alike.notes[:3], "joints not compared")
     if len(alike.notes) > 3:
         out.note(f"and {len(alike.notes) - 3} more")
     if not alike.sure:
