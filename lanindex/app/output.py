@@ -102,6 +102,15 @@ class Output:
         for line in text.split("\n"):
             self.line(line)
 
+    def folder(self, paths: Iterable[str]) -> str:
+        """Print on a terminal the folders that several paths have in common, and return them."""
+        from lanindex.model.capture import common_folder
+
+        common = common_folder(paths) if self.terminal else ""
+        if common.strip("./"):
+            self.line(self.paint(common, "dim"))
+        return common
+
     def content(self, text: str) -> None:
         """Print a file: unchanged to a pipe, escaped to a terminal."""
         text = text.removesuffix("\n")
@@ -391,7 +400,7 @@ def _pad(cell: str, most: int) -> str:
     return space + cell if numeric else cell + space
 
 
-def print_hits(out: Output, hits: Iterable[Hit], pattern: str) -> None:
+def print_hits(out: Output, hits: Sequence[Hit], pattern: str) -> None:
     """Print hits: grouped by capture on a terminal, else a line each."""
     from lanindex import records
     from lanindex.model.capture import in_words
@@ -400,6 +409,7 @@ def print_hits(out: Output, hits: Iterable[Hit], pattern: str) -> None:
         out.records(records.of_hit(hit, pattern) for hit in hits)
         return
     terminal, last = out.terminal, None
+    folder = out.folder(hit.path for hit in hits) if terminal else ""
     for hit in hits:
         capture, symbols = hit.capture, in_words(hit.symbols)
         begin, end = (records.seconds(capture, frame) for frame in (hit.start, hit.stop))
@@ -411,7 +421,7 @@ def print_hits(out: Output, hits: Iterable[Hit], pattern: str) -> None:
             if last is not None:
                 out.line()
             label = ("  ", out.paint(capture.label, "dim")) if capture.label else ()
-            out.line(out.paint(capture.path, "path"), *label)
+            out.line(out.paint(capture.path.removeprefix(folder), "path"), *label)
             last = capture.id
         time, frames = f"{begin:8.2f}-{end:.2f} s", f"[{hit.start}, {hit.stop})"
         fit = f"  fit {hit.fit:.2f}  "

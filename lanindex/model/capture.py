@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from importlib import import_module
 from itertools import chain
+from os.path import commonprefix
 
 from lanindex.model.score import Meter
 from lanindex.model.symbol import Span, Symbol
@@ -40,6 +41,18 @@ def in_words(symbols: Iterable[Symbol]) -> list[str]:
         words.append(name if symbol.part == part else f"{symbol.part} {name}")
         part = symbol.part
     return words
+
+
+def common_folder(paths: Iterable[str]) -> str:
+    """Return the folders in which all of several paths lie, with the slash behind them.
+
+    >>> from lanindex.model.capture import common_folder
+    >>> common_folder(["data/a/walk.bvh", "data/b/walk.bvh"]), common_folder(["data/walk.bvh"])
+    ('data/', '')
+    """
+    several = list(set(paths))
+    begun = commonprefix(several) if len(several) > 1 else ""  # noqa: RUF071 (cut at a slash)
+    return begun[: begun.rfind("/") + 1]
 
 
 def readable(text: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from lanindex.film.hits import PAGE_HITS, RATE, SHEET_HITS, HitPreview, page, pr
 from lanindex.library.connect import Progress, no_progress
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Motion, Reading, Score, Span
+from lanindex.model.capture import common_folder
 from lanindex.model.derived import STEP
 from lanindex.notation import NOTATIONS
 from lanindex.perform import perform
@@ -40,7 +42,8 @@ def preview(
     store: Store, hits: Hits, path: Path, watch: Progress = no_progress
 ) -> Iterator[tuple[Path, bytes, list[str]]]:
     """Yield the files that show hits, and of each what cannot be seen."""
-    form = form_of(path)
+    form, folder = form_of(path), common_folder(hit.path for hit in hits)
+    title = f"{hits.pattern} \u00b7 {folder}" if folder.strip("./") else hits.pattern
     each = len(hits) if form == "html" else SHEET_HITS
     for first in range(0, len(hits), each):
         some = list(hits[first : first + each])  # each is made when it is looked at
@@ -50,12 +53,13 @@ def preview(
             watch("hits", first + len(shots), len(hits))
         ordered = [shots[number] for number in range(len(some))]
         troubles = [f"{it.path} {it.when}: {it.trouble}" for it in ordered if it.trouble]
+        ordered = [replace(shot, path=shot.path.removeprefix(folder)) for shot in ordered]
         number = first // each + 1
         own = path if number == 1 else path.with_stem(f"{path.stem}-{number}")
         if form == "html":
-            yield own, page(ordered, hits.pattern).encode(), troubles
+            yield own, page(ordered, title).encode(), troubles
         else:
-            text = sheet(ordered, hits.pattern)
+            text = sheet(ordered, title)
             yield own, text.encode() if form == "svg" else image(text), troubles
 
 

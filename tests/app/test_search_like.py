@@ -46,6 +46,7 @@ def test_it_tells_what_is_like_a_capture(run, place: Path) -> None:
 
 def test_it_tells_it_in_columns_on_a_terminal(run, place: Path) -> None:
     lines = screen(shown("search", "--like", "raise.bvh", "--db", "own.db", cwd=place)).splitlines()
+    assert lines.pop(0) == f"{place}/"
     assert lines[0].split() == [
         "like",
         "capture",
@@ -73,7 +74,7 @@ def test_what_is_like_it_is_drawn(run, place: Path) -> None:
     done = run("search", "--like", "raise.bvh", "--preview", "like.svg")
     assert (done.returncode, done.stdout) == (0, "like.svg\n"), done.stderr
     sheet = (place / "like.svg").read_text()
-    assert ">like raise.bvh</text>" in sheet
+    assert ">like raise.bvh \u00b7 " in sheet
     assert sheet.index("again.bvh</text>") < sheet.index("bow.bvh</text>")
 
 

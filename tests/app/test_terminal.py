@@ -66,7 +66,7 @@ def test_colours_of_our_own_stay(place: Path) -> None:
     seen = called(place, "search", "r_arm place low", "--color", "always").stdout
     assert "\x1b" not in seen  # rows of a pipe are records
     seen = shown("search", "r_arm place low", cwd=place, NO_COLOR="")
-    assert seen.startswith("\x1b[35ma/esc\\x1b[31m\\x07\\x7f\\x9b1m")
+    assert seen.startswith("\x1b[2ma/\x1b[0m\n\x1b[35mesc\\x1b[31m\\x07\\x7f\\x9b1m")
     assert "\x1b[2m\\x1b]0;title\\x07\x1b[0m" in seen
 
 
@@ -150,8 +150,24 @@ class TestWidth:
 
     def test_long_paths_are_cut_in_the_middle(self, place: Path) -> None:
         seen = screen(shown("list", cwd=place, columns=80))
-        assert re.search(r"a/longlong\w*…\w*/bow\.bvh", seen)
-        assert re.search(r"a/(歩く)+歩?…く?(歩く)+\.bvh", seen)
+        assert seen.startswith("a/\nid ")
+        assert re.search(r"longlong\w*…\w*/bow\.bvh", seen)
+        assert re.search(r"(歩く)+歩?…く?(歩く)+\.bvh", seen)
+
+    def test_what_all_paths_begin_with_is_said_once(self, tmp_path: Path) -> None:
+        for name in ("a/one/raise.bvh", "a/two/raise.bvh"):
+            dance(tmp_path / name)
+        called(tmp_path, "ingest", "a")
+        lines = screen(shown("search", "r_arm high", cwd=tmp_path)).splitlines()
+        assert [lines[0], lines[1], lines[4]] == ["a/", "one/raise.bvh", "two/raise.bvh"]
+        lines = screen(shown("search", "r_arm high", "--in", "*one*", cwd=tmp_path)).splitlines()
+        assert lines[0] == "a/one/raise.bvh"
+        done = called(tmp_path, "search", "r_arm high")
+        assert done.stdout.startswith("a/one/raise.bvh\t")
+        assert called(tmp_path, "search", "r_arm high", "--preview", "a.svg").returncode == 0
+        sheet = (tmp_path / "a.svg").read_text()
+        assert "r_arm high \u00b7 a/</text>" in sheet
+        assert ">two/raise.bvh</text>" in sheet
 
     def test_wide_and_combining_characters_count_as_cells(self) -> None:
         assert [output.width(it) for it in ("walk", "歩く", "e\u0301")] == [4, 4, 1]

@@ -35,19 +35,21 @@ def list_captures(
     if doubts:
         captures = [capture for capture in captures if capture.warnings]
     seconds = [float(capture.frames / capture.rate) for capture in captures]
+    folder = out.folder(capture.path for capture in captures)
     if doubts and not out.json:
         for capture in captures:
             if out.terminal:
-                out.line(out.paint(capture.path, "path"))
+                out.line(out.paint(capture.path.removeprefix(folder), "path"))
             for warning in capture.warnings:
                 if out.terminal:
                     out.line("  ", warning)
                 else:
                     out.row([capture.id, capture.path, warning])
     elif captures:
+        paths = (it.path.removeprefix(folder) for it in captures)
         rows = (
-            (it.id, it.path, it.label, f"{float(it.rate):g}", it.frames, f"{length:.2f}")
-            for it, length in zip(captures, seconds, strict=True)
+            (it.id, path, it.label, f"{float(it.rate):g}", it.frames, f"{length:.2f}")
+            for it, path, length in zip(captures, paths, seconds, strict=True)
         )
         head = ("id", "path", "label", "fps", "frames", "seconds")
         out.table(head, rows, map(records.of_capture, captures))

@@ -346,12 +346,13 @@ def _print_alike(
     if view.preview is not None and hits:
         _draw(out, library, hits, view.preview, view.force)
     elif out.terminal:
-        rows = []
+        rows, folder = [], out.folder(hit.path for hit in hits)
         for hit in hits:  # of the symbols, only where most of them correspond
             begin, end = (records.seconds(hit.capture, frame) for frame in (hit.start, hit.stop))
             common = f"{counted(len(hit.symbols), 'symbol')} of {hit.symbols[0].part}"
             times = f"{hit.start}-{hit.stop}", f"{begin:.2f}-{end:.2f}"
-            rows.append((f"{hit.fit:.2f}", hit.path, hit.capture.label, *times, common))
+            path = hit.path.removeprefix(folder)
+            rows.append((f"{hit.fit:.2f}", path, hit.capture.label, *times, common))
         out.table(("like", "capture", "label", "frames", "seconds", "most in common"), rows)
     else:
         print_hits(out, hits, alike.hits.pattern)
