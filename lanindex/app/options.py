@@ -121,7 +121,14 @@ Origin = Annotated[
 ]
 Jobs = Annotated[
     int | None,
-    option(..., None, "Processes to use; by default one per processor.", "--jobs", "-j", min=1),
+    option(
+        ...,
+        None,
+        "Processes to use; by default one per processor for 16 files or more.",
+        "--jobs",
+        "-j",
+        min=1,
+    ),
 ]
 Parts = Annotated[str | None, option(..., "PART,...", "Only these tracks.")]
 Part = Annotated[list[str] | None, option(..., "PART", "Only this part; repeatable.")]
