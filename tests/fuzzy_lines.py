@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from lanindex.model.columns import roster_of
-from lanindex.search.fuzzy.follow import FuzzyLine, Net, followed, nets_of
+from lanindex.search.fuzzy import FuzzyLine, Net, followed, nets_of
 from lanindex.search.language import parse
 from lanindex.search.match.batch import Batch
 from lanindex.search.plan import plan

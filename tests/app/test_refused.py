@@ -12,8 +12,7 @@ from lanindex.app.cli import app
 from lanindex.errors import LanindexError
 from lanindex.notation import eaf
 from lanindex.pipeline.library import open_library
-from lanindex.search import limits
-from lanindex.search.fuzzy import follow
+from lanindex.search import fuzzy, limits
 from lanindex.search.match import arrays
 
 PATTERN = "r_arm any with a: l_arm any ... b: any where b.end - a.start > 0.1s"
@@ -79,9 +78,9 @@ def test_a_fuzzy_search_names_captures_with_too_many_symbols(
         wanted = [str(hit) for hit in hits]
         of_few = [str(hit) for hit in hits if Path(hit.path).name in ("a.lnd", "z.lnd")]
         # what one capture has fits the keys of a search, what several have does not
-        monkeypatch.setattr(follow, "LATEST", 127)
+        monkeypatch.setattr(fuzzy, "LATEST", 127)
         assert [str(hit) for hit in library.search("r_arm any -> any", fuzzy="0.5")] == wanted
-        monkeypatch.setattr(follow, "LATEST", 31)
+        monkeypatch.setattr(fuzzy, "LATEST", 31)
         for best in (None, 1000):
             library.refused = []
             hits = library.search("r_arm any -> any", fuzzy="0.5", best=best)

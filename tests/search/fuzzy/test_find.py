@@ -15,9 +15,8 @@ from query_cases import recordings_of
 from lanindex.errors import LanindexError, UsageError
 from lanindex.model import Span
 from lanindex.model.columns import columns_of, roster_of
-from lanindex.search.fuzzy import Allowance
+from lanindex.search.fuzzy import MORE, Allowance, FuzzyHits, _Search
 from lanindex.search.fuzzy import find as find_in_columns
-from lanindex.search.fuzzy.find import MORE, FuzzyHits, _Search
 from lanindex.search.language import parse
 from lanindex.search.limits import running
 from lanindex.search.match.finder import Finder

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from lanindex.errors import UsageError
 from lanindex.model.columns import PASSING, STARTING, columns_of
-from lanindex.search.fuzzy.follow import (
+from lanindex.search.fuzzy import (
     BLUR,
     COST,
     FIRST,

@@ -1,4 +1,16 @@
-"""Finds hits that nearly match a query: lines beside each other, the best of overlapping matches.
+"""Search that forgives: symbols and steps have costs, and the cheapest matches are the best hits.
+
+Up to half a cell beside the middle of the wanted direction costs nothing; beyond that each width of
+a cell costs an edit: a neighbour in its middle costs half an edit, the next but one an edit and a
+half.
+
+Each state has a column of keys, one for each symbol: the cheapest match whose last step so far is
+that state with that symbol. An arrow to the next state is a running minimum of such a column; over
+``->`` it rises with each shown symbol that is passed over. A match may leave out a state for an
+edit.
+
+A key holds what a match costs, where it begins and how unclear it is: the smallest is the cheapest,
+of the cheapest the one that begins last, and of these the clearest.
 
 Beside each match of the leading line stands the cheapest match of each other line; their costs are
 added. Lines that must not happen have no edits: they are searched for exactly.
@@ -8,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import cached_property, partial
 from typing import NamedTuple, TypeVar
 
@@ -16,20 +29,10 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LanindexError, UsageError
 from lanindex.model import Hit, Span, Symbol
-from lanindex.model.columns import THOUSANDTHS, Columns
-from lanindex.search.fuzzy.follow import (
-    BUCKETS,
-    NO_MATCHES,
-    UNIT,
-    Allowance,
-    FuzzyLine,
-    FuzzyMatches,
-    Net,
-    joined,
-    nets_of,
-)
+from lanindex.model.columns import CELL, THOUSANDTHS, Columns, ranges
 from lanindex.search.hits import Hits
 from lanindex.search.language.query import (
+    Arrow,
     Beside,
     Bracket,
     Choice,
@@ -39,7 +42,8 @@ from lanindex.search.language.query import (
     Query,
     query_of,
 )
-from lanindex.search.limits import running, tick
+from lanindex.search.language.words import WORD_KINDS
+from lanindex.search.limits import OverBudget, running, tick
 from lanindex.search.match import relations
 from lanindex.search.match.arrays import (
     FAR,
@@ -51,11 +55,412 @@ from lanindex.search.match.arrays import (
     once,
     smallest_in,
 )
-from lanindex.search.match.batch import Batch, split
+from lanindex.search.match.batch import Batch, cells_of, split, unavoidable
 from lanindex.search.match.finder import MOST_ROWS, Finder, Watch
 from lanindex.search.match.hits import ExactHits, staying
 from lanindex.search.match.relations import RELATIONS, Margins, SpanIndex, Spans, margins_of
-from lanindex.search.plan import NEGATIONS, Companion, Program, plan
+from lanindex.search.plan import NEGATIONS, Companion, Program, State, plan
+from lanindex.search.sphere import KNOWN, MIDDLES, points_of
+
+Costs = NDArray[np.int16]
+
+UNIT = 64  # parts of an edit in which costs are counted, so that equal ones are equal
+WIDTH, ALLOWED = 45.0, 22.5  # degrees: from one cell to the next, and what costs nothing
+DRAWN_IN = 60.0  # degrees between a direction and place mid
+MOST = 2 * UNIT  # what a symbol costs at most: more than to leave out the step and pass over it
+CHANGE = UNIT  # what a change of level costs that is not the one asked for
+NEVER = 30000  # what a symbol costs that no edit makes a match
+BUCKETS = 16  # steps of the margin
+CARRYING = 2  # steps that a share of edits is not given for: without them nothing is left
+
+# by thousandths of a margin, its step
+_BUCKET = (np.arange(THOUSANDTHS + 1) * BUCKETS // THOUSANDTHS).astype(np.uint8)
+
+MISSING = UNIT  # what a step costs that is missing
+SKIPPED = UNIT // 2  # what a shown symbol costs between two steps joined by ->
+MOST_STEPS = 40  # of a line that can be followed: the work grows with their number
+IMPOSSIBLE = 1 << 14  # what it costs to begin or end where a line cannot: more than any match
+FREE, NEXT, LATER = range(3)  # a line lies anywhere, right at a clip's start or end, or apart
+
+COST, FIRST = 32, 10  # the lowest bits of a key's cost and of its beginning; below, the blur
+BLUR, LATEST = (1 << FIRST) - 1, (1 << COST - FIRST) - 1  # the bits of the blur, the latest start
+NOTHING = 1 << 62  # the key where no match stands
+
+
+@dataclass(frozen=True, slots=True)
+class Allowance:
+    """How much a match may differ from its pattern.
+
+    Examples
+    --------
+    >>> from lanindex.search.fuzzy import Allowance
+    >>> Allowance.read("2").of(5), Allowance.read("20%").of(7)
+    (128, 64)
+    """
+
+    edits: Fraction  # in all, or as a share for each step but the first `CARRYING`
+    share: bool = False
+
+    @classmethod
+    def read(cls, text: str) -> Allowance:
+        """Return what ``2``, ``0.5`` or ``20%`` means; a `UsageError` where it is none of these."""
+        number = text.strip().removesuffix("%")
+        share = number != text.strip()
+        if not number.replace(".", "", 1).isdecimal() or len(number) > 9:
+            raise UsageError(f'"{text}" edits', wanted="a number of edits, 2, or a share, 20%")
+        return cls(Fraction(number) / (100 if share else 1), share)
+
+    def of(self, steps: int) -> int:
+        """Return how much a pattern of so many steps may cost, in parts of an edit."""
+        edits = self.edits * max(steps - CARRYING, 0) if self.share else self.edits
+        return int(edits * UNIT)
+
+
+def angles(vectors: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the angles between (N, 3) and (M, 3) vectors: (N, M) degrees.
+
+    Between a vector of no length and another one it is `DRAWN_IN`.
+    """
+    one, other = np.linalg.norm(vectors, axis=1)[:, None], np.linalg.norm(others, axis=1)
+    cosine = vectors @ others.T / np.maximum(one * other, 1e-12)
+    found = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    found = np.where((one < 1e-6) ^ (other < 1e-6), DRAWN_IN, found)
+    return np.where((one < 1e-6) & (other < 1e-6), 0.0, found)
+
+
+class Kinds:
+    """The symbols of a part by kind: those of a kind have cell, runner-up and margin in common."""
+
+    code: AnyArray  # (S,) which kind each symbol is of
+    counts: IntArray  # (K,) how many symbols are of each kind
+    bucket: IntArray  # (K,) the step of their margin
+
+    def __init__(self, columns: Columns) -> None:
+        numbers = (columns.cell & CELL).astype(np.int32)
+        numbers *= CELL + 1
+        numbers += columns.runner & CELL
+        numbers *= BUCKETS + 1
+        numbers += _BUCKET[np.minimum(columns.margin, THOUSANDTHS)]
+        counts = np.bincount(numbers)
+        known = np.flatnonzero(counts)
+        places = np.zeros(len(counts), np.min_scalar_type(len(known)))
+        places[known] = np.arange(len(known))
+        self.code = places[numbers]
+        self.counts, self.bucket = counts[known], known % (BUCKETS + 1)
+        self._cell, self._runner = np.divmod(known // (BUCKETS + 1), CELL + 1)
+        self._turns = _turns(self._cell, self._runner, self.bucket)
+        self._bounds = columns.bounds
+
+    def table(self, state: State) -> Costs:
+        """Return what each kind costs as what a state asks for: (K,), changes left out."""
+        wanted = cells_of(state, 0)[: CELL + 1]
+        table = self._turns[:, wanted].min(axis=1, initial=MOST)
+        near = wanted[self._runner] & (self.bucket * THOUSANDTHS < state.near * BUCKETS)
+        return np.where(wanted[self._cell] | near, np.int16(0), table)
+
+    def having(self, kinds: BoolArray) -> BoolArray:
+        """Return which captures have a symbol of some kinds, (captures,)."""
+        by_kind, ends = self._by_kind
+        _, places = ranges((ends - self.counts)[kinds], ends[kinds])
+        found = np.zeros(len(self._bounds) - 1, np.bool_)
+        found[by_kind[places]] = True
+        return found
+
+    @cached_property
+    def _by_kind(self) -> tuple[NDArray[np.int32], IntArray]:
+        """The captures of all symbols, those of a kind together, and where each kind ends."""
+        captures = np.arange(len(self._bounds) - 1, dtype=np.int32)
+        order = np.argsort(self.code, kind="stable")
+        return np.repeat(captures, np.diff(self._bounds))[order], np.cumsum(self.counts)
+
+
+def kinds_of(columns: Columns) -> Kinds:
+    """Return the kinds of columns, which are kept with them."""
+    if __name__ not in columns.kept:
+        columns.kept[__name__] = Kinds(columns)
+    kept: Kinds = columns.kept[__name__]
+    return kept
+
+
+def _turns(cell: IntArray, runner: IntArray, bucket: IntArray) -> Costs:
+    """Return what kinds of symbols cost where each cell is asked for: (K, cells)."""
+    turned = angles(points_of(cell, runner, bucket / BUCKETS), MIDDLES)
+    costs = np.rint(np.maximum(turned - ALLOWED, 0) / WIDTH * UNIT)
+    directed = KNOWN[cell][:, None] & KNOWN
+    return np.where(directed, np.minimum(costs, MOST), MOST).astype(np.int16)
+
+
+def costs_of(state: State, costs: Costs, batch: Batch, row: IntArray) -> Costs:
+    """Return what rows (R,) cost at a state, of which `costs` (R,) are those of their kinds."""
+    rows = batch.rows(state.members[0])
+    if "change" in state.fits[0]:
+        neither = WORD_KINDS["change"].codes["neither"]
+        change = np.where(rows.change[row] < 0, neither, rows.change[row])
+        wrong = ~np.isin(change, list(state.fits[0]["change"]))
+        costs = np.minimum(costs + wrong * np.int16(CHANGE), np.maximum(costs, MOST))
+    if state.length:
+        start, stop = rows.start[row].astype(np.int64), rows.stop[row].astype(np.int64)
+        lasts = batch.meets(rows.capture[row].astype(np.int64), stop - start, state.length)
+        costs = np.where(lasts & (start < stop), costs, np.int16(NEVER))
+    return np.where(rows.passing[row], np.int16(NEVER), costs) if state.manner == "at" else costs
+
+
+class Net:
+    """A line, of one of the parts that move in it: its K states, and what joins them."""
+
+    def __init__(self, program: Program, member: int) -> None:
+        self.number = 0  # of the line in `FuzzyMatches`; a search counts its lines
+        self.part = program.states[0].members[member]
+        self.states = [
+            replace(state, members=(self.part,), fits=(state.fits[member],))
+            for state in program.states
+        ]
+        self.stays = self.states[0].manner == "at"  # asks where the part is, not where it goes
+        # (2, K, K) over -> and over ...: from which state one comes to which
+        self.edges = np.zeros((2, len(self.states), len(self.states)), np.bool_)
+        for it in (edge for leaving in program.edges for edge in leaving):
+            self.edges[int(it.arrow.later), it.exit.state, it.entry.state] = True
+        joined = self.edges[0] | self.edges[1]
+        self.branches = bool(joined.any())  # one match may go on in several: passing symbols, too
+        self.back = np.flatnonzero(np.tril(joined).any(axis=1))  # where an open count goes back
+        # (3, K) by FREE, NEXT, LATER: what the missing steps before each state cost, and behind it
+        entries = [(it.state, it.from_start) for it in program.entries]
+        exits = [(it.state, it.to_end) for leaving in program.exits for it in leaving]
+        self.entry, self.exit = _missing(entries, joined), _missing(exits, joined.T)
+        # states that every match stands at, but for missing steps
+        self.needed = [state.number for state in unavoidable(program)]
+
+
+def _missing(ends: Sequence[tuple[int, tuple[Arrow, ...]]], joined: BoolArray) -> IntArray:
+    """Return what it costs to leave out all steps between each state and an end: (3, K)."""
+    costs = np.full((3, len(joined)), IMPOSSIBLE)
+    for state, arrows in ends:
+        near = LATER if all(arrow.later for arrow in arrows) else NEXT
+        costs[near if arrows else FREE, state] = 0
+    step = np.where(joined, MISSING, IMPOSSIBLE)
+    for _ in joined:
+        costs = np.minimum(costs, np.min(costs[:, :, None] + step, axis=1))
+    return costs
+
+
+def nets_of(program: Program) -> list[Net]:
+    """Return a program as nets, one a part that moves; a `UsageError` where it has no edits."""
+    states = program.states
+    edges = [edge for leaving in program.edges for edge in leaving]
+    ends = [arrow for entry in program.entries for arrow in entry.from_start]
+    ends += [arrow for leaving in program.exits for it in leaving for arrow in it.to_end]
+    arrows = [edge.arrow for edge in edges] + ends
+    stays = len(states) == 1 and states[0].manner == "at" and states[0].length is None
+    stays = stays and not ends and len(states[0].members) == 1
+    cannot = {
+        "brackets with a length or a line beside them": any(
+            group.length or group.companions for group in program.brackets
+        ),
+        '"overlapping"': any(it.relation == "overlapping" for it in program.outermost.companions),
+        '"hold", and "at" beside other steps or with a length': not stays
+        and any(state.manner in ("at", "hold") for state in states),
+        "the feet of a jump, degrees of turns and bends, what is touched or carries, "
+        "and how fast or large a movement is": any(it.beside_cells for it in states),
+        "arrows to another part": any(not edge.same for edge in edges),
+        "limits on an arrow": any(arrow.length or arrow.skips for arrow in arrows),
+    }
+    for what, found in cannot.items():
+        if found:
+            raise UsageError(
+                f"a fuzzy search cannot count edits in {what}",
+                remedy="Leave that out, or search without --fuzzy.",
+            )
+    if len(states) > MOST_STEPS:
+        raise UsageError(
+            f"a fuzzy search for {len(states)} steps in a row",
+            wanted=f"{MOST_STEPS} at most",
+            remedy="Look for a shorter piece of it, or search without --fuzzy.",
+        )
+    return [Net(program, member) for member in range(len(states[0].members))]
+
+
+class Symbols(NamedTuple):
+    """R symbols that a line of K states is followed over, in order."""
+
+    stretch: AnyArray  # (R,) in which stretch of known frames each lies
+    costs: AnyArray  # (K, R) what each costs at each state
+    blur: AnyArray  # (R,) what each lacks to a margin of 1, in thousandths
+    # (2, R) over -> and ...: keys of what it costs to pass over all before each, and over that one;
+    # from one stretch to the next it is more than a match may cost
+    before: IntArray
+    behind: IntArray
+    entry: IntArray  # (K, R) keys of matches that begin with each, but for what that one costs
+    exit: IntArray  # (K, R) keys of what it costs to end with each
+
+
+class FuzzyMatches(NamedTuple):
+    """N matches of a line, or of L lines beside each other."""
+
+    capture: IntArray  # (N,) places in a batch, or in the roster
+    low: IntArray  # (N,) frames, half-open
+    high: IntArray
+    cost: IntArray  # (N,) parts of an edit
+    blur: IntArray  # (N,) what the symbols that fit lack to a margin of 1, in thousandths
+    # (N, L, 5) by line, the leading one first: its number, the first and the last row, counted in
+    # the capture, and its frames; -1: there is no such line
+    line_rows: IntArray
+
+    def at(self, rows: AnyArray | slice) -> FuzzyMatches:
+        """Return some of them."""
+        return FuzzyMatches._make(column[rows] for column in self)
+
+
+_NONE = np.empty(0, np.int64)
+NO_MATCHES = FuzzyMatches(_NONE, _NONE, _NONE, _NONE, _NONE, np.empty((0, 1, 5), np.int64))
+
+
+def joined(matches: Sequence[FuzzyMatches]) -> FuzzyMatches:
+    """Return several tables as one."""
+    lines = max(it.line_rows.shape[1] for it in matches)
+    more = [((0, 0), (0, lines - it.line_rows.shape[1]), (0, 0)) for it in matches]
+    wide = map(partial(np.pad, constant_values=-1), (it.line_rows for it in matches), more)
+    *columns, _ = zip(*matches, strict=True)
+    return FuzzyMatches(*map(np.concatenate, (*columns, list(wide))))
+
+
+class FuzzyLine:
+    """A line to be searched for, where a match costs no more than `most` parts of an edit.
+
+    Symbols that cost nothing have a margin of `clear` of `BUCKETS` steps at least.
+    """
+
+    def __init__(self, net: Net, columns: Columns, most: int, clear: int = 0) -> None:
+        self.net, self._bounds = net, columns.bounds
+        self._most = min(most, (MOST + MISSING) * len(net.states))
+        kinds = self._kinds = kinds_of(columns)
+        self._tables = [kinds.table(state) for state in net.states]
+        for state, table in zip(net.states, self._tables, strict=True):
+            if "change" not in state.fits[0] or self._most < CHANGE:
+                table[(table == 0) & (kinds.bucket < clear)] = NEVER
+        self._able = np.any([table <= self._most for table in self._tables], axis=0)
+
+    def possible(self) -> BoolArray:
+        """Return which captures have a symbol for enough of the steps it needs, (captures,)."""
+        lacking = np.zeros(len(self._bounds) - 1, np.int64)
+        for state in self.net.needed:
+            fits = self._tables[state] <= self._most
+            if 8 * self._kinds.counts[fits].sum() < len(self._kinds.code):  # else most have one
+                lacking += ~self._kinds.having(fits)
+        found: BoolArray = lacking * MISSING <= self._most
+        return found
+
+    def matches(self, batch: Batch) -> FuzzyMatches:
+        """Return the cheapest match from each symbol."""
+        rows = batch.rows(self.net.part)
+        code = rows.of_rows(self._kinds.code)
+        row = np.flatnonzero(self._able[code])
+        symbols = self._symbols(batch, row, code[row])
+        arrived, _ = followed(self.net, symbols, self._most)
+        keys = np.min(arrived + symbols.exit, axis=0)
+        ends = np.flatnonzero(keys >> COST <= self._most)
+        keys = keys[ends]
+        cost, first, last = keys >> COST, row[LATEST - (keys >> FIRST & LATEST)], row[ends]
+        frames = rows.start[first], rows.stop[last]
+        if self.net.stays:
+            frames = rows.arrival[first], rows.until(last)
+        capture, start, until = (it.astype(np.int64) for it in (rows.capture[first], *frames))
+        number, base = np.full(len(keys), self.net.number), rows.bounds[capture]
+        line_rows = np.stack((number, first - base, last - base, start, until), axis=1)[:, None]
+        best = best_of_each((first,), (cost, until))
+        best = best[start[best] < until[best]]  # a starting position alone is no match
+        return FuzzyMatches(capture, start, until, cost, keys & BLUR, line_rows).at(best)
+
+    def _symbols(self, batch: Batch, row: IntArray, code: AnyArray) -> Symbols:
+        """Return some rows of a batch, each of a kind, as symbols."""
+        rows, net = batch.rows(self.net.part), self.net
+        stretch = rows.stretch[row]
+        pairs = zip(net.states, self._tables, strict=True)
+        costs = np.stack([costs_of(state, table[code], batch, row) for state, table in pairs])
+
+        def passed(at: IntArray, end: IntArray) -> IntArray:
+            """Return what it costs to get from the first row to some, and past others."""
+            apart = (rows.stretch[at] - rows.stretch[row[:1]]).astype(np.int64) * (self._most + 1)
+            shown = (rows.rank[end] - rows.rank[row[:1]]).astype(np.int64)
+            return np.stack((apart + SKIPPED * shown, apart))
+
+        before, behind = passed(row, row), passed(row, row + 1)
+        if len(row) > LATEST + 1 or int(behind.max(initial=0)) << COST >= NOTHING:
+            raise OverBudget  # keys have no room for so many symbols
+        entry, leave = net.entry[FREE, :, None], net.exit[FREE, :, None]
+        if min(net.entry[NEXT:].min(), net.exit[NEXT:].min()) < IMPOSSIBLE:
+            capture = rows.capture[row]
+            first, last = rows.bounds[capture], rows.bounds[capture + 1] - 1
+            start = before - passed(first, first + rows.starting[first])
+            start[:, rows.starting[row] | (rows.stretch_begin[stretch] > 0)] = IMPOSSIBLE
+            end = passed(last, last + 1) - behind
+            end[:, rows.stretch_end[stretch] < batch.frames[capture]] = IMPOSSIBLE
+            entry = np.minimum(entry, np.min(net.entry[NEXT:, :, None] + start[:, None], axis=0))
+            leave = np.minimum(leave, np.min(net.exit[NEXT:, :, None] + end[:, None], axis=0))
+        entry = (entry << COST) + (LATEST - np.arange(len(row)) << FIRST)
+        leave = np.broadcast_to(leave << COST, costs.shape)
+        blur = rows.cost[row]
+        return Symbols(stretch, costs, blur, before << COST, behind << COST, entry, leave)
+
+    def rows(self, batch: Batch, capture: int, first: int, last: int) -> list[tuple[int, int]]:
+        """Return the rows, counted in their capture, and the states of the best match of a span."""
+        row = np.arange(first, last + 1)
+        code = self._kinds.code[self._bounds[batch.places[capture]] + row]
+        symbols = self._symbols(batch, batch.rows(self.net.part).bounds[capture] + row, code)
+        symbols.entry[:, 1:] = NOTHING
+        arrived, gone = followed(self.net, symbols, self._most)
+        state, at = int((arrived[:, -1] + symbols.exit[:, -1]).argmin()), last - first
+        path = [(last, state)]
+        while at:
+            end, passed, missing = at, symbols.before, True
+            while missing:
+                came = gone[:, :end] + (passed[:, at, None] - symbols.behind[:, :end])[:, None]
+                came = np.where(self.net.edges[:, :, state, None], came, NOTHING).min(axis=0).T
+                at, state = (int(it) for it in np.unravel_index(came.argmin(), came.shape))
+                missing = bool(arrived[state, at] > gone[state, at])
+                end, passed = at + 1, symbols.behind
+            path.append((first + at, state))
+        return path[::-1]
+
+
+def followed(net: Net, symbols: Symbols, most: int) -> tuple[IntArray, IntArray]:
+    """Return keys of the best match at each state with each symbol, or `NOTHING`: (K, R), twice.
+
+    The first are of matches that stand there, the second also of those that left out the state.
+    """
+    arrived, gone = _once(net, symbols, most, np.full(symbols.entry.shape, NOTHING))
+    left, better = np.arange(len(symbols.blur)), (gone[net.back] < NOTHING).any(axis=0)
+    while better.any():  # once more where a step that may come again stands better than before
+        tick()
+        stretch = symbols.stretch[left]
+        left = left[np.isin(stretch, stretch[better])]
+        some, before = Symbols._make(it[..., left] for it in symbols), gone[:, left]
+        arrived[:, left], gone[:, left] = _once(net, some, most, before)
+        better = (gone[:, left] < before)[net.back].any(axis=0)
+    return arrived, gone
+
+
+def _once(net: Net, symbols: Symbols, most: int, gone: IntArray) -> tuple[IntArray, IntArray]:
+    """Return the same as `followed`, going on from what is behind each state so far."""
+    arrived, gone, limit = np.empty_like(gone), gone.copy(), most + 1 << COST
+    for state in range(len(net.states)):
+        keys, waiting = symbols.entry[state].copy(), np.full(gone.shape[1], NOTHING)
+        for later in (0, 1):
+            if (before := net.edges[later, :, state]).any():
+                came = np.min(gone[before], axis=0) - symbols.behind[later]
+                np.minimum.accumulate(came, out=came)
+                ahead = came[:-1] + symbols.before[later, 1:]
+                np.minimum(keys[1:], ahead, out=keys[1:])
+                np.minimum(waiting, came + symbols.behind[later], out=waiting)
+        costs = symbols.costs[state]
+        keys += costs.astype(np.int64) << COST
+        keys = np.maximum(keys, keys & ~BLUR | np.where(costs == 0, symbols.blur, 0))
+        arrived[state] = np.where(keys < limit, keys, NOTHING)
+        waiting = np.where(waiting < limit, waiting + (MISSING << COST), NOTHING)
+        gone[state] = np.minimum(arrived[state], waiting)
+    return arrived, gone
+
+
+# Hits.
 
 CLEAR = (14, 12, 8)  # margins, in steps, down to which the best hits are looked for in turn
 MORE = 4  # captures that are tried at first for each hit that is wanted
