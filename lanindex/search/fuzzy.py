@@ -835,11 +835,7 @@ class FuzzyPlan(NamedTuple):
         return FuzzyMatches(lead.capture, low, high, cost, blur, line_rows)
 
     def _disturbed(
-        self,
-        forbidden: Beside,
-        matches: FuzzyMatches,
-        batch: Batch,
-        find_exactly: ExactSearch,
+        self, forbidden: Beside, matches: FuzzyMatches, batch: Batch, find_exactly: ExactSearch
     ) -> BoolArray:
         """Return which matches have a match of a `without` line beside them, (N,) bool.
 

@@ -10,14 +10,7 @@ from lanindex.alphabet import MEASURES
 from lanindex.errors import PatternError, guess
 from lanindex.search.language.lexer import COUNT, Cursor, Token, remedies, unknown_word
 from lanindex.search.language.times import Time, decimal
-from lanindex.search.language.words import (
-    LANGUAGE,
-    THINGS,
-    UNITS,
-    VALUES,
-    WORD_KINDS,
-    with_article,
-)
+from lanindex.search.language.words import LANGUAGE, THINGS, UNITS, VALUES, WORD_KINDS, with_article
 
 CLIP, MATCH = "clip", "match"
 """What has fields besides labels: the capture, and all that matched."""

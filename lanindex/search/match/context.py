@@ -68,11 +68,7 @@ class Context:
     """
 
     def __init__(
-        self,
-        batch: Batch,
-        rewrites: Rewrites,
-        clauses: Clauses,
-        captures: Captures,
+        self, batch: Batch, rewrites: Rewrites, clauses: Clauses, captures: Captures
     ) -> None:
         self.batch, self.rewrites, self.clauses = batch, rewrites, clauses
         self.program = rewrites.program

@@ -32,12 +32,7 @@ from lanindex.search.plan import NEGATIONS, Companion, Group, Program
 
 
 def unexcused(
-    relation: str,
-    lines: Spans,
-    excusing: Claims,
-    matches: Spans,
-    claims: Claims,
-    margins: Margins,
+    relation: str, lines: Spans, excusing: Claims, matches: Spans, claims: Claims, margins: Margins
 ) -> BoolArray:
     """Tell beside which lines there is a match that shares no symbol with the line, (N,) bool.
 

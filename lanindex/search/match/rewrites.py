@@ -11,13 +11,7 @@ from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
 
 from lanindex.search.match.relations import FIRST, RELATIONS
-from lanindex.search.plan import (
-    NEGATIONS,
-    Companion,
-    Program,
-    State,
-    components,
-)
+from lanindex.search.plan import NEGATIONS, Companion, Program, State, components
 
 MANNERS = ("move", "at", "hold")
 """What a symbol may be taken as."""

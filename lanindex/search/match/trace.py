@@ -36,11 +36,7 @@ COST, STEPS = range(-2, 0)
 
 
 def traced(
-    hits: HitTable,
-    query: Query,
-    rewrites: Iterable[Rewrites],
-    batch: Batch,
-    captures: Captures,
+    hits: HitTable, query: Query, rewrites: Iterable[Rewrites], batch: Batch, captures: Captures
 ) -> list[HitTrace | None]:
     """Return what hits in a batch of their captures alone are made of, None: it is not there.
 
@@ -81,12 +77,7 @@ class _Context(Context):
     joins: _Joins
 
     def __init__(
-        self,
-        batch: Batch,
-        rewrites: Rewrites,
-        query: Query,
-        captures: Captures,
-        hits: HitTable,
+        self, batch: Batch, rewrites: Rewrites, query: Query, captures: Captures, hits: HitTable
     ) -> None:
         super().__init__(batch, rewrites, _Clauses(query), captures)
         self.lying_in = _lying_in(self.program)
@@ -133,12 +124,7 @@ class _Walk(Walk):
     _context: _Context
 
     def __init__(
-        self,
-        joiner: Joiner,
-        program: Program,
-        enough: str | None,
-        *,
-        timed: bool = False,
+        self, joiner: Joiner, program: Program, enough: str | None, *, timed: bool = False
     ) -> None:
         # where each beginning has one match, its value has all but the symbols
         only = ONLY if enough == ONLY else None
