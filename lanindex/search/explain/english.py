@@ -9,6 +9,7 @@ from itertools import chain, islice
 
 from lanindex.alphabet import kind_of
 from lanindex.search.language.clauses import CLIP, MATCH, Comparison, Mirrors, Reference, Stage, Sum
+from lanindex.search.language.lexer import tables
 from lanindex.search.language.query import (
     Arrow,
     Beside,
@@ -36,82 +37,14 @@ from lanindex.search.match.relations import FIRST, LAST, RELATIONS
 from lanindex.search.match.rewrites import ONLY, Rewrites, enough, enough_beside
 from lanindex.search.plan import NEGATIONS, Companion, Program, State, plan
 
-_VALUES = {
-    "right": "to the right",
-    "r_forward": "to the front right",
-    "l_forward": "to the front left",
-    "left": "to the left",
-    "l_back": "to the back left",
-    "r_back": "to the back right",
-    "place": "in place",
-    "any": "anywhere",
-    "side": "to its own side",
-    "side_forward": "forward on its own side",
-    "side_back": "back on its own side",
-    "across": "across the body",
-    "across_forward": "forward across the body",
-    "across_back": "back across the body",
-    "mid": "at middle height",
-    "rising": "to a higher level than before",
-    "sinking": "to a lower level than before",
-    "spring": "from both feet to both",
-    "hop": "from one foot to the same",
-    "leap": "from one foot to the other",
-    "assemble": "from one foot to both",
-    "sissonne": "from both feet to one",
-    "unseen": "from or to feet that were not seen",
-    "slow": "slowly",
-    "small": "a little way",
-    "large": "a long way",
-}
-_OWN = {
-    "touched": {
-        **{name: f"the {name}" for name in ("head", "trunk")},
-        **{name: f"a {name}" for name in ("thigh", "knee", "shank", "foot")},
-        **{"hand": "each other", "arm": "the other arm"},
-    },
-    "carrier": {
-        **{"knee": "on a knee", "seat": "on the seat", "trunk": "on the trunk"},
-        **{"hand": "on a hand", "other": "on something that is not told"},
-    },
-}
-"""By kind, words that mean something else elsewhere."""
-_PLACES = {"low": "straight down", "mid": "drawn in to its joint", "high": "straight up"}
-_DOINGS = {
-    "step": ("a foot", "steps"),
-    "jump": ("the body", "jumps"),
-    "travel": ("the body", "travels"),
-    "turn": ("the body", "turns"),
-    "carrier": ("the body", "rests"),
-    "torso_twist": ("the torso", "twists"),
-    "head_turn": ("the head", "turns"),
-    "torso_incline": ("the torso", "inclines"),
-    "head_incline": ("the head", "inclines"),
-}
-"""By kind of track, or by part, who does it, and what."""
+_ENGLISH = tables("english.toml")
+"""By table, what words are in English."""
+
+_RELATIONS: dict[str, list[str]] = _ENGLISH["relations"]
+"""By relation, what it says, and what with a limit."""
+
 _COMPARED = {"=": "", "!=": "not", "<": "less than", "<=": "at most", ">": "more than"}
 _COMPARED |= dict.fromkeys((">=", "+"), "at least")
-_RELATIONS = {
-    "with": ("and in the meantime, sharing a frame at least, {}", "and not {} or more away, {}"),
-    "overlapping": ("and, for at least half of its own time during that, {}",),
-    "during": ("and all of it while {}",),
-    "starting with": ("and beginning at the same time, {}",),
-    "ending with": ("and ending at the same time, {}",),
-    "exactly with": ("and at exactly the same time, {}",),
-    "without": ("and in the meantime never: {}", "and not even {} away: {}"),
-    "after": ("and before it begins, {}", "and before it begins ({} between), {}"),
-    "before": ("and when it is over, {}", "and when it is over ({} between), {}"),
-    "never": ("and nowhere in the clip: {}",),
-}
-"""By relation, what it says, and what with a limit."""
-_FIELDS = {
-    **{kind: WORD_KINDS[kind].noun for kind in AMOUNTS},
-    "swings": "number of swings",
-    "else": "direction across the nearest border",
-    "speed": "highest speed (in its lengths a second)",
-    "size": "size (in degrees)",
-}
-_OWNERS = {CLIP: "the clip's", MATCH: "the hit's"}
 
 _AT_ONCE = 200  # captures in which steps are counted together
 
@@ -181,7 +114,9 @@ def _text(node: object, begins: bool = True) -> str:
             texts = [f"{'plus' if sign > 0 else 'less'} {_text(term)}" for sign, term in terms]
             return " ".join(texts).removeprefix("plus ")
         case Reference(name, field):
-            return " ".join([_OWNERS.get(name, f"{name}'s"), _FIELDS.get(field, field)])
+            owner = {CLIP: "the clip's", MATCH: "the hit's"}.get(name, f"{name}'s")
+            noun = WORD_KINDS[field].noun if field in AMOUNTS else field
+            return f"{owner} {_ENGLISH['fields'].get(field, noun)}"
         case Stage("count", by):
             return "count the hits" + (f" by {_text(by)}" if by else "")
         case Stage("sort", by):
@@ -208,9 +143,9 @@ def _line(line: Line, begins: bool) -> str:
     return text
 
 
-def _doing(mover: Mover) -> tuple[str, str] | None:
-    part = mover.members[0]
-    return _DOINGS.get(part) or _DOINGS.get(kind_of(part))
+def _doing(mover: Mover) -> list[str] | None:
+    part, doings = mover.members[0], _ENGLISH["doings"]
+    return doings.get(part) or doings.get(kind_of(part))
 
 
 def _who(mover: Mover) -> str:
@@ -269,13 +204,13 @@ def _where(step: Step) -> str:
     kind = kind_of(step.mover.members[0])
     match kind, sorted(step.words, key=lambda word: word.kind):
         case "gesture", [Word("direction", ("place",), False), Word("level", (level,), False)]:
-            return _PLACES[level]
+            return str(_ENGLISH["places"][level])
     curves = "on a way that curves " if kind == "travel" else ""
     return ", ".join(_word(word, curves) for word in step.words)
 
 
 def _word(word: Word, curves: str) -> str:
-    own = _VALUES | _OWN.get(word.kind, {})
+    own = _ENGLISH["values"] | _ENGLISH.get(word.kind, {})
     hows = {"degrees": lambda it: curves + _angle(it), "bend": _degree}
     how = hows.get(word.kind, lambda it: own.get(it, it))
     joined = " or ".join(filter(None, map(how, word.values)))
