@@ -28,8 +28,9 @@ from lanindex.search.dictionary import (
 )
 from lanindex.search.hits import CLIP_FIELDS, Hits, extras_in, measures_in
 from lanindex.search.language import parse
-from lanindex.search.language.clauses import CLIP, references_in
+from lanindex.search.language.clauses import CLIP, Reference
 from lanindex.search.language.natural import reading
+from lanindex.search.language.query import nodes_in
 from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 from lanindex.search.match.finder import NARROWER, Finder, Recording, Watch, find_in
 
@@ -274,7 +275,7 @@ def _match_columns(
 
 def check_columns(store: Store, query: Query) -> None:
     """Refuse a column that no capture has: it would meet no condition, without a word."""
-    references = references_in((*query.where, *query.stages))
+    references = nodes_in((query.where, query.stages), Reference)
     named = {it.field for it in references if it.name == CLIP} - set(CLIP_FIELDS)
     metadata = store.texts("metadata").values() if named else ()
     known = {column.lower() for columns in metadata for column in columns}

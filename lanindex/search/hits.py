@@ -33,9 +33,8 @@ from lanindex.search.language.clauses import (
     Stage,
     Sum,
     Term,
-    references_in,
 )
-from lanindex.search.language.query import Query, steps_of
+from lanindex.search.language.query import Query, Word, nodes_in
 from lanindex.search.language.times import Clock, Time
 from lanindex.search.language.words import AMOUNTS
 
@@ -446,13 +445,13 @@ Amount = TypeVar("Amount", int, IntArray)
 def names_in(conditions: Collection[Condition]) -> frozenset[str]:
     """Return the names that conditions speak of: labels, ``clip`` and ``match``."""
     mirrored = ((it.first, it.second) for it in conditions if isinstance(it, Mirrors))
-    return frozenset().union(*mirrored, (it.name for it in references_in(conditions)))
+    return frozenset().union(*mirrored, (it.name for it in nodes_in(tuple(conditions), Reference)))
 
 
 def measures_in(query: Query) -> frozenset[str]:
     """Return the measures of symbols that the words and conditions of a query need."""
-    kinds = {word.kind for step in steps_of(query.pattern) for word in step.words}
-    fields = {it.field for it in references_in(query.where) if it.name != CLIP}
+    kinds = {word.kind for word in nodes_in(query.pattern, Word)}
+    fields = {it.field for it in nodes_in(query.where, Reference) if it.name != CLIP}
     return frozenset(fields.intersection(MEASURES)).union(
         name for kind, name in GRADES.items() if kind in kinds
     )
@@ -460,7 +459,7 @@ def measures_in(query: Query) -> frozenset[str]:
 
 def extras_in(query: Query) -> frozenset[str]:
     """Return the columns that a search reads besides those that every search does."""
-    fields = {it.field for it in references_in(query.where)}
+    fields = {it.field for it in nodes_in(query.where, Reference)}
     return measures_in(query) | fields.intersection(("swings",))
 
 

@@ -14,14 +14,15 @@ from lanindex.search.language.query import (
     NEXT,
     ONCE,
     Arrow,
-    Bracket,
     Choice,
     Item,
     Line,
     Lines,
     Query,
+    Repeat,
     Step,
     meaning,
+    nodes_in,
 )
 from lanindex.search.language.times import Length
 from lanindex.search.language.words import ANY, BESIDE_CELLS, WORD_KINDS
@@ -130,11 +131,7 @@ def plan(query: Query) -> tuple[Program, ...]:
 
 def counts(pattern: Choice) -> bool:
     """Return whether a pattern counts anywhere, with ``x`` or ``?``."""
-    return any(
-        item.repeat != ONCE or (isinstance(item.unit, Bracket) and counts(item.unit.pattern))
-        for line in pattern.lines
-        for item in line.items
-    )
+    return any(repeat != ONCE for repeat in nodes_in(pattern, Repeat))
 
 
 def followers(program: Program) -> list[list[int]]:

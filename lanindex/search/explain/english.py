@@ -22,8 +22,8 @@ from lanindex.search.language.query import (
     Repeat,
     Step,
     Word,
-    items_of,
     may_begin,
+    nodes_in,
     query_of,
 )
 from lanindex.search.language.times import Length, Time, decimal, degrees
@@ -260,7 +260,7 @@ def step_counts(query: Query, recordings: Iterable[Recording]) -> dict[str, int]
     Movements, stays or rests, of pairs those together; no starting positions and, as a step
     alone is a first step, nothing that is only passed.
     """
-    steps = {str(it): query_of(Line((it,))) for it in map(_alone, items_of(query.pattern))}
+    steps = {str(it): query_of(Line((it,))) for it in _alone(query)}
     counts, rest = dict.fromkeys(steps, 0), iter(recordings)
     while some := list(islice(rest, _AT_ONCE)):
         for text, step in steps.items():
@@ -272,7 +272,7 @@ def order(query: Query) -> list[str]:
     """Return what the matcher does, one sentence after the other."""
     works = [f"Take the tracks of {', '.join(sorted(query.parts))}."]
     for lines in query.pattern.alternatives:
-        line, first = str(lines.first), str(_alone(next(items_of(query_of(lines).pattern))))
+        line, first = str(lines.first), str(next(_alone(query_of(lines))))
         works.append(f"Begin at each {first}" + ("." if line == first else f", and follow {line}"))
         works += [f"Keep what is {it}" for it in lines.others]
     if query.either_side:
@@ -283,9 +283,11 @@ def order(query: Query) -> list[str]:
     return [*works, *(f"Of these: {stage}" for stage in query.stages)]
 
 
-def _alone(item: Item) -> Item:
-    assert isinstance(item.unit, Step)
-    return Item(replace(item.unit, named=True), item.length)
+def _alone(query: Query) -> Iterator[Item]:
+    """Yield each step by itself, as a search for it is written."""
+    for item in nodes_in(query.pattern, Item):
+        if isinstance(item.unit, Step):
+            yield Item(replace(item.unit, named=True), item.length)
 
 
 # The plan.

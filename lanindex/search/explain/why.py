@@ -31,8 +31,8 @@ from lanindex.search.language.query import (
     Step,
     changed_nodes,
     may_begin,
+    nodes_in,
     query_of,
-    steps_of,
 )
 from lanindex.search.language.times import TOLERANCE, Clock, Length
 from lanindex.search.language.words import ABSENT, AMOUNTS, BESIDE_CELLS, WORD_KINDS
@@ -390,7 +390,7 @@ def _beginnings(lines: Lines) -> Iterator[Lines]:
 
 
 def _first(item: Item) -> Step:
-    return next(steps_of(query_of(Line((item,))).pattern))
+    return next(nodes_in(item, Step))
 
 
 def _frames_between(hit: Hit, other: Hit) -> int:

@@ -101,17 +101,6 @@ class Stage:
         return f"{self.verb}{f' by {self.by}' * bool(self.by)}{f' {self.most}' * bool(self.most)}"
 
 
-def references_in(clauses: Iterable[Condition | Stage]) -> Iterator[Reference]:
-    """Yield the fields that conditions and stages use."""
-    for clause in clauses:
-        match clause:
-            case Comparison(left=left, right=right):
-                terms = (term for _, term in (*left.terms, *right.terms))
-                yield from (term for term in terms if isinstance(term, Reference))
-            case Stage(by=Reference() as by):
-                yield by
-
-
 # Reading.
 
 _ORDERED = ("time", "number", "level", "text", "clip")  # the types that can be more or less
@@ -326,7 +315,8 @@ def _complaint(cursor: Cursor, comparison: Comparison) -> str | None:
     """Return why two sides cannot be compared, or None."""
     (_, left), (_, right) = comparison.left.terms[0], comparison.right.terms[0]
     types = [_type(left), _type(right)]
-    if not any(references_in([comparison])):
+    terms = [term for _, term in (*comparison.left.terms, *comparison.right.terms)]
+    if not any(isinstance(it, Reference) for it in terms):
         return "Neither side speaks of a label, of match or of clip: a.start > 1s"
     if types[0] != types[1] and set(types) not in _COMPARABLE:
         return _unlike(left, right)

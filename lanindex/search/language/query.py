@@ -20,6 +20,8 @@ from lanindex.search.language.words import (
     values_of,
 )
 
+Node = TypeVar("Node")
+
 
 @dataclass(frozen=True, slots=True)
 class Arrow:
@@ -226,8 +228,7 @@ class Query:
     @property
     def parts(self) -> frozenset[str]:
         """The parts whose tracks are needed to answer it."""
-        steps = (step for pattern in self.patterns for step in steps_of(pattern))
-        return frozenset(part for step in steps for part in step.mover.members)
+        return frozenset(it for mover in nodes_in(self.patterns, Mover) for it in mover.members)
 
 
 def query_of(lines: Line | Lines) -> Query:
@@ -235,18 +236,13 @@ def query_of(lines: Line | Lines) -> Query:
     return Query(Choice((Lines(lines) if isinstance(lines, Line) else lines,)))
 
 
-def items_of(pattern: Choice) -> Iterator[Item]:
-    """Yield every item of a pattern that is a step, also those inside brackets."""
-    for item in (item for line in pattern.lines for item in line.items):
-        if isinstance(item.unit, Bracket):
-            yield from items_of(item.unit.pattern)
-        else:
-            yield item
-
-
-def steps_of(pattern: Choice) -> Iterator[Step]:
-    """Yield every step of a pattern, as written."""
-    return (item.unit for item in items_of(pattern) if isinstance(item.unit, Step))
+def nodes_in(tree: object, kind: type[Node]) -> Iterator[Node]:
+    """Yield the nodes of one kind in a syntax tree or a tuple of trees, as they are written."""
+    if isinstance(tree, kind):
+        yield tree
+    names = getattr(tree, "__dataclass_fields__", ())
+    for node in tree if isinstance(tree, tuple) else [getattr(tree, name) for name in names]:
+        yield from nodes_in(node, kind)
 
 
 def steps_taken(item: Item) -> int:
@@ -302,12 +298,12 @@ def changed_nodes(node: Any, changed: Callable[[Any], Any]) -> Any:
     return changed(replace(node, **own))
 
 
-Node = TypeVar("Node", Choice, Step | Bracket)
+Pattern = TypeVar("Pattern", Choice, Step | Bracket)
 
 
-def mirrored(node: Node) -> Node:
+def mirrored(pattern: Pattern) -> Pattern:
     """Return the mirror image of a pattern, a step or a bracket: of its parts and directions."""
-    image: Node = changed_nodes(
-        node, lambda it: it.mirrored() if isinstance(it, Mover | Word) else it
+    image: Pattern = changed_nodes(
+        pattern, lambda it: it.mirrored() if isinstance(it, Mover | Word) else it
     )
     return image

@@ -36,9 +36,8 @@ from lanindex.search.language.clauses import (
     Mirrors,
     Reference,
     Term,
-    references_in,
 )
-from lanindex.search.language.query import Query
+from lanindex.search.language.query import Query, nodes_in
 from lanindex.search.language.times import Clock
 from lanindex.search.language.words import AMOUNTS, WORD_KINDS
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, Table, once
@@ -65,7 +64,7 @@ class Clauses:
         self.labels = {it: names[it] - {MATCH} for it in self.conditions}
         # conditions on all that matched, and whether any needs its frames
         self.of_all = frozenset(it for it in self.conditions if MATCH in names[it])
-        fields = set(references_in(self.conditions))
+        fields = set(nodes_in(self.conditions, Reference))
         self.of_frames = any(it.name == MATCH and it.field in TIMES for it in fields)
         noted = {
             (it.name, what)
