@@ -1,19 +1,7 @@
 """Search that forgives: symbols and steps have costs, and the cheapest matches are the best hits.
 
 Up to half a cell beside the middle of the wanted direction costs nothing; beyond that each width of
-a cell costs an edit: a neighbour in its middle costs half an edit, the next but one an edit and a
-half.
-
-Each state has a column of keys, one for each symbol: the cheapest match whose last step so far is
-that state with that symbol. An arrow to the next state is a running minimum of such a column; over
-``->`` it rises with each shown symbol that is passed over. A match may leave out a state for an
-edit.
-
-A key holds what a match costs, where it begins and how unclear it is: the smallest is the cheapest,
-of the cheapest the one that begins last, and of these the clearest.
-
-Beside each match of the leading line stands the cheapest match of each other line; their costs are
-added. Lines that must not happen have no edits: they are searched for exactly.
+a cell costs an edit. The page of `lanindex.search` follows a line, key by key, under "With costs".
 """
 
 from __future__ import annotations

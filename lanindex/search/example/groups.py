@@ -1,18 +1,4 @@
-"""Clustering of clips that are alike: average linkage over the pairs that may be alike.
-
-The two groups whose members are most alike on average, pair by pair, are joined, down to a
-threshold. Of few clips all pairs are aligned. Of many each clip is aligned only with its nearest by
-a rough signature (how much each part moves to which cell), and other pairs count as not alike; then
-the medoid of each group, the clip that is most like all others of it, stands for the group, and the
-medoids are grouped in the same way, round by round, until nothing is joined any more. Where a
-number of groups is wanted and those that are left have nothing in common, those with the nearest
-signatures are joined. So the work grows with the number of clips, not with its square.
-
-To find nearest signatures, clips are split into blocks of neighbours, halved along the line between
-two clips taken at random, several times over; the nearest are looked for block by block. Up to
-2,048 clips that finds the nearest there are; of 50,000 captures it found 98.7 % of the pairs that
-comparing all with all does, in a quarter of the time.
-"""
+"""Clustering of clips that are alike: average linkage over the pairs that may be alike."""
 
 from __future__ import annotations
 

@@ -1,25 +1,6 @@
 """How alike clips are: the edit distance of two, and the nearest neighbours of one.
 
-A movement is the point of a sphere that its symbol leads to, see `lanindex.search.sphere`. To turn
-the movements of one clip into those of another, a movement is deleted or inserted, which costs its
-size (how far it goes, its swings, and a little for being one), or substituted, which costs how far
-apart the two begin and end, how their lengths differ in proportion, and their swings. The cheapest
-sum is the *difference* of the two; deleting all of both would cost their *sizes*. A substitution
-*saves* what it costs less than both deletions, so dynamic programming looks for the alignment that
-saves most. What moves far counts much, what stands still counts nothing, without any weights.
-
-    likeness = 1 - (sum of differences) / (sum of sizes + 1)
-
-is 1 for equal clips and 0 for those that share nothing; the 1 keeps two clips that hardly move from
-differing by their trembling. It is the same from either side and in the mirror.
-
-The nearest neighbours of a clip are whole clips or, where they are much longer, a stretch of each.
-A prefilter comes first: two clips share at most what each movement of one saves if it may
-substitute the best of the other, whatever the order. That bound takes one look at each symbol.
-Clips are aligned in the order of their bounds, until the bound falls below the likeness of the
-worst that is wanted. In a long clip, stretches of about the example's length begin everywhere.
-Running sums give the bound of each; the most promising are aligned, those of all clips together;
-then the edges of the best are moved about, and the most promising of these aligned.
+The page of `lanindex.search` says how, under "By example".
 """
 
 from __future__ import annotations
@@ -289,15 +270,6 @@ def beginning_savings(one: MoveTable, two: MoveTable) -> Floats:
     return saved
 
 
-def savings_of(query: MoveTable, others: MoveTable) -> Iterator[Floats]:
-    """Yield what each movement of one part but its beginning saves by substituting others: (N,)."""
-    query_columns, other_columns = _columns(query, slice(None)), _columns(others, slice(None))
-    before = distances(query_columns[:3, :1], other_columns)
-    for row in range(1, len(query.rows)):
-        saved, before = _saving(query_columns[:, row : row + 1], other_columns, before)
-        yield saved
-
-
 def _columns(moves: MoveTable, rows: slice | Numbers) -> Floats:
     """Return what `_saving` needs of some movements, (6, N).
 
@@ -544,7 +516,10 @@ def _savings(query: MoveTable, rows: MoveTable, first: Numbers) -> tuple[Floats,
         best = _most(rows)
         best[first] = 0
         return most, best
-    for saving in savings_of(query, rows):
+    query_columns, row_columns = _columns(query, slice(None)), _columns(rows, slice(None))
+    before = distances(query_columns[:3, :1], row_columns)
+    for row in range(1, len(query.rows)):
+        saving, before = _saving(query_columns[:, row : row + 1], row_columns, before)
         np.maximum(saving, 0, out=saving)
         saving[first] = 0
         most += np.maximum.reduceat(saving, first)

@@ -1,14 +1,7 @@
 """Motifs, sequences of symbols that recur: what a library is full of, before one knows what to ask.
 
-A motif is a pattern of one part, `r_arm place low -> right mid -> place high`, each step a whole
-cell; its count is the number of hits that a search for it has. So its rules are those of the
-language: between its first and its last step a motif may also match passing symbols, no arrow
-crosses a gap, of matches with one start the one that ends first counts, of those that end together
-the nearest, and hits that overlap are taken from left to right.
-
-Motifs are extended by one step at a time, all at once, at the rows where they occur. What occurs
-too seldom is not extended: no longer motif that begins with it occurs more often. So time and
-memory are those of what is frequent, and `most` bounds them.
+The count of a motif is the number of hits that a search for it has, so its rules are those of the
+language.
 """
 
 from __future__ import annotations
