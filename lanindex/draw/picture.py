@@ -200,12 +200,12 @@ _CURVES = 45  # degrees from which on a way is drawn as one that goes round
 Sign = Callable[[Symbol, int, int, int], list[Mark]]
 
 
-def turn(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
+def turn(symbol: Symbol, x: int, y: int, height: int, half: int = C // 2) -> list[Mark]:
     """Return a box that slants up to the side of a turn, and its amount: a pin, and degrees."""
     left = symbol.direction == "left"
     slant = 0 if symbol.direction == "place" else min(height // 3, C // 2)
     low, high = (0, slant) if left else (slant, 0)
-    half, foot = C // 2, height - slant
+    foot = height - slant
     corners = ((-half, low), (half, high), (half, high + foot), (-half, low + foot))
     marks: list[Mark] = [Polyline(x, y - height, (corners,), True)]
     room, middle = height - 2 * slant, y - height // 2

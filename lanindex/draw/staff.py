@@ -25,6 +25,7 @@ from lanindex.draw.picture import (
     box,
     line,
     sign,
+    turn,
 )
 from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
@@ -39,16 +40,25 @@ def _pairs(*groups: str) -> tuple[tuple[str, str], ...]:
     return tuple((f"r_{group}", f"l_{group}") for group in groups)
 
 
-_INSIDE = _pairs("support", "leg", "thigh", "shank", "foot", "leg_bend")
+_INSIDE = (
+    *_pairs("support"),
+    ("", "other_support"),
+    *_pairs("leg", "thigh", "shank", "foot", "leg_bend"),
+)
 _OUTSIDE = (
-    ("torso", "torso_twist"),
+    *(("torso", "torso_twist"), ("torso_incline", "")),
     *_pairs("arm", "upper_arm", "forearm", "arm_bend", "hand", "palm"),
-    *(("head", "torso_incline"), ("head_turn", "other_support")),
-    *(("head_incline", ""), ("body_turn", ""), ("body_travel", "")),
+    *(
+        ("head", ""),
+        ("head_turn", ""),
+        ("head_incline", ""),
+        ("body_turn", ""),
+        ("body_travel", ""),
+    ),
 )
 """Tracks to the right and to the left of the centre, from it outwards."""
 
-_ALWAYS = 2  # columns inside the staff's lines on each side, whatever the score has
+_ALWAYS = ("r_support", "r_leg")  # they and their twins have columns, whatever the score has
 # Tracks that have no column: they are drawn across those of others
 BESIDE = ("jump", "hands_touch", "r_hand_touch", "l_hand_touch")
 STANCES = frozenset({"r_stance", "l_stance"})  # tracks that are drawn as holds
@@ -116,7 +126,7 @@ def staff_columns(parts: Iterable[str]) -> StaffColumns:
     """Return the columns of tracks."""
     wanted, places = set(parts), dict[str, int]()
     at = inner = ends_left = ends_right = 0
-    inside = [pair for rank, pair in enumerate(_INSIDE) if rank < _ALWAYS or wanted & {*pair}]
+    inside = [pair for pair in _INSIDE if pair[0] in _ALWAYS or wanted & {*pair}]
     outside = [pair for pair in _OUTSIDE if wanted & {*pair}]
     for number, (right, left) in enumerate([*inside, *outside]):
         wide = NARROW if kind_of(right) == "bend" else PITCH
@@ -174,8 +184,8 @@ class TimeAxis:
         return str(bar * FIVE) if self.seconds else str(bar + 1)
 
 
-BEAT = round(3.5 * C)  # default height of a beat or a second
-LEAST = round(0.35 * C)  # height of a symbol, at least, where there is room
+BEAT = 4 * C  # default height of a beat or a second: a quarter is as tall as a symbol is wide
+LEAST = C // 2  # height of a symbol, at least: it shows its shading
 GAP = C // 16  # left free below and above each symbol
 MARGIN = round(0.6 * C)  # round the picture, and between starting position and double line
 NUMBERS = round(1.3 * C)  # width left of each staff, for the numbers of bars
@@ -212,6 +222,7 @@ class PageLayout:
     beat: int  # Height of a count
     number: int  # Of this score among those side by side
     scores: int
+    head: int = 0  # Height of the lines above the staves
 
     @property
     def pitch(self) -> int:
@@ -251,20 +262,27 @@ class PageLayout:
                 yield Piece(self.centre(staff), y, start - low, stop - low)
 
 
-def spread_heights(spans: Sequence[tuple[int, int]], least: int) -> list[tuple[int, int]]:
-    """Return heights of successive symbols, short ones grown to `least` if there is room."""
-    heights: list[tuple[int, int]] = []
-    for index, (low, high) in enumerate(spans):
-        above = spans[index + 1][0] if index + 1 < len(spans) else low + least
-        high = max(high, min(above, low + least))
-        below = heights[-1][1] if heights else low
-        low = min(low, max(below, high - least))
-        if high - low < least and heights and low <= below:  # a third of the one below gives way
-            bottom = heights[-1][0]
-            low = max(high - least, below - (below - bottom) // 3)
-            heights[-1] = (bottom, low)
-        heights.append((low, high))
-    return heights
+def spread_heights(
+    spans: Sequence[tuple[int, int]], least: int, kept: Collection[int] = ()
+) -> list[tuple[int, int] | None]:
+    """Return heights of successive symbols, none lower than `least` where there is room.
+
+    A short one grows upwards as far as there is room, and then down into the one below. None: what
+    would end before it begins is too short to be drawn, unless its number is one of the `kept`.
+    """
+    heights: list[tuple[int, int] | None] = []
+    below = spans[-1][1] + least if spans else 0
+    for index in range(len(spans) - 1, -1, -1):
+        low, high = spans[index]
+        end = min(max(high, low + least), below)
+        begin = max(min(low, end - least), min(spans[0][0], end - 1))
+        squeezed = end - begin < least // 2 and index + 1 < len(spans)
+        if (end <= low or squeezed) and index not in kept:
+            heights.append(None)
+        else:
+            heights.append((begin, end))
+            below = begin
+    return heights[::-1]
 
 
 BARS = 4  # bars of a staff
@@ -275,6 +293,7 @@ def draw(
     score: Score,
     *,
     title: str = "",
+    heading: Sequence[str] = (),
     parts: Sequence[str] | None = None,
     start: float = 0.0,
     stop: float | None = None,
@@ -284,18 +303,22 @@ def draw(
     legend: bool = False,
     beat: int = BEAT,
 ) -> Picture:
-    """Draw a score."""
+    """Draw a score, below the lines of its heading."""
     last = last_second(float(score.frames / score.rate), start, stop)
-    drawn, missing = _chosen(score, parts)
-    marked = list(marked)
-    hidden = sorted({it.part for it in marked} - {*drawn, STEP})
-    missing += [f"{part} is marked and not drawn: ask for it among the parts" for part in hidden]
+    marked = list(settled(score, marked))
+    drawn, missing = _chosen(score, parts, {it.part for it in marked} - {STEP})
     clock = TimeAxis(score, seconds)
     ends = clock.at(start), clock.at(last)
-    layout, marks, (symbols,) = _staves([clock], [drawn], [marked], ends, bars, beat)
+    layout, marks, (symbols,) = _staves([clock], [drawn], [marked], ends, bars, beat, len(heading))
+    lines = [
+        Label(MARGIN, MARGIN + _LINE * row, text, _HEADING, "begin")
+        for row, text in enumerate(heading, 1)
+    ]
+    marks += lines
     stretch = f"{short(last - start)} s, {symbols}"
     summary = f"Labanotation, time upwards: {stretch} of {', '.join(drawn)}"
     width, height = layout.size
+    width = max([width, *(2 * MARGIN + round(0.62 * _HEADING * len(it.text)) for it in lines)])
     if legend:
         kinds = {kind_of(part) for part in drawn}
         rows = legend_rows(kinds, width, MARGIN, marked=bool(marked))
@@ -337,14 +360,17 @@ def last_second(end: float, start: float, stop: float | None) -> float:
     return last
 
 
-def _chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], list[str]]:
-    """Return the tracks that are drawn, and warnings about others."""
+def _chosen(
+    score: Score, parts: Sequence[str] | None, marked: Collection[str] = ()
+) -> tuple[list[str], list[str]]:
+    """Return the tracks that are drawn, those of marked symbols among them, and warnings."""
     there = [part for part in score.tracks if len(score.tracks[part])]
     if not there:
         raise UsageError("an empty score", wanted="a symbol in it")
     if parts is None:
         odd = [part for part in there if part != STEP and not has_column(part)]
-        drawn = [part for part in usual_tracks(there) if has_column(part)]
+        wanted = {*usual_tracks(there), *marked}
+        drawn = [part for part in there if part in wanted and has_column(part)]
         if not drawn:
             raise UsageError(f"no column for {', '.join(there)}", wanted="a part that has one")
         return drawn, [f"no column for {part}: it is not drawn" for part in odd]
@@ -353,7 +379,7 @@ def _chosen(score: Score, parts: Sequence[str] | None) -> tuple[list[str], list[
             raise UsageError(f'there is no part "{part}"', wanted=f"one of {' '.join(there)}")
         if not has_column(part):
             raise UsageError(f"no column for {part}", wanted="a part that has one")
-    return [part for part in score.tracks if part in parts], []
+    return [part for part in score.tracks if part in parts or part in marked], []
 
 
 def _staves(
@@ -363,44 +389,59 @@ def _staves(
     ends: tuple[float, float],
     bars: int | None,
     beat: int,
+    heading: int = 0,
 ) -> tuple[PageLayout, list[Mark], list[str]]:
     """Return scores side by side, from count to count: layout, marks, and symbols in words.
 
-    Each staff has `bars` bars, or there is one long strip; `beat` is the height of a count.
+    Each staff has `bars` bars, or up to a quarter more where the last one would be a stub; without
+    them there is one long strip; `beat` is the height of a count.
     """
-    (start, stop), edges, length = ends, [0], (bars or 0) * clocks[0].bar
-    at = (floor(start / length + 1e-9) + 1) * length if length else stop
-    while at < stop - 1e-9:
-        edges.append(round((at - start) * beat))
-        at += length
+    (start, stop), edges = ends, [0]
+    if bars:
+        unit = 1 if clocks[0].seconds else clocks[0].bar
+        first = floor(start / unit + _EPS) * unit
+        staves = max(ceil((stop - first) / (bars * clocks[0].bar) - _STUB), 1)
+        length = ceil((stop - first) / staves / unit - _EPS) * unit
+        more = [round((first + length * it - start) * beat) for it in range(1, staves)]
+        edges += [it for it in more if it < round((stop - start) * beat)]
     edges.append(max(round((stop - start) * beat), beat))
-    base = 2 * MARGIN + max(high - low for low, high in pairwise(edges))
-    columns = staff_columns([part for drawn in parts for part in drawn])
+    head = _LINE * heading
+    base = head + 2 * MARGIN + max(high - low for low, high in pairwise(edges))
+    columns = staff_columns(
+        part
+        for clock, drawn in zip(clocks, parts, strict=True)
+        for part in drawn
+        if part != TURN or len(pivots(clock.score)) < len(clock.score.tracks[TURN])
+    )
     marks, counts, stop = list[Mark](), list[str](), start + max(stop - start, 1.0)
     for number, (clock, drawn, symbols) in enumerate(zip(clocks, parts, marked, strict=True)):
         layout = PageLayout(
-            clock, start, stop, tuple(edges), columns, base, beat, number, len(clocks)
+            clock, start, stop, tuple(edges), columns, base, beat, number, len(clocks), head
         )
         painter = SymbolPainter(layout, keys_of(clock.score, symbols))
         groups = [it for part in drawn if part not in STANCES for it in painter.track(part)]
         held = _holds(layout) if STANCES & {*drawn} else []
         letters = [
-            Label(layout.centre(staff), MARGIN + C // 4, LETTERS[number], C // 2)
+            Label(layout.centre(staff), head + MARGIN + C // 4, LETTERS[number], C // 2)
             for staff in range(len(edges) - 1 if len(clocks) > 1 else 0)
         ]
         marks += [*painter.bands, *held, *_lines(layout), *letters, *groups]
-        counts.append(f"{len(groups)} symbol{'s' * (len(groups) != 1)}")
+        told = sum(bool(it.marks) for it in groups)
+        short_ones = f" and {len(groups) - told} too short to be drawn" * (told < len(groups))
+        counts.append(f"{told} symbol{'s' * (told != 1)}{short_ones}")
     return layout, marks, counts
 
 
 _DOUBLE = C // 5
 _NAME = round(0.45 * C)
+_HEADING, _LINE = round(0.55 * C), round(0.9 * C)  # size and distance of the lines of a heading
+_STUB = 0.25  # of a staff: what is left of a score for the last one is shared out, if no more
 _EPS = 1e-6
 _TICKS = C // 4  # height of a count from which on each has its tick
 
 
 def _lines(layout: PageLayout) -> list[Mark]:
-    """Return lines of all staves, ticks of beats, numbers of bars, and names below the first."""
+    """Return lines of all staves, ticks of beats, numbers of bars, and names of columns."""
     marks, clock = list[Mark](), layout.clock
     last, inner, base = len(layout.edges) - 2, layout.columns.inner, layout.base
     bars = ceil(C / (clock.bar * layout.beat))  # that share a number, where they stand close
@@ -426,54 +467,70 @@ def _lines(layout: PageLayout) -> list[Mark]:
             if y > top:
                 at = x - layout.columns.left - GAP * 4
                 marks.append(Label(at, y + C // 5, clock.number(number), C // 2 + 10, "end"))
-    x, y = layout.centre(0), base + 2 * MARGIN + START
-    for part, at in layout.columns.places.items():
-        marks.append(Label(x + at + _NAME // 3, y, name_of(part), _NAME, "under", turned=True))
+        foot = base + MARGIN + (MARGIN + START if staff == 0 else 0)
+        for part, at in layout.columns.places.items():
+            marks.append(Label(x + at + _NAME // 3, foot, name_of(part), _NAME, "under", True))
     return marks
+
+
+def group_of(part: str) -> str:
+    """Return a part's name without its side."""
+    return part[2:] if part[:2] in ("r_", "l_") else part
 
 
 def name_of(part: str) -> str:
     """Return a part's name below its column: there its side is plain to see."""
-    return part.removeprefix("r_").removeprefix("l_").removeprefix("body_").replace("_", " ")
+    return group_of(part).removeprefix("body_").replace("_", " ")
 
 
 # How wide the circle is that keeps the weight on one foot, or on both
 ONE, BOTH = round(0.55 * C), round(0.8 * C)
-_LASTS = 0.5  # least counts without a symbol of support that are drawn as a hold of weight
+_LASTS = 0.25  # least counts without a symbol of support that are drawn as a hold of weight
 
 
 def _holds(layout: PageLayout) -> list[MarkGroup]:
     """Return a circle wherever feet hold the weight and supports have no symbol."""
     changes: list[tuple[float, str, int]] = []
     for part, track in layout.clock.score.tracks.items():
-        key = {"stance": part[0], "support": "+", "jump": "+"}.get(kind_of(part))
+        key = {"stance": part[0], "support": "+", "jump": "+", "carrier": "c"}.get(kind_of(part))
         if key:
             for start, stop in zip(*layout.clock.symbols(track.symbols), strict=True):
                 if start < stop:
                     changes += [(start, key, 1), (stop, key, -1)]
     changes.sort()
-    circles, state, since, feet = [], {"+": 0, "r": 0, "l": 0}, 0.0, ""
+    circles, state, since, feet = [], {"+": 0, "r": 0, "l": 0, "c": 0}, 0.0, ""
     for index, (time, key, change) in enumerate(changes):
         state[key] += change
         if index + 1 < len(changes) and changes[index + 1][0] <= time:
             continue
-        now = "" if state["+"] else "".join(foot for foot in "rl" if state[foot])
+        now = "" if state["+"] else "".join(it for it in "rlc" if state[it])
         if now == feet:
             continue
-        held, start = feet, since
+        held, start = feet.removesuffix("c"), since  # told anew where other support comes or goes
         since, feet = time, now
-        if not held or time - start < _LASTS or not layout.start < start < layout.stop:
+        if not held or time - start < _LASTS or time <= layout.start:
             continue
         both = len(held) == 2
-        size, low = BOTH if both else ONE, layout.up(start) + GAP
-        piece = next(layout.pieces(low, low + size), None)
-        if piece is None or piece.high - piece.low < size:
-            continue
+        size, low = BOTH if both else ONE, layout.up(start)
         at = 0 if both else layout.columns.places.get(f"{held}_support", 0)
         sides = "both feet" if both else {"r": "the right foot", "l": "the left foot"}[held]
-        circle = Circle(piece.x + at, piece.y - size // 2, size // 2)
-        circles.append(MarkGroup((circle,), f"stands on {sides}"))
+        for piece in layout.pieces(low, layout.up(time)):  # on each staff anew
+            if piece.high - piece.low >= size + GAP:
+                circle = Circle(piece.x + at, piece.y - GAP - size // 2, size // 2)
+                circles.append(MarkGroup((circle,), f"stands on {sides}"))
     return circles
+
+
+TURN = "body_turn"
+
+
+def pivots(score: Score) -> set[int]:
+    """Return the first frames of turns of the body in which no foot steps."""
+    turns, steps = (
+        score.tracks[part].symbols if part in score.tracks else blank(0) for part in (TURN, STEP)
+    )
+    later, sooner = turns["start"][:, None] < steps["stop"], steps["start"] < turns["stop"][:, None]
+    return {*turns["start"][~(later & sooner).any(axis=1)].tolist()}
 
 
 Key = tuple[str, int, int]  # identifies a symbol of a score: its part, first frame and end
@@ -507,6 +564,7 @@ class SymbolPainter:
 
     def __init__(self, layout: PageLayout, marked: frozenset[Key]) -> None:
         self.layout, self.marked, self.score = layout, marked, layout.clock.score
+        self.pivots = pivots(self.score)
         self.bands: list[Mark] = []
         jump = self.score.tracks.get("jump")
         self.flights = layout.clock.symbols(jump.symbols if jump is not None else blank(0))
@@ -525,7 +583,7 @@ class SymbolPainter:
             (layout.up(self._begin(kind.name, *times)), layout.up(times[1]))
             for times in zip(begins[seen].tolist(), ends[seen].tolist(), strict=True)
         ]
-        if part not in layout.columns.places:
+        if part in BESIDE:
             happen = zip([*before, *symbols], [(0, 0)] * len(before) + heights, strict=True)
             return [self._beside(symbol, *ends) for symbol, ends in happen]
         groups = []
@@ -533,10 +591,14 @@ class SymbolPainter:
             base, centre = layout.base + MARGIN // 2, layout.centre(0)
             marks = self._sign(symbol, centre, base + START, START, (0, START))
             groups.append(_group(symbol, self.score, marks))
-            self._band(symbol, centre + layout.columns.places[part], base + START, base)
-        spread = spread_heights(heights, LEAST)
+            self._band(symbol, centre + self._across(symbol), base + START, base)
+        kept = {at for at, it in enumerate(symbols) if kind.name == "support" or self._lit(it)}
+        spread = spread_heights(heights, LEAST, kept)
         for symbol, (low, high), own in zip(symbols, heights, spread, strict=True):
-            groups.append(self._placed(symbol, *own, seen_again=low == high))
+            if own is None:
+                groups.append(_group(symbol, self.score, []))
+            else:
+                groups.append(self._placed(symbol, *own, seen_again=low == high))
         return groups
 
     def _begin(self, kind: str, start: float, stop: float) -> float:
@@ -554,21 +616,32 @@ class SymbolPainter:
         marks: list[Mark] = []
         for piece in self.layout.pieces(low, high):
             marks += self._sign(symbol, piece.x, piece.y, high - low, (piece.low, piece.high))
-            x, top = piece.x + self.layout.columns.places[symbol.part], piece.top
+            x, top = piece.x + self._across(symbol), piece.top
             if seen_again:  # a line above where it is known from
                 marks.append(line(x - C // 2, top - gap, x + C // 2, top - gap, "staff"))
-            self._band(symbol, x, piece.y + gap, top - gap)
+            self._band(symbol, x, piece.y + gap, top - gap, 2 * PITCH if x == piece.x else PITCH)
         return _group(symbol, self.score, marks)
+
+    def _across(self, symbol: Symbol) -> int:
+        """Return where a symbol stands, from the centre: on it where the body turns on the spot."""
+        if symbol.part == TURN and symbol.start in self.pivots:
+            return 0
+        return self.layout.columns.places[symbol.part]
+
+    def _lit(self, symbol: Symbol) -> bool:
+        return (symbol.part, symbol.start, symbol.stop) in self.marked
 
     def _band(self, symbol: Symbol, x: int, y: int, top: int, wide: int = PITCH) -> None:
         """Lay a band over the middle of a symbol's column, if it is marked."""
-        if (symbol.part, symbol.start, symbol.stop) in self.marked:
+        if self._lit(symbol):
             self.bands.append(box(x - wide // 2, top, wide, y - top, "band"))
 
     def _sign(
         self, symbol: Symbol, centre: int, y: int, height: int, seen: tuple[int, int]
     ) -> list[Mark]:
-        x = centre + self.layout.columns.places[symbol.part]
+        x = centre + self._across(symbol)
+        if x == centre:
+            return turn(symbol, x, y, max(seen[1] - seen[0], 1), PITCH)
         if own := SIGNS.get(kind_of(symbol.part)):
             return own(symbol, x, y, max(seen[1] - seen[0], 1))
         direction, level = symbol.direction, symbol.level

@@ -25,7 +25,7 @@ STYLES = {
     "solid": "",
     "staff": ' stroke-width="10"',
     "light": ' stroke-opacity=".3"',
-    "band": ' fill="#f5a300" fill-opacity=".3" stroke="none"',
+    "band": ' fill="#f5a300" fill-opacity=".3" stroke="#e07000" stroke-width="16"',
     "begin": ' text-anchor="start"',
     "end": ' text-anchor="end"',
     "under": ' text-anchor="end" fill-opacity=".7"',
@@ -122,15 +122,15 @@ def _point(x: int, y: int) -> str:
     return f"{x}{y}" if y < 0 else f"{x} {y}"
 
 
-RATIO = 2**0.5  # how much wider than tall such a sheet is (ISO 216)
+A4, EDGE = (595, 842), 42  # a sheet and its margin, points
 
 
 def pages(picture: Picture) -> list[Picture]:
-    """Return a picture cut between staves, each page as high as it."""
+    """Return a picture cut between staves into what fits an upright sheet."""
     staves = picture.staves
     if len(staves) < 2:
         return [picture]
-    room = picture.height * RATIO - MARGIN
+    room = (A4[0] - 2 * EDGE) * PIXEL / _fitting(picture.height) - MARGIN
     each = max(int(room // (staves[1] - staves[0])), 1)
     firsts, sheets = staves[::each], list[Picture]()
     for number, (first, end) in enumerate(pairwise([*firsts, picture.width])):
@@ -140,6 +140,12 @@ def pages(picture: Picture) -> list[Picture]:
         left = first - MARGIN
         sheets.append(replace(picture, left=left, width=width, marks=marks, staves=own))
     return sheets
+
+
+def _fitting(height: float, width: float = 1.0) -> float:
+    """Return the scale, 1 at most, at which a picture fits a sheet."""
+    across, up = (PIXEL * (side - 2 * EDGE) for side in A4)
+    return min(1.0, up / height, across / width)
 
 
 def _piece(mark: Mark, low: float, high: float) -> Mark | None:
@@ -173,11 +179,12 @@ def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:
         from svglib.svglib import svg2rlg
 
         content = BytesIO()
-        canvas = Canvas(content)
-        for page in pages(picture):
-            drawing: Any = svg2rlg(BytesIO(write(page, scale=scale, ink=INK).encode()))
-            canvas.setPageSize((drawing.width, drawing.height))
-            renderPDF.draw(drawing, canvas, 0, 0)
+        canvas, sheets = Canvas(content, pagesize=A4), pages(picture)
+        for number, page in enumerate(sheets, 1):
+            own = min(scale, _fitting(page.height, page.width))
+            drawing: Any = svg2rlg(BytesIO(write(page, scale=own, ink=INK).encode()))
+            renderPDF.draw(drawing, canvas, EDGE, A4[1] - EDGE - drawing.height)
+            canvas.drawCentredString(A4[0] / 2, EDGE / 2, f"{number} / {len(sheets)}")
             canvas.showPage()
         canvas.save()
     return content.getvalue()
