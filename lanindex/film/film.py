@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from io import BytesIO
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from lanindex.draw import draw
 from lanindex.draw.picture import PIXEL
+from lanindex.draw.plain import plain
 from lanindex.draw.staff import (
     BEAT,
     MARGIN,
@@ -33,7 +33,7 @@ from lanindex.draw.svg import rendered
 from lanindex.errors import ExportError, UsageError, extra, shown
 from lanindex.film.figure import COLORS, LINE, PAPER, Figure, Painter, front, scene
 from lanindex.film.figure import view as best_view
-from lanindex.model import Score, Symbol, Track
+from lanindex.model import Score, Symbol
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -243,23 +243,6 @@ def turned_of(view: str | float) -> float:
     return degrees
 
 
-def stretch_of(
-    score: Score, start: float, stop: float, parts: Collection[str] | None = None
-) -> Score:
-    """Return a score with the rows drawn of a stretch, seconds, and one more on either side."""
-    tracks, rate = {}, float(score.rate)
-    for part, track in score.tracks.items():
-        if parts is None or part in parts:
-            rows = track.symbols
-            drawn = np.flatnonzero(~rows["passing"])
-            ends = np.maximum.accumulate(rows["stop"][drawn])
-            first = int(ends.searchsorted(start * rate, "right"))
-            last = int(rows["start"][drawn].searchsorted(stop * rate))
-            some = rows[drawn[max(first - 1, 0) : max(last, first) + 1]]
-            tracks[part] = Track(part, some, track.known)
-    return replace(score, tracks=tracks)
-
-
 # Usual and largest scale of symbols; the usual one where one page cannot hold a film
 USUAL_SCALE, LARGEST_SCALE = 1.0, 1.6
 _BELOW = MARGIN + START + NAMES + MARGIN  # the staff's beginning, in units
@@ -281,9 +264,12 @@ class FilmStaff:
         marked: Sequence[Symbol] = (),
         seconds: bool = True,
     ) -> None:
-        there = [part for part in score.tracks if len(score.tracks[part])]
+        self._marked = list(settled(score, marked))
+        score = score if parts else plain(score, self._marked)
         self.score, self.start, self.stop, self.seconds = score, start, stop, seconds
-        self.parts = list(parts or (part for part in usual_tracks(there) if has_column(part)))
+        there = [part for part in score.tracks if len(score.tracks[part])]
+        usual = {*usual_tracks(there), *(it.part for it in self._marked)}
+        self.parts = list(parts or (it for it in there if it in usual and has_column(it)))
         self.rate = 1.0 if seconds else float(score.meter.speed / 60)  # counts a second
         own = staff_columns(self.parts)
         wide = 2 * MARGIN + NUMBERS + own.left + own.right
@@ -295,7 +281,6 @@ class FilmStaff:
         counts = floor((PIXEL * self.height / self.scale - _AROUND) / BEAT + 1e-9)
         self.lasts = max(counts, 1) / self.rate
         self.warnings: dict[str, None] = {}
-        self._marked = list(settled(score, marked))
         self._drawn = lru_cache(maxsize=1)(self._page_image)  # the page that is being filmed
 
     def at(self, seconds: float) -> tuple[Image, float]:
@@ -312,28 +297,21 @@ class FilmStaff:
 
         start = self.start + number * self.lasts
         stop = min(start + self.lasts, self.stop)
-        score = stretch_of(self.score, start, stop)
-        marked = [
-            it
-            for it in self._marked
-            if self._page(float(it.start / score.rate)) <= number
-            if number <= self._page(float(it.stop / score.rate))
-        ]
         picture = draw(
-            score,
+            self.score,
             parts=self.parts,
             start=start,
             stop=stop,
             bars=None,
             seconds=self.seconds,
-            marked=marked,
+            marked=self._marked,
         )
         self.warnings |= dict.fromkeys(picture.warnings)
         scale = min(self.scale, PIXEL * self.height / picture.height)
         with Image.open(BytesIO(rendered(picture, "png", scale))) as image:
             page = Image.new("RGB", (self.width, self.height), PAPER)
             page.paste(image.convert("RGB"), (0, self.height - image.height))
-        clock = TimeAxis(score, self.seconds)
+        clock = TimeAxis(self.score, self.seconds)
         times = np.linspace(start, stop, _KNOTS).tolist()
         begin = clock.at(start)
         ups = [_BELOW + (clock.at(it) - begin) * BEAT for it in times]

@@ -20,7 +20,6 @@ from lanindex.draw.staff import BEAT, MARGIN, NAMES, START, keys_of
 from lanindex.draw.svg import INK
 from lanindex.errors import UsageError
 from lanindex.film.figure import Figure, View, view
-from lanindex.film.film import stretch_of
 from lanindex.model import Hit, Score
 from lanindex.model.capture import in_words
 
@@ -134,19 +133,17 @@ def preview_of(score: Score, hit: Hit, body: Figure | None, trouble: str = "") -
 
 def _staff(score: Score, hit: Hit, begin: float, end: float, beat: int) -> Picture | None:
     """Return the staff of the matched symbols; None where they have no column."""
-    keys = keys_of(score, hit.symbols)
-    score = stretch_of(score, begin, end, {part for part, *_ in keys})
-    marked = [it for it in score.symbols() if (it.part, it.start, it.stop) in keys]
+    meant = {part for part, *_ in keys_of(score, hit.symbols)}
     try:
         picture = draw(
             score,
             title=hit.path,
-            parts=list(score.tracks),
+            parts=[part for part in score.tracks if part in meant] or [*meant],
             start=begin,
             stop=end,
             bars=None,
             seconds=True,
-            marked=marked,
+            marked=hit.symbols,
             beat=beat,
         )
     except UsageError:

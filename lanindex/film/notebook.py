@@ -25,6 +25,7 @@ LARGE = 100_000_000  # bytes from which on a file is too large to be read for a 
 def of_score(score: Score) -> str:
     """Return the staff of a score as HTML, or its beginning if the score is long."""
     from lanindex.draw import draw, svg
+    from lanindex.draw.plain import plain
 
     starts = sorted(start for it in score.tracks.values() for start in it.symbols["start"].tolist())
     title, stop = escape(repr(score)), None
@@ -33,7 +34,7 @@ def of_score(score: Score) -> str:
     if len(starts) > SYMBOLS:
         stop = max(float((starts[SYMBOLS] + 1) / score.rate), 1.0)
         title += f": the first {min(stop, float(score.frames / score.rate)):.1f} s"
-    return f"<p>{title}</p>{_scrollable(svg.write(draw(score, stop=stop, bars=None)))}"
+    return f"<p>{title}</p>{_scrollable(svg.write(draw(plain(score), stop=stop, bars=None)))}"
 
 
 def of_motion(motion: Motion) -> str:

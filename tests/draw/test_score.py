@@ -17,12 +17,14 @@ import lanindex
 from lanindex.alphabet import TRACKS, kind_of
 from lanindex.draw import draw, svg
 from lanindex.draw.picture import Circle, Label, MarkGroup, Polyline
+from lanindex.draw.plain import plain
 from lanindex.draw.staff import (
     BESIDE,
     MARGIN,
     NUMBERS,
     PITCH,
     STANCES,
+    TURN,
     has_column,
     spread_heights,
     staff_columns,
@@ -90,9 +92,10 @@ def corners(mark):
 
 
 COLUMNED = [part for part in DRAWN if part not in BESIDE]
+ONE_PLACE = [part for part in COLUMNED if part != TURN]  # that has two: on the spot, and on a way
 
 
-@given(scores(COLUMNED), st.sampled_from([None, 1, 4]))
+@given(scores(ONE_PLACE), st.sampled_from([None, 1, 4]))
 def test_symbols_stay_in_their_columns_and_apart(score: Score, bars: int | None) -> None:
     if not usual(score):
         return
@@ -122,8 +125,25 @@ def test_heights_are_set_apart(steps: list[tuple[int, int]]) -> None:
         spans.append((at + rest, at + rest + length))
         at += rest + length
     found = spread_heights(spans, 50)
-    assert all(one[1] <= other[0] for one, other in pairwise(found))
-    assert all(it[1] > it[0] for it in found)
+    left = [it for it in found if it]
+    assert all(one[1] <= other[0] for one, other in pairwise(left))
+    assert all(top - low >= 25 for low, top in left[:-1])
+    assert found[-1:] == left[-1:]  # where the part arrives is always shown
+    everything = spread_heights(spans, 50, range(len(spans)))
+    assert all(one[1] <= other[0] for one, other in pairwise(everything))
+    assert all(top > low for low, top in everything)
+
+
+def test_short_symbols_are_as_tall_as_their_shading_needs_and_late_ones_win() -> None:
+    assert spread_heights([(0, 100), (100, 110), (300, 310)], 50) == [
+        *((0, 100), (100, 150), (300, 350))
+    ]
+    assert spread_heights([(0, 100), (100, 110), (110, 300)], 50) == [
+        *((0, 60), (60, 110), (110, 300))
+    ]
+    assert spread_heights([(0, 100), (100, 110), (110, 120), (120, 300)], 50) == [
+        *((0, 70), None, (70, 120), (120, 300))
+    ]
 
 
 def test_odd_names_are_well_formed() -> None:
@@ -207,11 +227,12 @@ def test_what_is_passed_is_marked_by_the_movement_that_passes_it() -> None:
     assert bands(first) == 1
 
 
-def test_what_is_marked_and_hidden_is_said() -> None:
+def test_what_is_marked_is_drawn() -> None:
     score = lanindex.encode(lanindex.read("corpus/jumping_jacks.bvh"))
-    picture = draw(score, marked=score.symbols("r_forearm")[:1])
-    assert bands(picture) == 0
-    assert picture.warnings == ("r_forearm is marked and not drawn: ask for it among the parts",)
+    marked = score.symbols("r_forearm")[:1]
+    for one in (score, plain(score, marked)):
+        assert bands(draw(one, marked=marked)) == 1
+    assert "r_forearm" not in plain(score).tracks
 
 
 def test_touches_and_flights_have_bows_and_strokes() -> None:

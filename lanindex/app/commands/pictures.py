@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from lanindex import records
 from lanindex.app import options
 from lanindex.app.options import captures, exclusive, flag, option
-from lanindex.app.output import Output
+from lanindex.app.output import Output, choice
 from lanindex.errors import LanindexError, UsageError, counted
 from lanindex.pipeline.files import refuse, safe_stem, write_all
 
@@ -28,6 +28,7 @@ def score(
         "FILE.svg|png|pdf",
         "Where to draw (-: SVG on standard output); by default an .svg file here.",
     ),
+    detail: str = option("plain", "plain|full", "What a reader expects, or all that is known."),
     parts: options.Parts = None,
     start: options.FromSeconds = None,
     stop: options.ToSeconds = None,
@@ -46,26 +47,33 @@ def score(
 ) -> None:
     """Draw a capture or a score as a staff of Labanotation, time upwards.
 
-    Beats are counted if the tempo is known, else seconds. Without --parts, a limb is drawn as a
-    whole where the score has it so. A capture in the library is drawn as it was ingested; with an
-    option for reading (--unit, --profile and so on), CAPTURE is a file and is read.
+    Beats are counted if the tempo is known, else seconds. A plain score leaves out what its reader
+    takes for granted, such as the legs of ordinary steps; tracks of --parts are drawn in full. A
+    capture in the library is drawn as it was ingested; with an option for reading (--unit,
+    --profile and so on), CAPTURE is a file and is read.
     """
     exclusive("--strip", strip, {"--bars": bars})
-    from lanindex.draw.staff import BARS, draw
+    choice("--detail", detail, ("plain", "full"))
+    from lanindex.draw.plain import plain
+    from lanindex.draw.staff import BARS, draw, settled
     from lanindex.draw.svg import FORMS, rendered
 
     target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.svg")
     form = "svg" if target == options.STDOUT else options.ending(target, FORMS)
     named = _read_argument(out, capture, db, profile, reading)
+    marked = list(settled(named.score, _symbols_to_mark(out, named, highlight, words)))
+    detail, meter = "full" if parts else detail, named.score.meter
+    tempo = f"{meter.beats}/{meter.beat}, {float(meter.speed):g} beats a minute"
     picture = draw(
-        named.score,
+        named.score if detail == "full" else plain(named.score, marked),
         title=named.title,
+        heading=(named.title, f"{tempo if named.counted else 'seconds'}; {detail} score"),
         parts=options.names(parts),
         start=named.seconds[0] if start is None else start,
         stop=named.seconds[1] if stop is None else stop,
         bars=None if strip else bars or BARS,
         seconds=not named.counted,
-        marked=_symbols_to_mark(out, named, highlight, words),
+        marked=marked,
         legend=legend,
     )
     out.notes(picture.warnings, named.title)
@@ -74,7 +82,7 @@ def score(
         out.content(content.decode())
     else:
         write_all([(target, content)], force=force, sources=[named.path])
-        out.note(f"{target}: {len(picture.groups())} symbols")
+        out.note(f"{target}: {sum(bool(it.marks) for it in picture.groups())} symbols")
 
 
 def _read_argument(
