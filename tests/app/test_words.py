@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from lanindex.app.cli import app
 from lanindex.pipeline.library import open_library
 
-FIGURES = ("precision", "recall", "found")
+FIGURES = ("precision", "recall", "clips")
 OWN = 'reach = {pattern = "r_arm forward mid", sentence = "A hand goes forward."}'
 
 

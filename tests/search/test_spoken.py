@@ -56,7 +56,7 @@ def test_words_among_others_are_pointed_out():
     ("text", "pattern"),
     [
         ("walk backwards", "travel back with step back x2+"),
-        ("a person walks to the left", "travel left with step left x2+"),
+        ("a person walks to the left", "travel not place with step left/l_forward"),
         ("look left", "head turn left"),
         ("left hand touches head", "l_hand touch head"),
         ("touches his chin with the left hand", "l_hand touch head"),

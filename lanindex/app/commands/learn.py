@@ -142,7 +142,8 @@ def words(
     """Show the dictionary of movement.
 
     Each word stands for a pattern, and can be searched: lanindex search walk. Precision and recall
-    were measured on labelled captures. What patterns are made of: lanindex language.
+    were measured on people and collections that were left out while a pattern was made; "few" are
+    fewer than ten captures of two collections. What patterns are made of: lanindex language.
     """
     from lanindex.search.dictionary import entries, load
 
@@ -189,16 +190,16 @@ def _record(entry: Entry, entries: Mapping[str, Entry]) -> dict[str, Any]:
 def _table(out: Output, chosen: list[Entry]) -> None:
     from textwrap import wrap
 
-    head = ("word", "precision", "recall", "found", "sentence")
+    head = ("word", "precision", "recall", "clips", "sentence")
     if not out.terminal:
         rows = [[*_figures(entry), entry.sentence, entry.pattern] for entry in chosen]
         out.table((*head, "pattern"), rows)
         return
     wide = max(len("word"), *(len(entry.name) for entry in chosen))
-    out.line(out.paint(f"{'word':{wide}}  precision  recall     found", "dim"))
+    out.line(out.paint(f"{'word':{wide}}  precision  recall     clips", "dim"))
     for entry in chosen:
-        name, precision, recall, found = _figures(entry)
-        out.line(out.paint(f"{name:{wide}}", "match"), f"  {precision:>9}  {recall:>6}  {found:>8}")
+        name, precision, recall, clips = _figures(entry)
+        out.line(out.paint(f"{name:{wide}}", "match"), f"  {precision:>9}  {recall:>6}  {clips:>8}")
         for line in wrap(entry.sentence, max(24, room() - 2)):
             out.line("  ", line)
         out.line("  ", out.paint(cut(entry.pattern, room() - 2), "dim"))
@@ -208,8 +209,8 @@ def _figures(entry: Entry) -> list[str]:
     counts = entry.measured
     if counts is None:
         return [entry.name, "", "", ""]
-    found = f"{counts.right} of {counts.right + counts.missed}"
-    return [entry.name, f"{counts.precision:.2f}", f"{counts.recall:.2f}", found]
+    figures = ("few" if it is None else f"{it:.2f}" for it in (counts.precision, counts.recall))
+    return [entry.name, *figures, f"{counts.wanted} in {counts.collections}"]
 
 
 def _print_entry(out: Output, entry: Entry, entries: Mapping[str, Entry]) -> None:
@@ -226,13 +227,15 @@ def _print_entry(out: Output, entry: Entry, entries: Mapping[str, Entry]) -> Non
         "labels": ", ".join(entry.labels),
     }
     if counts:
-        wanted = counts.right + counts.missed
         fields["found"] = (
-            f"{counts.right} of {counted(wanted, 'capture')}, in "
+            f"{counts.right} of {counted(counts.wanted, 'capture')}, in "
             f"{counted(counts.collections, 'collection')}; {counts.wrong} of "
-            f"{counts.clips - wanted} others wrongly"
+            f"{counts.clips - counts.wanted} others wrongly; all left out while it was made"
         )
-        fields["precision"], fields["recall"] = f"{counts.precision:.2f}", f"{counts.recall:.2f}"
+        if counts.tells:
+            _, fields["precision"], fields["recall"], _ = _figures(entry)
+        else:
+            fields["figures"] = "none: seen on fewer than ten captures of two collections"
     for name, value in fields.items():
         if value:
             out.line(out.paint(f"{name:9}", "dim"), "  ", value)

@@ -38,23 +38,33 @@ _ENDING = re.compile(r"(?<=...)(?:ing|es|ed|s)\Z")
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """What a pattern found among labelled captures."""
+    """What a pattern found among labelled captures that were left out while it was made."""
 
     right: int  # captures found that should be
     wrong: int  # found that should not
     missed: int  # not found that should be
     clips: int  # all that were judged
-    collections: int  # by other people and machines each, in which it found something rightly
+    collections: int  # by other people and machines each, that have something to find
 
     @property
-    def precision(self) -> float:
-        """The share of what it found that was right."""
-        return self.right / max(1, self.right + self.wrong)
+    def wanted(self) -> int:
+        """How many captures it should find."""
+        return self.right + self.missed
 
     @property
-    def recall(self) -> float:
-        """The share of what it should have found that it did find."""
-        return self.right / max(1, self.right + self.missed)
+    def tells(self) -> bool:
+        """Whether it was seen often enough for a figure: on ten captures of two collections."""
+        return self.wanted >= 10 and self.collections >= 2
+
+    @property
+    def precision(self) -> float | None:
+        """The share of what it found that was right; None where it was seen too seldom."""
+        return self.right / max(1, self.right + self.wrong) if self.tells else None
+
+    @property
+    def recall(self) -> float | None:
+        """The share of what it should have found that it did find; None as above."""
+        return self.right / self.wanted if self.tells else None
 
 
 @dataclass(frozen=True, slots=True)
