@@ -44,15 +44,18 @@ _CHAINS = np.array(
 _TOPS, _BOTTOMS = (
     tuple([JOINT_CODES[joint] for joint in group.split()] for group in groups)
     for groups in (
-        ("Neck", "RShoulder LShoulder", "Head", "Chest"),
+        ("Neck", "RShoulder LShoulder", "Head", "Chest", "RHip LHip"),
         ("RAnkle LAnkle", "RKnee LKnee", "RHip LHip"),
     )
 )
+_CORNERS = (_BOTTOMS[2], _TOPS[1], _BOTTOMS[0], [JOINT_CODES[side + "Wrist"] for side in "RL"])
 _FACING = tuple(
     tuple([JOINT_CODES[joint] for joint in group.split()] for group in groups)
     for groups in (("RHip", "LHip"), ("RToe LToe", "RAnkle LAnkle"))
 )
-_BACKWARDS = 0.9  # of the poses
+_MOSTLY = 0.9  # of the poses
+_ACROSS = 0.6  # cosine, 53 degrees; a person on the floor has arms and legs so in .44 of the poses
+_HUMAN = (0.4, 1.2), (0.35, 1.5)  # arms, trunk, in legs; of real captures .52 to 1.07, .41 to .85
 _SIZES = (0.7, 1.4)
 _BONES = np.array([["thigh", "shank"], ["upper arm", "forearm"]])  # of `_CHAINS`
 _UNEVEN = 1.5  # how many times as long a bone may be on one side as on the other
@@ -154,10 +157,15 @@ def uneven_doubt(body: NDArray[np.float64], scale: float) -> tuple[str, ...]:
 def up_of(
     body: NDArray[np.float64], up: str | None, declared: str | None = None
 ) -> tuple[str, tuple[str, ...]]:
-    """Return the vertical axis of poses (S, 20, 3): the body points from the ankles to the neck."""
+    """Return the vertical axis of poses (S, 20, 3): the body points from the ankles to the neck.
+
+    The straightest poses tell it: who sprints leans far forward at first, and later stands tall.
+    """
     if up is not None:
         return up_axis_named(up), ()
-    spine = _middle(body, _TOPS) - _middle(body, _BOTTOMS)
+    spine = _middle(body, _TOPS[-1:] if on_four_legs(body) else _TOPS) - _middle(body, _BOTTOMS)
+    lengths = np.sqrt((spine * spine).sum(axis=1))
+    spine = spine[np.argsort(-lengths)[: max(np.count_nonzero(lengths > 0) // 4, 1)]]
     length = math.sqrt(float((spine * spine).sum()) / len(spine))
     mean = (spine.sum(axis=0) / len(spine)).tolist()
     axis = max((1, 2, 0), key=lambda k: abs(mean[k]))
@@ -176,12 +184,39 @@ def up_of(
 
 
 def _middle(body: NDArray[np.float64], choices: tuple[list[int], ...]) -> NDArray[np.float64]:
-    """Return the first of these joints that is there, (S, 3); the middle of a pair."""
+    """Return the first of these joints that is known in any pose, (S, 3); the middle of a pair."""
     for choice in choices:
-        if not math.isnan(body[0, choice, 0].sum()):
+        place: NDArray[np.float64] = body[:, choice].sum(axis=1) / len(choice)
+        if not np.isnan(place[:, 0]).all():
             break
-    place: NDArray[np.float64] = body[:, choice].sum(axis=1)
-    return place / len(choice)
+    return place
+
+
+def on_four_legs(body: NDArray[np.float64]) -> bool:
+    """Return whether arms and legs stand side by side, across the trunk, in most poses."""
+    hips, shoulders, ankles, wrists = (_middle(body, (pair,)) for pair in _CORNERS)
+    lines = np.stack((shoulders - hips, ankles - hips, wrists - shoulders))
+    lines /= np.maximum(np.sqrt((lines * lines).sum(axis=2, keepdims=True)), 1e-9)
+    leg, arm, both = (np.einsum("sk,sk->s", *lines[pair]) for pair in ([0, 1], [0, 2], [1, 2]))
+    stands = (abs(leg) < _ACROSS) & (abs(arm) < _ACROSS) & (both > _ACROSS)
+    return bool(np.count_nonzero(stands) >= _MOSTLY * len(body))
+
+
+def shape_doubts(body: NDArray[np.float64]) -> tuple[str, ...]:
+    """Return warnings where poses (S, 20, 3) are hardly those of a human."""
+    hips, shoulders = (_middle(body, (pair,)) for pair in _CORNERS[:2])
+    trunk = float(_usual(np.sqrt(((shoulders - hips) ** 2).sum(axis=1))))
+    leg, arm = (body_lengths(body).get(" ".join(limb), math.nan) for limb, _ in _LENGTHS)
+    found = [
+        f"its {part} {verb} {size / leg:.1f} times as long as its legs"
+        for part, verb, size, (least, most) in zip(
+            ("arms", "trunk"), ("are", "is"), (arm, trunk), _HUMAN, strict=True
+        )
+        if size < least * leg or size > most * leg
+    ]
+    if on_four_legs(body):
+        found.append("arms and legs stand across the trunk throughout, as if it had four legs")
+    return (f"perhaps no human: {'; '.join(found)}",) if found else ()
 
 
 def facing_doubt(body: NDArray[np.float64], up: str) -> tuple[str, ...]:
@@ -192,7 +227,7 @@ def facing_doubt(body: NDArray[np.float64], up: str) -> tuple[str, ...]:
     feet = feet.sum(axis=1)
     forward = across[:, 0, one] * feet[:, other] - across[:, 0, other] * feet[:, one]
     backwards = np.count_nonzero(forward > 0 if up[0] == "-" else forward < 0)
-    if backwards < _BACKWARDS * len(body):
+    if backwards < _MOSTLY * len(body):
         return ()
     return ("the feet point backwards: left and right may be exchanged",)
 

@@ -113,6 +113,9 @@ def map_body(
     )
     up, up_doubts = calibration.up_of(seen, reading.up, declared.up)
     shape_doubts = calibration.facing_doubt(seen, up) + calibration.uneven_doubt(seen, scale)
+    shape_doubts += calibration.shape_doubts(seen)
+    if min(body[JOINT_CODES[ankle]] for ankle in ("RAnkle", "LAnkle")) < 0:
+        shape_doubts += ("no two feet: neither steps and jumps nor what carries are told",)
     found = BodyMapping(body, unit, scale, up, 0, ())
     wrists = [int(body[JOINT_CODES[name]]) for name in ("RWrist", "LWrist")]
     ways = found.oriented(beginning[:, [index for index in wrists if index >= 0]])

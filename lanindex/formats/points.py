@@ -238,6 +238,10 @@ def _mapping(
         if not len(there):
             unsteady = "in no two frames the same points are known"
             raise BodyError(unsteady, place=path, wanted="a body that moves")
+    declared = points.declared
+    if declared.body is not None:  # of markers: joints that were never seen play nothing
+        ever = np.append(known.any(axis=0), False)
+        declared = replace(declared, body=np.where(ever[declared.body], declared.body, -1))
     found = map_body(
         tuple(names[index] for index in there.tolist()),
         _parents_among(points.parents, there),
@@ -246,7 +250,7 @@ def _mapping(
         points.rate,
         options,
         path,
-        points.declared,
+        declared,
     )
     body = np.where(found.body >= 0, there[found.body], -1).astype(np.int16)
     return replace(found, body=body)

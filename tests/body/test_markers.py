@@ -1,5 +1,6 @@
 """Markers → joints: sets as data, hips by regression, shoulders below their tops."""
 
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,9 @@ from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body.mapping import read_body_file
 from lanindex.body.markers import BELL, SHOULDER_BELOW, marker_set_of
 from lanindex.errors import BodyError, UsageError
+from lanindex.formats.file import File, Wanted
+from lanindex.formats.points import Points, motion_of
+from lanindex.model import Reading
 
 PELVIS = {  # forward x, up y, right z: width 240, depth 150
     "RASI": (0, 1000, 120),
@@ -260,3 +264,17 @@ def test_who_says_joints_may_leave_the_subject_out(tmp_path) -> None:
             marker_set_of(names, read_body_file(str(body))).sources(names)["RElbow"]
             == "Ada_LElbowOut"
         )
+
+
+def test_hips_and_legs_that_were_never_seen_are_not_found() -> None:
+    markers = motive()
+    places = np.tile(np.array(list(markers.values()), float), (9, 1, 1))
+    unseen = [
+        name.startswith(("Waist", "RKnee", "LKnee", "RA", "LA", "RT", "LT")) for name in markers
+    ]
+    places[:, unseen] = np.nan
+    points = Points(tuple(markers), places, Fraction(60))
+    motion = motion_of(points, File("x.trc", b""), "trc", Reading(), Wanted())
+    found = {joint[1:] for joint in motion.skeleton.played() if joint[0] in "RL"}
+    assert found == {"Shoulder", "Elbow", "Wrist", "Hand"}
+    assert motion.warnings[-1].startswith("no two feet")

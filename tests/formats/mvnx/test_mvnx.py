@@ -292,6 +292,7 @@ class TestReal:
         assert found.warnings == (
             "UpperBody: nothing is measured at RightLowerLeg, RightFoot, RightToe, LeftLowerLeg, "
             "LeftFoot, LeftToe, which are left out",
+            "no two feet: neither steps and jumps nor what carries are told",
         )
         assert np.isfinite(found.positions).all()
 

@@ -188,7 +188,7 @@ def test_clips_of_real_files_read_back(captures):
         again = formats.read(path, data=clip, up=whole.source.up)
         assert (len(again), again.rate) == (40, whole.rate), path
         np.testing.assert_array_equal(again.markers.positions, whole.markers.positions[20:60])
-        assert again.warnings == (), path
+        assert {*again.warnings} <= {*whole.warnings}, path
 
 
 def test_real_files_write_back(captures):
