@@ -27,8 +27,16 @@ from lanindex.model.columns import Roster, columns_of
 from lanindex.notation import notation_of
 from lanindex.pipeline.named import Named, from_file, ranged, stored
 from lanindex.pipeline.prepare import as_ingested
-from lanindex.search.example.groups import Grouped, grouped
-from lanindex.search.example.likeness import Clips, ClipSource, Near, Pair, nearest, pairs
+from lanindex.search.example.likeness import (
+    Clips,
+    ClipSource,
+    Grouped,
+    Near,
+    Pair,
+    grouped,
+    nearest,
+    pairs,
+)
 from lanindex.search.hits import Hits, ListedHits
 
 Floats = NDArray[np.float32]

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model.columns import PASSING, Columns, codes_of, ranges
-from lanindex.search.example.likeness import Numbers, Watch, unwatched
+from lanindex.search.example.likeness import Numbers, unwatched
+from lanindex.search.limits import Progress
 from lanindex.search.match.arrays import starts_of
 from lanindex.search.match.hits import from_left, nearest
 
@@ -103,7 +104,7 @@ def motifs(
     shortest: int,
     longest: int = LONGEST,
     most: int = MOST,
-    watch: Watch = unwatched,
+    watch: Progress = unwatched,
 ) -> Motifs:
     """Return what recurs at least `least` times in a part; `most` occurrences are extended."""
     follows = _following(line)

@@ -9,9 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_clips import PARTS, clips, clips_of, dance
 
-from lanindex.search.example import groups
-from lanindex.search.example.groups import grouped, linked, near, signatures
-from lanindex.search.example.likeness import compared, unwatched
+from lanindex.search.example import likeness
+from lanindex.search.example.likeness import (
+    compared,
+    grouped,
+    linked,
+    near,
+    signatures,
+    unwatched,
+)
 
 
 def plainly(count: int, table: np.ndarray, least: float) -> set[frozenset[int]]:
@@ -74,8 +80,8 @@ def families(count: int, each: int):
 def test_of_many_clips_only_the_nearest_are_compared_and_groups_are_of_any_size(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(groups, "PAIRS", 600)
-    monkeypatch.setattr(groups, "FEWEST", 4)
+    monkeypatch.setattr(likeness, "PAIRS", 600)
+    monkeypatch.setattr(likeness, "FEWEST", 4)
     found = grouped(families(3, 60), least=0.5)
     assert not found.every
     assert found.pairs < 180 * 10
@@ -88,8 +94,8 @@ def test_so_many_groups_as_are_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
     laid_out = families(5, 4)
     assert len(grouped(laid_out, least=0.9, wanted=5).groups) == 5
     assert len(grouped(laid_out, least=0.9, wanted=1).groups) == 1
-    monkeypatch.setattr(groups, "PAIRS", 10)
-    monkeypatch.setattr(groups, "FEWEST", 3)
+    monkeypatch.setattr(likeness, "PAIRS", 10)
+    monkeypatch.setattr(likeness, "FEWEST", 3)
     assert len(grouped(laid_out, least=0.9, wanted=5).groups) == 5
 
 
@@ -97,7 +103,7 @@ def test_so_many_groups_as_are_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_groups_that_have_nothing_in_common_are_joined_where_fewer_are_wanted(
     monkeypatch: pytest.MonkeyPatch, pairs: int
 ) -> None:
-    monkeypatch.setattr(groups, "PAIRS", pairs)
+    monkeypatch.setattr(likeness, "PAIRS", pairs)
     cells = [(direction, level) for direction in range(8) for level in (0, 2)]
     many = [dance([(8, 1), cell, (8, 1)]) for cell in cells]
     many = [{PARTS[number % 3]: clip["r_arm"]} for number, clip in enumerate(many)]
@@ -117,21 +123,21 @@ def test_no_pair_stands_twice() -> None:
 def test_blocks_find_nearly_all_that_is_nearest(monkeypatch: pytest.MonkeyPatch) -> None:
     found = np.random.default_rng(3).normal(size=(500, 4)).astype(np.float32)
     wanted = set(map(tuple, near(found, 5).tolist()))
-    monkeypatch.setattr(groups, "_BLOCK", 128)
+    monkeypatch.setattr(likeness, "_NEIGHBOURS", 128)
     told = set(map(tuple, near(found, 5).tolist()))
     assert len(told & wanted) > 0.95 * len(wanted)
 
 
 def test_a_pair_is_aligned_once(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
-    plain = groups.paired
+    plain = likeness.paired
 
     def paired(one, two):
         asked.append(len(one.low[0]))
         return plain(one, two)
 
-    monkeypatch.setattr(groups, "paired", paired)
-    known = groups._Likenesses(families(2, 4), lambda noun, done, total: None)
+    monkeypatch.setattr(likeness, "paired", paired)
+    known = likeness._Likenesses(families(2, 4), lambda noun, done, total: None)
     pairs = np.array([[0, 1], [2, 0], [3, 3]])
     first = known.alike(pairs)
     assert (first[2], len(known), sum(asked)) == (1, 2, 2)
