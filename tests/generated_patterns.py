@@ -180,6 +180,7 @@ CONSTRUCTS: dict[str, float] = {
     # what a step is
     "at": 0.12,
     "hold": 0.1,
+    "still": 0.3,
     "via": 0.1,
     "not": 0.1,
     "/": 0.15,
@@ -481,6 +482,8 @@ class Grammar:
         sided = sided or f"r_{mover}" in self.parts
         kind = KINDS[kind_of(mover if mover in self.parts else f"r_{mover.removesuffix('s')}")]
         kind = KINDS["touch"] if mover.endswith("touches") else kind
+        swings = kind.name == "gesture" and self.apart.random() < self.chances["still"]
+        manner = "still" if swings and manner == "hold" else manner
         words = self.words(mover, sided, manner, kind)
         if not words and (manner in ("at", "via") or not (said or manner)):
             words = self.one(*LEVELS) if "level" in kind.words else "any"
@@ -505,14 +508,15 @@ class Grammar:
             said.append("any" if self.takes("any") else self.word(known))
         if self.random.random() < 0.6 and "level" in kind.words:
             said.append(self.word(LEVELS))
-        if "change" in kind.words and manner not in ("at", "hold") and self.takes("changes"):
+        staying = manner in ("at", "hold", "still")
+        if "change" in kind.words and not staying and self.takes("changes"):
             said.append(self.word(("rising", "sinking")))
         for name, known in AMOUNTS.items():
             bends = name != "bend" or kind.name == "bend"
             if bends and name in kind.words and self.random.random() < 0.5:
                 said.append(self.word(("hand",) if mover == "hands_touch" else known))
         for name, words in MEASURED.items():
-            moving = name in kind.words and manner not in ("at", "hold")
+            moving = name in kind.words and not staying
             if moving and self.apart.random() < self.chances["measures"]:
                 denied = self.apart.random() < self.chances["not"]
                 said.append("not " * denied + self.apart.choice(words))

@@ -153,6 +153,12 @@ def write_down(stretch: Stages, profile: Profile) -> None:
             else:
                 silent.append(segment)
         free = in_force.ends + 1
+    shown = [row for row in stretch.rows if not row.passing]
+    for row, after in zip(shown, [*shown[1:], None], strict=True):
+        rest = stretch.curve[row.ends + 1 : after.begins if after else None]
+        if rest and not row.swings:
+            mean = tuple(math.fsum(axis) / len(rest) for axis in zip(*rest, strict=True))
+            row.swings = int(any(distance(point, mean) > near / 2 for point in rest))
     for row in stretch.rows:
         row.margin, row.runner = space.margin(stretch.curve[row.achieved])
 

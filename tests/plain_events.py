@@ -111,6 +111,7 @@ class Things:
             if any(word.kind == kind for word in step.words):
                 told = grade(part, name, float(rows[row][name]), below, above)
                 fits = fits and told in meaning(step.words, kind, part)
+        fits = fits and not (step.manner == "still" and rows[row]["swings"])
         if rows[row]["passing"] and step.manner == "via":
             return fits and "neither" in meaning(step.words, "change", part)
         if rows[row]["passing"]:
@@ -129,7 +130,8 @@ class Things:
     def singles(self, step, part) -> list[Thing]:
         rows = self.rows(part)
         fitting = [k for k in range(len(rows)) if self.fits(step, part, k)]
-        return list(getattr(self, f"{step.manner}s")(part, rows, fitting))
+        manner = "hold" if step.manner == "still" else step.manner
+        return list(getattr(self, f"{manner}s")(part, rows, fitting))
 
     def moves(self, part, rows, fitting):
         for k in fitting:

@@ -64,6 +64,7 @@ def random_track(random: Random, part: str, frames: int, most: int) -> Track:
                 range(min(len(kind.amounts), 14)) if kind.amounts else (45, 90, 112, 400)
             )
         row["margin"] = random.randint(0, 20) / 20
+        row["swings"] = apart.choice((0, 0, 3))
         if kind.measures and apart.random() < 0.8:
             own = {}
             own["speed"] = apart.choice((0, 0.5, 1, 1.2, 2.19, 2.2, 3, 5.9, 5.91, 12.5, 40.94))

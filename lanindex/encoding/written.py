@@ -509,8 +509,8 @@ def finished(
     clear, other = margins(limbs.curve[limb, table["achieved"]], cells, around, limb)
     rows = blank(len(table))
     rows["direction"], rows["level"] = np.divmod(cells, 3)
-    for name in ("passing", "rule", "swings"):
-        rows[name] = table[name]
+    rows["passing"], rows["rule"] = table["passing"], table["rule"]
+    rows["swings"] = np.maximum(table["swings"], _strays(table, limb, limbs, profile))
     rows["start"], rows["stop"] = table["start"] + limbs.begin, table["stop"] + limbs.begin
     rows["margin"] = np.round(clear, 3)
     rows["runner_direction"], rows["runner_level"] = np.divmod(other, 3)
@@ -518,6 +518,19 @@ def finished(
     to_source(rows, counts, [limbs.known] * len(counts), limbs.rate, profile.rate)
     each = zip(limbs.parts, parted(rows, counts), strict=True)
     return [Written(part, limbs.known, of_part) for part, of_part in each]
+
+
+def _strays(table: NDArray[Any], limb: Ints, limbs: Limbs, profile: Profile) -> NDArray[np.bool_]:
+    """Tell during the rests behind which rows, (S,), a part strays from its mean place there."""
+    strays, shown = np.zeros(len(table), bool), np.flatnonzero(table["passing"] == 0)
+    stops, starts = table["stop"][shown], np.roll(table["start"][shown], -1)
+    starts[np.diff(limb[shown], append=-1) != 0] = limbs.curve.shape[1]
+    for place in np.flatnonzero(starts > stops).tolist():
+        row = shown[place]
+        rest = limbs.curve[limb[row], stops[place] : starts[place]]
+        away = np.square(rest - rest.mean(axis=0)).sum(axis=1).max()
+        strays[row] = away > (profile.distance.of(limbs.lengths[limb[row]]) / 2) ** 2
+    return strays
 
 
 def write_limbs(limbs: Limbs, profile: Profile, *, traced: bool = True) -> Iterator[Trace]:

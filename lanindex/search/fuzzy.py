@@ -245,7 +245,7 @@ def nets_of(program: Program) -> list[Net]:
             group.length or group.companions for group in program.brackets
         ),
         '"overlapping"': any(it.relation == "overlapping" for it in program.outermost.companions),
-        '"hold", and "at" beside other steps or with a length': not stays
+        '"hold", "still", and "at" beside other steps or with a length': not stays
         and any(state.manner in ("at", "hold") for state in states),
         "the feet of a jump, degrees of turns and bends, what is touched or carries, "
         "and how fast or large a movement is": any(it.beside_cells for it in states),

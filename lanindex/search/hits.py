@@ -34,9 +34,9 @@ from lanindex.search.language.clauses import (
     Sum,
     Term,
 )
-from lanindex.search.language.query import Query, Word, nodes_in
+from lanindex.search.language.query import Query, Step, Word, nodes_in
 from lanindex.search.language.times import Clock, Time
-from lanindex.search.language.words import AMOUNTS
+from lanindex.search.language.words import AMOUNTS, STILL
 
 IntArray = NDArray[np.int64]
 
@@ -459,8 +459,9 @@ def measures_in(query: Query) -> frozenset[str]:
 
 def extras_in(query: Query) -> frozenset[str]:
     """Return the columns that a search reads besides those that every search does."""
-    fields = {it.field for it in nodes_in(query.where, Reference)}
-    return measures_in(query) | fields.intersection(("swings",))
+    asked = {it.field for it in nodes_in(query.where, Reference)}
+    asked |= {"swings" for step in nodes_in(query.pattern, Step) if step.manner == STILL}
+    return measures_in(query) | asked.intersection(("swings",))
 
 
 def value_of(reference: Reference, hit: Hit) -> Value:

@@ -25,7 +25,7 @@ from lanindex.search.language.query import (
     nodes_in,
 )
 from lanindex.search.language.times import Length
-from lanindex.search.language.words import ANY, BESIDE_CELLS, WORD_KINDS
+from lanindex.search.language.words import ANY, BESIDE_CELLS, STILL, WORD_KINDS
 
 NEGATIONS = ("without", "never")
 """Relations to lines that must not happen."""
@@ -315,6 +315,8 @@ class _Builder:
         changing = any(word.kind == "change" for word in step.words)
         names_passing = manner == "via" or (manner == "move" and positive and not changing)
         wanted, near = tuple(fits(step, member) for member in members), self.planner.near
+        if manner == STILL:
+            manner, wanted = "hold", tuple(it | {STILL: frozenset({0})} for it in wanted)
         self.states.append(
             State(number, members, manner, wanted, names_passing, length, self.labels, near)
         )

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from motions import motion_of, swung
 
+from lanindex import read_lnd
 from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.encoding import encode
 from lanindex.encoding.arithmetic import smooth, window
@@ -29,6 +30,7 @@ from lanindex.encoding.written import (
 from lanindex.model import Meter, Span
 from lanindex.model.symbol import blank, joined
 from lanindex.notation.lpd_ldd import parse_ldd
+from lanindex.perform import perform
 
 RANGES = load("default").ranges["r_arm"]
 
@@ -373,3 +375,15 @@ class TestTiming:
         assert meter.division == 512
         assert (np.diff(table["tick"][1:]) >= 1).all()
         assert table["tick"][-1] + table["ticks"][-1] <= 128
+
+
+@pytest.mark.parametrize(("sway", "swings"), [(0, 0), (15, 0), (30, 1), (60, 9)])
+def test_a_raise_that_is_held_has_no_swings_and_the_smallest_wave_has(sway, swings):
+    lines = "r_arm place low 0 0", "r_arm right high 1 2", "r_arm place low 6 7"
+    score = "#unit1\n" + "".join(f"direction {it}\n" for it in lines)
+    held = perform(read_lnd(score), rate=30)
+    places, time = held.positions.copy(), np.arange(len(held)) / 30
+    hand = held.skeleton.names.index("RightHand")
+    places[:, hand, 2] += sway * np.sin(2 * np.pi * time) * ((time > 2) & (time < 6))
+    symbols = encode(replace(held, positions=places)).symbols("r_arm")
+    assert [it.swings for it in symbols if it.level == "high"] == [swings]

@@ -98,8 +98,8 @@ SAID = {
     "hold the right arm up": "r_arm at high",
     "keep both hands above your head": "arms at high",
     "right arm stays up": "r_arm at high",
-    "right arm still": "r_arm hold",
-    "keep the head still": "head hold",
+    "right arm motionless": "r_arm still",
+    "keep the head still": "head still",
     "Hands up!": "arms high",
     "lift both arms, then put them down.": "arms high -> low",
     # Several

@@ -35,7 +35,7 @@ from lanindex.search.language.query import (
     query_of,
 )
 from lanindex.search.language.times import Clock, Length, Time, decimal
-from lanindex.search.language.words import ANY, MOVING, RELATIVE, UNITS, Mover, Vocabulary
+from lanindex.search.language.words import ANY, MOVING, RELATIVE, RESTS, UNITS, Mover, Vocabulary
 from lanindex.search.plan import NEGATIONS
 
 SECONDS = 2.0  # how long the changes of a query may be tried
@@ -377,7 +377,8 @@ _RELATIONS: dict[str, tuple[tuple[float, dict[str, Any]], ...]] = {
 """By relation, what replaces it, with the cost."""
 
 _OWN_SIDE = dict.fromkeys(("right", "left"), "side")
-_MANNERS = {"move": ((1.1, "via"), (1.4, "at")), "at": ((1.3, "move"),), "hold": ((1.3, "at"),)}
+_MANNERS = {"move": ((1.1, "via"), (1.4, "at")), "at": ((1.3, "move"),)}
+_MANNERS |= {"hold": ((1.3, "at"),), "still": ((1.0, "hold"),)}
 """By manner, others that take the same words, with the cost."""
 
 
@@ -443,7 +444,7 @@ def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
                 only_place = node.manner == "at" and len(node.words) == 1
                 if word.values != (ANY,) and not only_place:
                     rest = _without(node, "words", index)
-                    if not (rest.words or rest.named or rest.manner == "hold"):
+                    if not (rest.words or rest.named or rest.manner in RESTS):
                         rest = replace(rest, words=(Word("direction", (ANY,)),))
                     yield LEFT_OUT, str(word), rest
         case Word(kind, (value,), False) if kind in _TO_NEIGHBOUR:
@@ -458,7 +459,7 @@ def _without(node: Any, name: str, index: int) -> Any:
 
 def _says_where(step: Step) -> bool:
     """Return whether the words of a step fit a movement, a stay and a rest alike."""
-    says = any(word.values != (ANY,) for word in step.words)
+    says = any(word.values != (ANY,) for word in step.words) or step.manner == "still"
     return says and step.manner in _MANNERS and all(it.kind not in MOVING for it in step.words)
 
 

@@ -27,7 +27,7 @@ from lanindex.search.language.query import (
     query_of,
 )
 from lanindex.search.language.times import Length, Time, decimal, degrees
-from lanindex.search.language.words import AMOUNTS, UNITS, WORD_KINDS, Mover
+from lanindex.search.language.words import AMOUNTS, RESTS, STILL, UNITS, WORD_KINDS, Mover
 from lanindex.search.match.batch import unavoidable
 from lanindex.search.match.conditions import Clauses
 from lanindex.search.match.finder import Recording, find_in
@@ -182,8 +182,9 @@ def _verb(step: Step) -> tuple[str, str]:
         if step.manner == "hold":
             return f"{touch} nothing{' after' * bool(step.words)}", ""
         return f"{touch}{passing}", "each other" if each_other else "something"
-    if step.manner == "hold":
-        return f"stay{s}", "where they are" if many else "where it is"
+    if step.manner in RESTS:
+        still = " still" * (step.manner == STILL)
+        return f"stay{s}{still}", "where they are" if many else "where it is"
     if step.manner == "at":
         return f"face{s}" if palm else "are" if many else "is", "anywhere"
     if doing := _doing(step.mover):

@@ -35,7 +35,7 @@ from lanindex.search.language.query import (
     query_of,
 )
 from lanindex.search.language.times import TOLERANCE, Clock, Length
-from lanindex.search.language.words import ABSENT, AMOUNTS, BESIDE_CELLS, WORD_KINDS
+from lanindex.search.language.words import ABSENT, AMOUNTS, BESIDE_CELLS, RESTS, WORD_KINDS
 from lanindex.search.match import find_in
 from lanindex.search.plan import fits
 
@@ -270,7 +270,7 @@ class _StopFinder:
         symbols, part, near = min(tries, key=lambda it: away(it[-1], step))
         end, last = max(it.stop for it in symbols), symbols[-1]
         subject = str(near) if near is None or part != last.part else _movement_text(near)
-        if step.manner == "hold":
+        if step.manner in RESTS:
             rest = (near.start if near else self.capture.frames) - last.stop
             rests = f"rests for {self.seconds(rest)}" if rest > 0 else "goes on at once"
             reason = f'{part} {rests}, wanted "{item}"'

@@ -44,6 +44,10 @@ class Pattern:
         """Rest, there or anywhere."""
         return self._step("hold", *words, direction, level)
 
+    def still(self, *words: str, direction: str = "", level: str = "") -> Pattern:
+        """Rest without swings, there or anywhere."""
+        return self._step("still", *words, direction, level)
+
     def via(self, *words: str, direction: str = "", level: str = "") -> Pattern:
         """Go through there."""
         return self._step("via", *words, direction, level)

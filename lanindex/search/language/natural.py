@@ -31,7 +31,7 @@ _UP |= {"thigh": _UP["leg"], "palm": "high"}
 _BENDING = {"upper_arm": "arm", "thigh": "leg", "arm": "arm", "leg": "leg"}
 """The limb that bends, by the word for it; ``thigh`` also stands for the knee."""
 
-_MANNERS = {"stay": "at", "rest": "hold"}
+_MANNERS = {"stay": "at", "rest": "still"}
 _ORDER = ("bend", "change", "direction", "level", *GRADES)
 """The kinds of words that are said of limbs, in the order in which they are written."""
 
@@ -236,7 +236,7 @@ def _step(clause: _Clause, name: str) -> str:
     words = _words(clause)
     verbs = ["rest"] if clause.verbs == ["stay", "rest"] else clause.verbs  # to keep still
     manner = _MANNERS.get(verbs[0], "") if verbs else ""
-    _want(len(verbs) <= 1 and bool(words) == (manner != "hold"))
+    _want(len(verbs) <= 1 and bool(words) == (manner != "still"))
     name = "head_turn" if "turn" in verbs else name
     return " ".join(filter(None, (name, manner, *words)))
 

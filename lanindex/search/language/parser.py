@@ -51,6 +51,8 @@ from lanindex.search.language.words import (
     MOVING,
     RELATIONS,
     RELATIVE,
+    RESTS,
+    STILL,
     THINGS,
     UNITS,
     VALUES,
@@ -496,7 +498,7 @@ def _without_brackets(pattern: Choice) -> Choice:
 
 # Steps: who moves, how, and the words, which must agree with each other.
 
-_STILL = {"at": "at is being there", "hold": "hold is staying put"}
+_STAYING = {"at": "at is being there"} | dict.fromkeys(RESTS, "hold is staying put")
 _NO_PART = "Name the part first: r_arm high"
 _EXAMPLES = {"feet": "jump", "bend": "r_arm"}  # by kind of words, a part to name
 
@@ -521,6 +523,8 @@ def _step_at(cursor: Cursor, carried: frozenset[Mover], after: str) -> Step:
     manner = token.text if token else "move"
     if manner == "at" and not THINGS.keys().isdisjoint(_kind(mover).words):
         raise cursor.error(f"It lasts as long as its movement does: {mover} 1s+", cursor.before)
+    if manner == STILL and _kind(mover).name != "gesture":
+        raise cursor.error(f"Only of limbs swings are counted: {mover} hold", cursor.before)
     words = _words(cursor, mover, manner)
     remedy = remedies("no_words").get(manner)
     if remedy and not words:
@@ -568,7 +572,7 @@ def _bending(cursor: Cursor, mover: Mover) -> Mover | None:
     ahead = int(bool(manner))
     ahead += cursor.ahead(ahead).text == "not"
     kind, value = VALUES.get(cursor.ahead(ahead).text, ("", ""))
-    moves = manner in _STILL or value.split(" ")[0] in BEND_MOVES
+    moves = manner in _STAYING or value.split(" ")[0] in BEND_MOVES
     if kind != "bend" or not moves or cursor.ahead(1).text == ":":
         return None
     return cursor.vocabulary.of(mover.form, tuple(BENDS.get(it, "") for it in mover.members))
@@ -662,10 +666,10 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
         either = f'One movement has one {noun}. "{first}/{word}" means either'
         then = f'; "{first} -> {word}" means one after the other.'
         return f"{either}{then if word.kind != 'change' else '.'}"
-    if manner in _STILL and word.kind in MOVING:
-        return f'{_STILL[manner]}: say a direction or a level, not "{word.values[0]}".'
-    if manner in _STILL and bends:
-        return f'{_STILL[manner]}: say bent, bent 3+ or straight, not "{word}".'
+    if manner in _STAYING and word.kind in MOVING:
+        return f'{_STAYING[manner]}: say a direction or a level, not "{word.values[0]}".'
+    if manner in _STAYING and bends:
+        return f'{_STAYING[manner]}: say bent, bent 3+ or straight, not "{word}".'
     sideless = {it for it in RELATIVE if kind.name == "gesture" or it.startswith("across")}
     if not mover.sided and sideless.intersection(word.values):
         return f"The {mover.name} has no side of its own: say right or left."

@@ -14,6 +14,7 @@ from lanindex.search.language.times import COUNTED, Length, decimal
 from lanindex.search.language.words import (
     ABSENT,
     BEND_MOVES,
+    RESTS,
     WORD_KINDS,
     Mover,
     mirrored_value,
@@ -78,12 +79,12 @@ class Step:
 
     mover: Mover  # also where it was carried over an arrow
     named: bool  # whether the part is written here
-    manner: str = "move"  # or via, at, hold
+    manner: str = "move"  # or via, at, hold, still
     words: tuple[Word, ...] = ()
 
     def __str__(self) -> str:
         bend = next((word.values[0] for word in self.words if word.kind == "bend"), "")
-        limb = bend and (self.manner in ("at", "hold") or bend.split()[0] in BEND_MOVES)
+        limb = bend and (self.manner in ("at", *RESTS) or bend.split()[0] in BEND_MOVES)
         name = self.mover.name.replace("_bend", "", 1) if limb else self.mover.name
         words = [name] if self.named else []
         words += [] if self.manner == "move" else [self.manner]

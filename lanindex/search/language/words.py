@@ -28,6 +28,7 @@ from lanindex.model.derived import bending, stretching
 from lanindex.search.language.times import degrees
 
 ANY = "any"
+STILL = "still"  # a rest without swings; so is the kind of words that asks for that
 ABSENT = ""  # the value of a symbol that has no direction, no level or no amount
 
 RELATIVE = {
@@ -125,6 +126,7 @@ WORD_KINDS = {
     "extent": WordKind("size", "", {"small": BELOW, "usual": USUAL, "large": ABOVE}),
     "touched": WordKind("thing touched", "amount", {it: TOUCHED.index(it) for it in TOUCHED}),
     "carrier": WordKind("carrier", "amount", {it: CARRIERS.index(it) for it in CARRIERS}),
+    STILL: WordKind("number of swings", "swings", {STILL: 0}),
 }
 """Every kind of words; ``alphabet.KINDS`` has those of each kind of track."""
 
@@ -142,7 +144,8 @@ RELATIONS = {
 }
 """How a line may stand beside the first one, by the first word."""
 
-MANNERS = ("at", "via", "hold")  # how a part is or moves there
+RESTS = ("hold", STILL)
+MANNERS = ("at", "via", *RESTS)  # how a part is or moves there
 
 LANGUAGE = (
     *("then", *RELATIONS, "or"),

@@ -36,7 +36,7 @@ from lanindex.model.columns import (
 )
 from lanindex.model.symbol import frozen
 from lanindex.search.language.times import Clock, Length
-from lanindex.search.language.words import AMOUNTS, WORD_KINDS
+from lanindex.search.language.words import AMOUNTS, STILL, WORD_KINDS
 from lanindex.search.match.arrays import (
     FAR,
     AnyArray,
@@ -284,6 +284,8 @@ def fitting(rows: Rows, state: State, member: int) -> tuple[BoolArray, IntArray]
     for kind in AMOUNTS:
         if kind in wanted:
             fits &= _amounts(wanted[kind])[rows.amount]
+    if STILL in wanted:
+        fits &= rows.measure("swings") == 0
     for kind in GRADES:
         if kind in wanted:
             fits &= np.isin(rows.grade(kind), sorted(wanted[kind]))
