@@ -22,7 +22,7 @@ def library(tmp_path: Path):
 
 @pytest.mark.parametrize("part", ["tail", "r_tail", "tails"])
 def test_a_part_that_is_not_there_is_told_with_those_that_are(library: Library, part: str) -> None:
-    with pytest.raises(PatternError, match=f'no part "{part}". It has: r_arm$'):
+    with pytest.raises(PatternError, match=f'no part "{part}". The parts are: r_arm$'):
         library.search(f"{part} high")
 
 

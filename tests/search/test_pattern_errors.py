@@ -391,7 +391,7 @@ def test_a_part_that_neither_library_nor_alphabet_has():
             parse(text, parts)
         word = caught.value.text[caught.value.start : caught.value.stop]
         assert caught.value.found == (
-            f'This library has no part "{word}". It has: head torso l_arm r_arm'
+            f'There is no part "{word}". The parts are: head torso l_arm r_arm'
         )
     assert parse("tails low -> l_tail high", ("r_tail", "l_tail")).parts == {"r_tail", "l_tail"}
 

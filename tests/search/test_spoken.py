@@ -56,7 +56,7 @@ def test_words_among_others_are_pointed_out():
     ("text", "pattern"),
     [
         ("walk backwards", "travel back with step back x2+"),
-        ("a person walks to the left", "travel not place with step left/l_forward"),
+        ("a person walks to the left", "travel not place with step left/l_forward without turn"),
         ("look left", "head turn left"),
         ("left hand touches head", "l_hand touch head"),
         ("touches his chin with the left hand", "l_hand touch head"),
@@ -65,6 +65,9 @@ def test_words_among_others_are_pointed_out():
         ("lying on the floor", "other support trunk 1s+"),
         ("point forward", "arm forward mid -> hold 0.6s+"),
         ("arms crossed", "forearms at across 0.5s+"),
+        ("arms crossed in front of the chest", "forearms at across 0.5s+"),
+        ("walks slowly", "travel slow with step x2+"),
+        ("pointing with the right arm", "r_arm mid -> hold 0.6s+"),
     ],
 )
 def test_what_people_type_leads_to_one_pattern_and_nothing_else(text, pattern):
@@ -85,7 +88,7 @@ def test_a_word_with_a_meaning_is_no_other_one_misspelt():
 def test_a_word_that_nobody_knows_names_few_parts():
     with pytest.raises(PatternError) as caught:
         parse("yodel", TRACKS)
-    assert caught.value.found.endswith("It has: head torso r_arm l_arm r_arm_bend l_arm_bend …")
+    assert caught.value.found.endswith("The parts are: head torso r_arm l_arm r_arm_bend l_arm_bend …")
 
 
 @pytest.mark.parametrize("text", ["kneel", "kneel down", "kneeling on the floor"])

@@ -233,8 +233,6 @@ def unknown_word(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
         return f'I don\'t know "{word}". {known}'
     parts = " ".join(vocabulary.parts[:_FEW]) or "none"
     parts += " …" * (len(vocabulary.parts) > _FEW)
-    if vocabulary.of_library:
-        return f'This library has no part "{word}". It has: {parts}'
     return f'There is no part "{word}". The parts are: {parts}'
 
 

@@ -267,7 +267,6 @@ class Vocabulary:
     """The names of parts: those of a library, and in any case those of the alphabet."""
 
     def __init__(self, parts: Collection[str] | None = None) -> None:
-        self.of_library = parts is not None
         self.parts = tuple(sorted(TRACKS if parts is None else parts, key=_place))
         self.movers = _movers(dict.fromkeys((*TRACKS, *self.parts)))
 
