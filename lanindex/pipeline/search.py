@@ -19,7 +19,6 @@ from lanindex.model import Capture, Score, Symbol, Track
 from lanindex.model.columns import STARTING, columns_of, roster_of
 from lanindex.search.dictionary import (
     Entry,
-    absent,
     entry_named,
     load,
     named_patterns,
@@ -126,23 +125,6 @@ def entry_of_query(text: str, words: str | PathLike[str] | None = None) -> Entry
     if name in known:
         return known[name]
     return entry_named(text, known) if words_of(text) and reading(text) is None else None
-
-
-def hints(text: str, words: str | PathLike[str] | None = None) -> Iterator[str]:
-    """Yield what there is to say of single words of a query that has several and is no pattern."""
-    several = words_of(text)
-    if len(several) < 2 or reading(text) is not None:
-        return
-    with suppress(PatternError):
-        parse(text)
-        return
-    known = load(words)
-    for word in several:
-        entry = entry_named(word, known)
-        if entry is not None:
-            yield f'"{word}" is in the dictionary of movement: @{entry.name}'
-        elif why := absent(word):
-            yield f'no word "{word}" in the dictionary of movement: {why}'
 
 
 def unknown(text: str) -> str:

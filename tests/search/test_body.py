@@ -15,7 +15,7 @@ from lanindex.library.store import Store
 from lanindex.model import Span
 from lanindex.model.derived import steps
 from lanindex.pipeline.library import open_library
-from lanindex.pipeline.search import entry_of_query, hints
+from lanindex.pipeline.search import entry_of_query
 from lanindex.search.dictionary import load
 from lanindex.search.explain import sentence
 from lanindex.search.explain.why import away
@@ -133,13 +133,6 @@ def test_what_is_said_of_the_body_may_be_a_name(name: str, tmp_path) -> None:
 def test_a_jump_wants_its_part_named() -> None:
     with pytest.raises(PatternError, match="Name the part first: jump hop"):
         parse("hop")
-
-
-def test_nothing_is_said_of_the_words_of_a_pattern() -> None:
-    assert list(hints("jump hop")) == []
-    assert list(hints("turn wildly")) == [
-        'no word "turn" in the dictionary of movement: turns are words of the language; try: turn'
-    ]
 
 
 @pytest.fixture

@@ -174,7 +174,7 @@ def run(
 
 def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[str] | None) -> str:
     """Return the pattern that a query stands for, and say which word of the dictionary it is."""
-    from lanindex.pipeline.search import entry_of_query, hints, unknown
+    from lanindex.pipeline.search import entry_of_query, unknown
     from lanindex.search.dictionary import absent
 
     entry = entry_of_query(query, words)
@@ -188,7 +188,6 @@ def pattern_of(out: Output, library: Library, query: str, words: str | PathLike[
         why = lacking.why if lacking else "lanindex words"
         out.note(f'no word "{name}" in the dictionary of movement: {why}')
         _note_labelled(out, library, name)
-    out.notes(hints(query, words))
     return query
 
 

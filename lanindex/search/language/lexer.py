@@ -225,6 +225,10 @@ def remedies(table: str) -> dict[str, str]:
 
 def unknown_word(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
     """Return the sentence about a word that is not in the vocabulary."""
+    from lanindex.search.dictionary import absent
+
+    if part_expected and (lacking := absent(word)):  # no other word misspelt
+        return f'I don\'t know "{word}". Did you mean:  {lacking.instead}'
     if guess := _guess(vocabulary, word.lower(), part_expected):
         return f'I don\'t know "{word}". Did you mean "{guess}"?'
     if not part_expected:
@@ -240,10 +244,8 @@ def _guess(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
     from rapidfuzz import process
     from rapidfuzz.distance import OSA
 
-    from lanindex.search.dictionary import absent, load
+    from lanindex.search.dictionary import load
 
-    if part_expected and absent(word):
-        return ""  # a word that has a meaning is no other one misspelt
     named = {name: f"@{name}" for name in load()} if part_expected else {}
     if word in named:
         return named[word]

@@ -18,7 +18,7 @@ from lanindex.search.language.words import VALUES, Vocabulary
 _LONGEST = 200
 _SPELLING = re.compile(
     r'^Did you mean "[^"]*"\? '
-    r'| (Did you mean "[^"]*"\?|(The parts are): .*|A movement has a direction .*)$'
+    r'| (Did you mean "[^"]*"\?|(Did you mean|The parts are): .*|A movement has a direction .*)$'
 )
 """Sentences of an error that suggest another word."""
 
