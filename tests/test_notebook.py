@@ -15,8 +15,10 @@ from conftest import REPOSITORY
 from dances import RAISE, dance
 
 import lanindex
+from lanindex.draw import svg
 from lanindex.errors import LanindexError
 from lanindex.film import notebook
+from lanindex.film.hits import POSES
 from lanindex.library.selection import Selection
 from lanindex.model import Meter, Reading, Score, Span, Track
 from lanindex.model.symbol import blank
@@ -50,7 +52,7 @@ def test_all_are_shown(library) -> None:
         shown = shell.display_formatter.format(thing)[0]
         assert len(drawings(shown["text/html"])) == least
         assert shown["text/plain"]
-    assert 'stroke="#d95f02"' in notebook.of_hit(hits[0])  # the arm that matched
+    assert svg.STYLES["litbone"] in notebook.of_hit(hits[0])  # the arm that matched
     assert "<style" not in hits._repr_html_()  # it would hold for all of the page
 
 
@@ -93,7 +95,7 @@ def test_gaps_are_left_open(library) -> None:
     shown = notebook.of_motion(replace(motion, positions=places))
     (drawn,) = drawings(shown)
     whole = drawings(notebook.of_motion(motion))[0]
-    assert notebook.of_motion(motion).count("<text") == notebook.POSES
+    assert notebook.of_motion(motion).count("<text") == POSES
     assert 0 < len(drawn.findall(".//*")) < len(whole.findall(".//*"))
     assert "nan" not in shown
     assert "nothing" not in shown

@@ -38,6 +38,7 @@ _BELOW = 2 * MARGIN + START
 _FLOOR = 60  # units below the feet
 _HEAD = 95.0  # mm, radius
 _WIDEST = 200.0  # mm that are shown, at least
+_STILL = 100.0  # mm: as much as poses differ by that, the first differs from the last by its time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,10 +102,7 @@ def preview_of(score: Score, hit: Hit, body: Figure | None, trouble: str = "") -
     if np.isnan(body.places[frames]).all():
         return replace(shot, trouble="no joint is known meanwhile")
     parts = [part for part in dict.fromkeys(it.part for it in hit.symbols) if part in TRACKS]
-    kinds = [
-        ("lit" if lit else "") + ("far" if part.startswith("l_") else "bone")
-        for lit, part in zip(body.shown(parts).tolist(), body.parts, strict=True)
-    ]
+    kinds = kinds_of(body, parts)
     eye = view(body, parts or None, int(frames[0]), int(frames[-1]) + 1)
     own = np.unique(body.bones)
     numbers = {joint: number for number, joint in enumerate(own.tolist())}
@@ -127,8 +125,8 @@ def preview_of(score: Score, hit: Hit, body: Figure | None, trouble: str = "") -
         (start - begin, stop - begin),
         eye.turn,
     )
-    poses = _poses(body, body.places[frames], kinds, eye, hit.path)
-    return replace(shot, poses=poses, played=played)
+    drawn = poses(body, different(body, frames), kinds, eye, hit.path)
+    return replace(shot, poses=drawn, played=played)
 
 
 def _staff(score: Score, hit: Hit, begin: float, end: float, beat: int) -> Picture | None:
@@ -174,10 +172,31 @@ def _upon(places: NDArray[np.float32]) -> NDArray[np.float32]:
     return upon
 
 
-def _poses(
-    body: Figure, places: NDArray[np.float32], kinds: Sequence[str], eye: View, path: str
+def kinds_of(body: Figure, parts: Sequence[str]) -> list[str]:
+    """Return how each bone is drawn where parts are lit."""
+    return [
+        ("lit" if lit else "") + ("far" if part.startswith("l_") else "bone")
+        for lit, part in zip(body.shown(parts).tolist(), body.parts, strict=True)
+    ]
+
+
+def different(body: Figure, frames: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return frames whose poses differ most, the first and the last among them, in order."""
+    places = body.places[frames] - _upon(body.places[frames])[:, None]
+    apart = np.nan_to_num(places).reshape(len(frames), -1) / sqrt(places.shape[1])
+    apart = np.column_stack([apart, np.linspace(0, _STILL, len(frames))])
+    taken = [0, len(frames) - 1]
+    while len(taken) < POSES:
+        gaps = [np.linalg.norm(apart - apart[at], axis=1) for at in taken]
+        taken.append(int(np.min(gaps, axis=0).argmax()))
+    return frames[sorted(taken)]
+
+
+def poses(
+    body: Figure, frames: NDArray[np.int64], kinds: Sequence[str], eye: View, path: str
 ) -> Picture:
-    """Return poses side by side, on one floor and at one scale."""
+    """Return poses of some frames side by side, on one floor and at one scale."""
+    places = body.places[frames]
     seen = eye.project(places - _upon(places)[:, None])
     low, high = (float(edge(seen[..., 1])) for edge in (np.nanmin, np.nanmax))
     left, right = (float(edge(seen[..., 0])) for edge in (np.nanmin, np.nanmax))
@@ -185,10 +204,9 @@ def _poses(
     tall = max(high - low + 2 * _HEAD, _WIDEST)
     scale = min(WIDTH / 2 / (wide + _HEAD), (HEIGHT - 2 * _FLOOR) / tall)
     marks: list[Mark] = [line(0, HEIGHT - _FLOOR, POSES * WIDTH, HEIGHT - _FLOOR, "light")]
-    chosen = np.linspace(0, len(seen) - 1, POSES).round().astype(np.int64)
-    for number, frame in enumerate(chosen.tolist()):
+    for number in range(len(seen)):
         x, y = WIDTH * number + WIDTH // 2, HEIGHT - _FLOOR
-        at = (seen[frame] - ((left + right) / 2, low)) * (scale, -scale)
+        at = (seen[number] - ((left + right) / 2, low)) * (scale, -scale)
         known: NDArray[np.bool_] = np.isfinite(at.sum(axis=1))
         points = np.where(known[:, None], at, 0).round().astype(np.int64).tolist()
         for kind in KINDS:

@@ -16,9 +16,6 @@ if TYPE_CHECKING:
 
 SYMBOLS = 400  # symbols of a staff that is shown
 
-POSES, TALL = 5, 96
-"""Poses of a figure that are shown, and how high each is, in pixels."""
-
 LARGE = 100_000_000  # bytes from which on a file is too large to be read for a picture
 
 
@@ -106,42 +103,27 @@ def _figure(hit: Hit) -> Figure | str:
 
 
 def _poses(body: Figure, start: int, stop: int, parts: Iterable[str]) -> str:
-    """Return poses of a stretch side by side, bones of parts coloured, unknown bones left out."""
+    """Return poses of a stretch as they stand on sheets, and when each is."""
+    from dataclasses import replace
+
     import numpy as np
 
+    from lanindex.draw import svg
+    from lanindex.draw.picture import Label
     from lanindex.film.figure import view
+    from lanindex.film.hits import FRAMES, HEIGHT, WIDTH, different, kinds_of, poses
 
     tracks = list(parts)
-    frames = np.unique(np.linspace(start, max(stop - 1, start), POSES).round().astype(int))
-    places = view(body, tracks or None, start, stop).project(body.places[frames])[..., :2]
-    known = ~np.isnan(places[..., 0])
-    middle = np.where(known[..., None], places, 0).sum(axis=1)
-    middle /= np.maximum(known.sum(axis=1), 1)[:, None]
-    places = places - middle[:, None] * [1, 0]  # poses stand side by side, wherever they were
-    low, high = np.zeros(2), np.ones(2)
-    if known.any():
-        low, high = places[known].min(axis=0), places[known].max(axis=0)
-    scale = TALL / max(float(high[1] - low[1]), 1.0)
-    step = float(high[0] - low[0]) * scale + 12
-    colored = body.shown(tracks).tolist() if tracks else [False] * len(body.bones)
-    marks = []
-    for number, (frame, pose) in enumerate(zip(frames.tolist(), places, strict=True)):
-        left = number * step + 6
-        bones = (pose[body.bones] - low) * scale + np.array((left, 0))  # (B, 2, 2)
-        for ((x, y), (u, v)), lit in zip(bones.tolist(), colored, strict=True):
-            if np.isfinite((x, y, u, v)).all():
-                color = ' stroke="#d95f02" stroke-width="3"' if lit else ""
-                line = f'x1="{x:.1f}" y1="{TALL - y:.1f}" x2="{u:.1f}" y2="{TALL - v:.1f}"'
-                marks.append(f"<line {line}{color}/>")
-        at = f'x="{left:.0f}" y="{TALL + 14}" stroke="none" fill="currentColor"'
-        marks.append(f"<text {at}>{float(frame / body.rate):.2f} s</text>")
-    width, height = len(frames) * step + 24, TALL + 20
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height}" '
-        'stroke="currentColor" stroke-width="1.5" stroke-linecap="round" '
-        'font-size="10" font-family="sans-serif">'
-        f"{''.join(marks)}</svg>"
-    )
+    frames = np.linspace(start, max(stop - 1, start), FRAMES).round().astype(np.int64)
+    if np.isnan(body.places[frames]).all():
+        return "<small>no joint is known meanwhile</small>"
+    eye, frames = view(body, tracks or None, start, stop), different(body, frames)
+    drawn = poses(body, frames, kinds_of(body, tracks), eye, "a movement")
+    times = [
+        Label(WIDTH * at + WIDTH // 2, HEIGHT + 120, f"{float(frame / body.rate):.2f} s", 140)
+        for at, frame in enumerate(frames.tolist())
+    ]
+    return svg.write(replace(drawn, height=HEIGHT + 160, marks=(*drawn.marks, *times)), scale=0.8)
 
 
 def _strip(hit: Hit) -> str:

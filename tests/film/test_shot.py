@@ -12,7 +12,8 @@ import lanindex
 from lanindex.alphabet import JOINT_CODES
 from lanindex.draw import draw, svg
 from lanindex.draw.picture import Circle, Label, Polyline
-from lanindex.film.hits import FRAMES, KINDS, LEAST, POSES, RATE, UNKNOWN, preview_of
+from lanindex.film.figure import figure
+from lanindex.film.hits import FRAMES, KINDS, LEAST, POSES, RATE, UNKNOWN, different, preview_of
 from lanindex.model import Capture, Hit, Span
 
 
@@ -122,3 +123,13 @@ def test_what_is_only_passed_is_shown_on_its_way() -> None:
     capture = Capture(1, "jacks.bvh", "bvh", "0" * 64, "", score.rate, score.frames)
     staff = preview_of(score, Hit(capture, span, 1.0, ((passed,),)), None).staff
     assert staff.marks[0].style == "band"
+
+
+def test_poses_of_a_movement_that_returns_differ() -> None:
+    jacks = figure(lanindex.read("corpus/jumping_jacks.bvh"))
+    chosen = different(jacks, np.arange(0, 360, 2))
+    hands = jacks.places[chosen, JOINT_CODES["RHand"], 1]
+    assert len(chosen) == POSES
+    assert (np.diff(np.sort(hands))[1:] > 100).all()  # mm; the first pose and the last are the same
+    still = replace(jacks, places=np.repeat(jacks.places[:1], 101, axis=0))
+    assert different(still, np.arange(101)).tolist() == [0, 25, 50, 75, 100]
