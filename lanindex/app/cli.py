@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from lanindex.app.options import flag, ungrouped
 from lanindex.app.output import Output, end_progress, escaped, how_far, say_error
@@ -43,6 +43,16 @@ VERBS = {
 }
 """For each verb, its function in `lanindex.app.commands` and a summary for the help."""
 
+SECTIONS = {
+    "Arguments": "",
+    "Options": "",
+    "Which captures": "within where db",
+    "How": "overlaps tolerance near fuzzy strict timeout memory words jobs profile",
+    "Output": "limit sort count context into tier preview output force json quiet verbose color",
+    "Reading files": "unit up file_fps compose skeleton body columns take tempo",
+}
+"""The sections of a help, in order, with the options that are not a verb's own."""
+
 SETTINGS: dict[str, Any] = {
     "add_completion": False,
     "rich_markup_mode": None,
@@ -60,6 +70,23 @@ GARBAGE_THRESHOLD = 100_000
 
 _ParserError: Any = typer.BadParameter.__base__
 """The base class of the argument parser's errors, which typer exports only by its subclass."""
+
+
+class Verb(TyperCommand):
+    """A verb, whose help has its options by what they are about."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the sections of the help."""
+        titles = {name: title for title, names in SECTIONS.items() for name in names.split()}
+        sections: dict[str, list[tuple[str, str]]] = {title: [] for title in SECTIONS}
+        for parameter in self.get_params(ctx):
+            own = "Options" if parameter.param_type_name == "option" else "Arguments"
+            if record := parameter.get_help_record(ctx):
+                sections[titles.get(str(parameter.name), own)].append(record)
+        for title, records in sections.items():
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl(records)
 
 
 class Verbs(TyperGroup):
@@ -84,7 +111,7 @@ class Verbs(TyperGroup):
         verb = getattr(import_module(f"lanindex.app.commands.{module}"), function)
         app = typer.Typer(**SETTINGS)
         for name, run in verb.items() if isinstance(verb, dict) else [(cmd_name, verb)]:
-            app.command(name)(ungrouped(run))
+            app.command(name, cls=Verb)(ungrouped(run))
         if isinstance(verb, dict):  # a group of verbs, such as db
             app.info.no_args_is_help = True
             app.info.help = VERBS[cmd_name][1] + "."

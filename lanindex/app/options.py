@@ -196,7 +196,9 @@ def ungrouped(verb: Callable[..., int | None]) -> Callable[..., None]:
 def _reading(
     unit: str | None = option(None, "mm|cm|m|inch|cmu", "Unit of the file, if you know it."),
     up: str | None = option(None, "x|y|z|-x|-y|-z", "Vertical axis of the file."),
-    fps: str | None = option(None, "RATE", "Frames per second: 30, 29.97, 30000/1001."),
+    file_fps: str | None = option(
+        None, "RATE", "Frames a second of the file: 30, 29.97, 30000/1001.", "--fps"
+    ),
     compose: str | None = option(None, "parent|child", "Which rotation a BVH applies first."),
     skeleton: str | None = option(None, "FILE", "The ASF file for AMC files without one."),
     body: str | None = option(
@@ -211,7 +213,8 @@ def _reading(
     """Return the options for reading a file; the readers check the words themselves."""
     from lanindex.model import Reading
 
-    return Reading(unit, up, fps and rate(fps), compose, skeleton, body, columns, take, tempo)
+    fps = file_fps and rate(file_fps)
+    return Reading(unit, up, fps, compose, skeleton, body, columns, take, tempo)
 
 
 def _selection(
@@ -248,7 +251,7 @@ PlainOut = Annotated[Output, Group(Output, json=False)]
 ColorOut = Annotated[Output, Group(Output, json=False, quiet=False, verbose=False)]
 DbOut = Annotated[Output, Group(Output, verbose=False)]
 Reading = Annotated[Any, Group(_reading)]
-FilmReading = Annotated[Any, Group(_reading, fps=None)]  # where --fps is that of a film
+FilmReading = Annotated[Any, Group(_reading, file_fps=None)]  # where --fps is that of a film
 Selected = Annotated[Selection, Group(_selection)]
 Where = Annotated[Selection, Group(_selection, within=None)]
 Matching = Annotated[dict[str, Any], Group(_matching)]

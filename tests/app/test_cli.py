@@ -68,6 +68,14 @@ class TestHelp:
     def test_several_are_shown_as_several(self, run, verb: str, word: str) -> None:
         assert word in run(verb, "--help").stdout.splitlines()[0]
 
+    def test_options_stand_by_what_they_are_about(self, run) -> None:
+        shown = run("search", "--help").stdout
+        words = ["--like", "Which captures:", "--in", "How:", "--near", "Output:", "--json"]
+        assert [shown.index(word) for word in words] == sorted(shown.index(word) for word in words)
+        for verb in ("ingest", "inspect", "convert", "score", "play"):
+            last = run(verb, "--help").stdout.rpartition("\n\n")[2]
+            assert last.startswith("Reading files:\n") and "--unit" in last
+
     def test_the_language_is_a_page(self, run, repository: Path) -> None:
         page = repository / "lanindex" / "search" / "LANGUAGE.md"
         assert run("language").stdout == page.read_text(encoding="utf-8")
