@@ -213,8 +213,8 @@ def _reading(
     """Return the options for reading a file; the readers check the words themselves."""
     from lanindex.model import Reading
 
-    fps = file_fps and rate(file_fps)
-    return Reading(unit, up, fps, compose, skeleton, body, columns, take, tempo)
+    own = file_fps and rate(file_fps)
+    return Reading(unit, up, own, compose, skeleton, body, columns, take, tempo)
 
 
 def _selection(
@@ -251,20 +251,19 @@ PlainOut = Annotated[Output, Group(Output, json=False)]
 ColorOut = Annotated[Output, Group(Output, json=False, quiet=False, verbose=False)]
 DbOut = Annotated[Output, Group(Output, verbose=False)]
 Reading = Annotated[Any, Group(_reading)]
-FilmReading = Annotated[Any, Group(_reading, file_fps=None)]  # where --fps is that of a film
 Selected = Annotated[Selection, Group(_selection)]
 Where = Annotated[Selection, Group(_selection, within=None)]
 Matching = Annotated[dict[str, Any], Group(_matching)]
 
 
-def rate(text: str) -> Fraction:
+def rate(text: str, place: str = "--fps") -> Fraction:
     """Return a frame rate above 0."""
     try:
         value = Fraction(text)
     except (ValueError, ZeroDivisionError):
         value = Fraction(0)
     if not 0 < value < 100_000:
-        raise UsageError(f'"{text}"', place="--fps", wanted="30, 29.97 or 30000/1001")
+        raise UsageError(f'"{text}"', place=place, wanted="30, 29.97 or 30000/1001")
     return value
 
 

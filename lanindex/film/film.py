@@ -73,7 +73,7 @@ def film_bytes(frames: Iterable[Image], form: str, size: tuple[int, int], rate: 
     """Return frames as a film."""
     if rate > (most := FASTEST.get(form, 1000)):
         wanted = f"{most} at most: viewers of {form} show no more"
-        raise UsageError(f"{float(rate):g} frames a second", place="--fps", wanted=wanted)
+        raise UsageError(f"{float(rate):g} frames a second", place="--film-fps", wanted=wanted)
     if form == "gif":
         return b"".join(_gif(frames, size, rate))
     import av

@@ -74,7 +74,8 @@ class TestHelp:
         assert [shown.index(word) for word in words] == sorted(shown.index(word) for word in words)
         for verb in ("ingest", "inspect", "convert", "score", "play"):
             last = run(verb, "--help").stdout.rpartition("\n\n")[2]
-            assert last.startswith("Reading files:\n") and "--unit" in last
+            assert last.startswith("Reading files:\n  --unit")
+            assert "  --fps RATE " in last  # of the file, in each verb
 
     def test_the_language_is_a_page(self, run, repository: Path) -> None:
         page = repository / "lanindex" / "search" / "LANGUAGE.md"

@@ -36,7 +36,7 @@ def test_a_score_is_carried_out(run, place: Path) -> None:
 
 
 def test_a_capture_of_the_library_is_played_as_its_file_is(run, place: Path) -> None:
-    how = ("--to", "2", "--size", "320x240", "--fps", "10", "--highlight", "r_arm")
+    how = ("--to", "2", "--size", "320x240", "--film-fps", "10", "--highlight", "r_arm")
     stored = run("play", "raise.bvh", "-o", "a.webp", *how)
     assert stored.returncode == 0, stored.stderr
     assert stored.stderr.splitlines()[-1] == "a.webp: 20 frames at 10 Hz, 2.00 s"
@@ -60,7 +60,10 @@ def test_a_hit_is_played(run, place: Path) -> None:
     ("words", "said"),
     [
         (("raise.lnd", "-o", "a.avi"), '"a.avi", wanted an ending of mp4, webp, gif'),
-        (("raise.lnd", "-o", "c.gif", "--fps", "60"), "--fps: 60 frames a second, wanted 50"),
+        (
+            ("raise.lnd", "-o", "c.gif", "--film-fps", "60"),
+            "--film-fps: 60 frames a second, wanted 50",
+        ),
         (("raise.lnd", "-o", "c.gif", "--size", "640"), '--size: "640", wanted WIDTHxHEIGHT'),
         (("raise.lnd", "-o", "c.gif", "--size", "9x9"), "a film of 9x9 pixels"),
         (("raise.lnd", "-o", "c.gif", "--view", "top"), 'the view "top"'),
@@ -68,7 +71,7 @@ def test_a_hit_is_played(run, place: Path) -> None:
         (("empty.lnd", "-o", "c.gif"), "wanted"),
         (("none.bvh", "-o", "c.gif"), "none.bvh"),
         (("1", "-o", "c.gif", "--unit", "m"), "--unit for 1, wanted a file"),
-        (("1", "-o", "c.gif", "--file-fps", "30"), "--file-fps for 1, wanted a file"),
+        (("1", "-o", "c.gif", "--fps", "30"), "--fps for 1, wanted a file"),
     ],
 )
 def test_what_cannot_be_played_is_refused(run, place: Path, words, said: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +10,7 @@ from lanindex import records
 from lanindex.app import options
 from lanindex.app.options import captures, exclusive, flag, option
 from lanindex.app.output import Output, choice
-from lanindex.errors import LanindexError, UsageError, counted
+from lanindex.errors import UsageError, counted
 from lanindex.pipeline.files import refuse, safe_stem, write_all
 
 if TYPE_CHECKING:
@@ -124,12 +123,13 @@ def play(
     parts: options.Parts = None,
     start: options.FromSeconds = None,
     stop: options.ToSeconds = None,
-    fps: str | None = option(None, "RATE", "Frames per second of the film: MP4 25, WebP, GIF 20."),
+    film_fps: str | None = option(
+        None, "RATE", "Frames a second of the film: MP4 25, WebP, GIF 20."
+    ),
     size: str = option("640x480", "WIDTHxHEIGHT", "Size of the film in pixels."),
     profile: options.FileProfile = None,
-    file_fps: str | None = option(None, "RATE", "Frames per second of the file."),
     *,
-    reading: options.FilmReading,
+    reading: options.Reading,
     force: options.Force = False,
     db: options.Db = options.DB,
     out: options.PlainOut,
@@ -148,23 +148,17 @@ def play(
 
     target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.webp")
     form = form_of(str(target))
-    rate = RATES.get(form, RATE) if fps is None else options.rate(fps)
+    rate = RATES.get(form, RATE) if film_fps is None else options.rate(film_fps, "--film-fps")
     width, _, height = size.lower().partition("x")
     if not (width.isdecimal() and height.isdecimal()):
         raise UsageError(f'"{size}"', place="--size", wanted="WIDTHxHEIGHT, such as 640x480")
     refuse(target, force=force)
-    if file_fps is not None:
-        reading = replace(reading, rate=options.rate(file_fps))
     library = partial(Store.open, db, readonly=True)
-    try:
-        named = resolve(options.one_line(capture), library, reading, profile=profile)
-        motion = motion_of(named, library, reading, rate)
-    except LanindexError as error:
-        error.found, error.remedy = _with_file_fps(error.found), _with_file_fps(error.remedy)
-        raise
+    named = resolve(options.one_line(capture), library, reading, profile=profile)
+    motion = motion_of(named, library, reading, rate)
     if not named.capture:
         warnings = dict.fromkeys((*named.score.warnings, *motion.warnings))
-        out.notes(map(_with_file_fps, warnings), named.path)
+        out.notes(warnings, named.path)
     film = Film(
         figure(motion),
         named.score,
@@ -182,11 +176,6 @@ def play(
     out.notes(film.staff.warnings, named.title)
     seconds = float(len(film) / film.rate)
     out.note(f"{target}: {len(film)} frames at {float(rate):g} Hz, {seconds:.2f} s")
-
-
-def _with_file_fps(text: str) -> str:
-    """Rename the option in a message of a reader: its ``--fps`` is ``--file-fps`` here."""
-    return text.replace("--fps", "--file-fps")
 
 
 def diff(
