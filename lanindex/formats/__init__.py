@@ -5,6 +5,7 @@ A format is a module with
 - ``read(file, options, wanted) -> Motion``,
 - ``cutter(file, options) -> Cutter``, if clips can be cut out of its bytes, and
   ``beside(file, options)`` if a second file belongs to each,
+- ``unkept(file, motion)``, if it may hold more than a motion,
 - ``subjects(file)``, if it may hold several people,
 - ``companions(file, options)``, if it may be read with other files,
 - ``write(motion) -> bytes``, if motions can be written in it,
@@ -269,6 +270,12 @@ def cutter(file: File, options: Reading | None = None) -> Cutter | None:
     does = _format_of(file, options).does
     cut: Cutter | None = does.cutter(file, options) if hasattr(does, "cutter") else None
     return cut
+
+
+def unkept(file: File, options: Reading, motion: Motion) -> list[str]:
+    """Return what a file holds that is not in its motion: analog channels, events."""
+    does = _format_of(file, options).does
+    return list(does.unkept(file, motion)) if hasattr(does, "unkept") else []
 
 
 def beside(file: File, options: Reading) -> tuple[tuple[str, bytes], ...]:

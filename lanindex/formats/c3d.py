@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from lanindex.body.mapping import Declared
 from lanindex.body.markers import marker_set_of
-from lanindex.errors import CaptureError, shown
+from lanindex.errors import CaptureError, counted, shown
 from lanindex.formats.file import PIECE, Content, File, Wanted, holding, text_of
 from lanindex.formats.people import named, subject_points
 from lanindex.formats.points import Points, motion_of
@@ -49,6 +49,9 @@ _TRANSLATION = 12  # where it begins in a matrix
 _END = "TRIAL:ACTUAL_END_FIELD"
 _PLACES = {"MODELED_MARKER", "MARKER", "VIRTUAL_MARKER"}
 _EVENTS = (300, 304, 376)  # in the header: how many events, and where their times begin and end
+_NAMED = 396  # and where their names of four letters begin
+# parameters of the group EVENT that have a value for each
+_EACH = ("TIMES", "LABELS", "CONTEXTS", "DESCRIPTIONS", "SUBJECTS", "ICON_IDS", "GENERIC_FLAGS")
 _LIST = 255  # texts in one parameter
 _WIDEST = 127  # bytes of a text
 _FLOATS = -1.0  # a scale below 0: numbers are floats
@@ -530,8 +533,8 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
     """Return what cuts clips out of a C3D file, whose header is looked through once.
 
     Frames keep their numbers, so that times of events, which count from the trial's frame 1, stay
-    as they are. Only if a number beyond 65,535 has no room (no ACTUAL_END_FIELD) do frames begin
-    with 1, and the times of events with them.
+    as they are; events outside a clip are left out. Only if a number beyond 65,535 has no room (no
+    ACTUAL_END_FIELD) do frames begin with 1, and the times of events with them.
     """
     content, layout = file.content, scan(file)
 
@@ -580,6 +583,8 @@ def _head(content: Content, layout: C3dLayout, span: Span, begin: int) -> bytes:
         parameters.put(data, "POINT:SCALE", [layout.scale])
     if later and layout.rate:
         _move_events(layout, later / layout.rate, head, data)
+    if layout.rate and frames < layout.frames:
+        _keep_events(layout, (first - 1) / layout.rate, last / layout.rate, head, data)
     head[layout.section : layout.section + len(data)] = data
     return bytes(head[: layout.start])
 
@@ -599,6 +604,53 @@ def _move_events(layout: C3dLayout, seconds: float, head: bytearray, data: bytea
     if number > 0:
         earlier = parameters.processor.numbers(head, FLOAT, number, start) - seconds
         head[start : start + 4 * number] = parameters.processor.written(earlier, FLOAT)
+
+
+def _keep_events(
+    layout: C3dLayout, begin: float, end: float, head: bytearray, data: bytearray
+) -> None:
+    """Leave out the events before and after some seconds; blanks fill their room."""
+    parameters, numbers = layout.parameters, layout.parameters.processor.numbers
+    used, times = parameters.count("EVENT:USED") or 0, parameters.find("EVENT:TIMES")
+    fits = times is not None and times.count >= 2 * used and times.at + 8 * used <= len(data)
+    if used and times is not None and times.kind == FLOAT and fits:
+        minutes, rest = numbers(data, FLOAT, 2 * used, times.at).reshape(-1, 2).T
+        kept = _inside(60 * minutes + rest, begin, end)
+        for one in filter(None, (parameters.find(f"EVENT:{name}") for name in _EACH)):
+            if one.sizes and one.sizes[-1] >= used:
+                size = one.count // one.sizes[-1] * abs(one.kind)
+                _keep_rows(data, one.at, size, used, kept, b" " if one.kind == TEXT else b"\0")
+        parameters.put_count(data, "EVENT:USED", len(kept))
+    count, start, stop = _EVENTS
+    used = int(numbers(head, INT, 1, count)[0])
+    if 0 < used <= (stop - start) // 4:
+        kept = _inside(numbers(head, FLOAT, used, start), begin, end)
+        for at, size in ((start, 4), (stop, 1), (_NAMED, 4)):
+            _keep_rows(head, at, size, used, kept, b"\0")
+        head[count : count + 2] = parameters.processor.written([len(kept)], INT)
+
+
+def _inside(times: NDArray[Any], begin: float, end: float) -> list[int]:
+    return np.flatnonzero((times > begin - _ALIKE) & (times < end - _ALIKE)).tolist()
+
+
+def _keep_rows(
+    data: bytearray, at: int, size: int, count: int, kept: Sequence[int], blank: bytes
+) -> None:
+    rows = [bytes(data[at + size * row : at + size * (row + 1)]) for row in kept]
+    data[at : at + size * count] = b"".join(rows).ljust(size * count, blank)
+
+
+def unkept(file: File, motion: Motion) -> list[str]:
+    """Return what a file holds that is not in its motion."""
+    layout = file.once(scan)
+    points = len(motion.markers.names if motion.markers else motion.skeleton.names)
+    counts = {
+        "analog channel": layout.parameters.count("ANALOG:USED"),
+        "event": layout.parameters.count("EVENT:USED"),
+        "other point": (layout.points or points) - points,
+    }
+    return [counted(count, noun) for noun, count in counts.items() if count]
 
 
 def _frames(content: Content, start: int, size: int, span: Span) -> bytes:

@@ -12,9 +12,11 @@ from functools import partial
 from pathlib import Path
 
 import command
+import numpy as np
 import pytest
 from command import Done
 from dances import BOW, RAISE, dance
+from made_c3d import c3d, standing
 from sample_library import sql
 
 from lanindex.alphabet import MEASURES
@@ -540,6 +542,15 @@ class TestOthers:
         said = run("convert", "raise.bvh", "raise.json").stderr
         assert "LabanotationSuite has no room for" in said
         assert "direction r_upper_arm place high" in run("convert", "raise.json").stdout
+
+    def test_what_a_file_holds_beside_its_motion_is_kept_or_told(self, run, place: Path) -> None:
+        events = {"EVENT:USED": 1, "EVENT:TIMES": np.array([[0.0, 0.1]])}
+        (place / "a.c3d").write_bytes(c3d(standing(20), analog=np.ones((20, 4)), more=events))
+        assert run("convert", "a.c3d", "b.c3d").stderr == "b.c3d\n"
+        assert (place / "b.c3d").read_bytes() == (place / "a.c3d").read_bytes()
+        for words in (("c.c3d", "--origin"), ("c.c3d", "--unit", "mm", "--force"), ("c.bvh",)):
+            said = run("convert", "a.c3d", *words).stderr
+            assert "a.c3d: not written: 4 analog channels\na.c3d: not written: 1 event\n" in said
 
     def test_motion_bids_in_all_its_files_or_none(self, run, place: Path) -> None:
         stem = "sub-01_task-raise_tracksys-body"

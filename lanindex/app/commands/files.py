@@ -206,6 +206,7 @@ def convert(
     Joints keep their positions. Where only positions are known, bones are turned by the rule of
     lanindex.rotation, starting from a body that stands with its arms to the sides.
     """
+    from lanindex import formats
     from lanindex.notation import NOTATIONS, WRITTEN, left_out
     from lanindex.pipeline import convert
 
@@ -226,8 +227,14 @@ def convert(
         files = [(target, content)]
     else:
         motion = convert.motion_of(file, reading, origin=origin)
-        files, notes = convert.files_of(motion, form, target)
-        out.notes((*motion.warnings, *notes), file)
+        source = formats.opened(file)
+        lost = formats.unkept(source, reading, motion)
+        if lost and form == motion.source.format and not (origin or reading.given()):
+            files, lost = [(target, source.content[:])], []
+        else:
+            files, notes = convert.files_of(motion, form, target)
+            out.notes((*motion.warnings, *notes), file)
+        out.notes((f"not written: {it}" for it in lost), file)
     if target == options.STDOUT:
         out.content(content.decode())
         return

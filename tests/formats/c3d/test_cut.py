@@ -9,7 +9,11 @@ from lanindex.formats.c3d import places, scan
 from lanindex.model import Span
 
 TRIAL = {"TRIAL:ACTUAL_START_FIELD": [7, 0], "TRIAL:ACTUAL_END_FIELD": [26, 0]}
-EVENTS = {"EVENT:USED": 2, "EVENT:TIMES": np.array([[0.0, 0.12], [1.0, 2.5]])}
+EVENTS = {
+    "EVENT:USED": 3,
+    "EVENT:TIMES": np.array([[0.0, 0.12], [1.0, 2.5], [0.0, 0.2]]),
+    "EVENT:LABELS": ["LHS", "LTO", "RTO"],
+}
 
 
 def cut(data: bytes, start: int, stop: int) -> bytes:
@@ -28,7 +32,7 @@ def frames(data: bytes) -> bytes:
 
 @pytest.mark.parametrize("processor", [84, 85, 86])
 @pytest.mark.parametrize("scale", [-1.0, 0.5])
-@pytest.mark.parametrize("span", [(0, 20), (0, 1), (19, 20), (4, 11)])
+@pytest.mark.parametrize("span", [(0, 20), (0, 1), (19, 20), (4, 11), (4, 17)])
 def test_a_clip_has_the_bytes_of_its_frames(processor, scale, span):
     analog = np.arange(20 * 6).reshape(20, 6)
     data = c3d(
@@ -48,7 +52,15 @@ def test_a_clip_has_the_bytes_of_its_frames(processor, scale, span):
         "TRIAL:ACTUAL_END_FIELD": 6 + span[1],
     }.items():
         assert told.count(key) == value
-    assert told.numbers("EVENT:TIMES") == one.parameters.numbers("EVENT:TIMES")
+    whole = span == (0, 20)
+    inside = [time for time in (0.12, 0.2) if 6 + span[0] <= time * 100 < 6 + span[1]]
+    used = told.count("EVENT:USED")
+    assert used == (3 if whole else len(inside))
+    if not whole:  # events outside of it are gone, with what was said of them
+        assert told.numbers("EVENT:TIMES")[1 : 2 * used : 2] == pytest.approx(inside)
+        assert not any(told.numbers("EVENT:TIMES")[2 * used :])
+        labels = [{0.12: "LHS", 0.2: "RTO"}[time] for time in inside]
+        assert list(told.texts("EVENT:LABELS")) == labels + [""] * (3 - used)
     assert told.texts("POINT:LABELS") == one.parameters.texts("POINT:LABELS")
 
 
@@ -102,3 +114,7 @@ def test_events_of_the_header_move_along():
     data[304:308] = np.float32(657.5).tobytes()
     clip = cut(bytes(data), 65_600, 65_900)
     assert np.frombuffer(clip, "<f4", 1, 304)[0] == 1.5
+    assert clip[300] == 1
+    data[304:308] = np.float32(900.5).tobytes()
+    gone = cut(bytes(data), 65_600, 65_900)
+    assert (gone[300], gone[304:308]) == (0, bytes(4))
