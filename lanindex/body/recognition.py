@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
-from lanindex.errors import BodyError
+from lanindex.errors import BodyError, shown
 
 _NEAR_PELVIS = 0.35  # of a thigh, from the middle of the hips
 _STRAIGHT = 0.95  # mean cosine: a foot of real captures makes at most .91 with its shank
@@ -495,6 +495,7 @@ def _forward(poses: Poses, body: dict[str, int], up: Poses) -> float:
 
 NEEDED = tuple(side + joint for side in "RL" for limb in LIMBS for joint in limb)
 
+_SHOWN = 200  # letters of their names that a message shows
 _LIKE = 75  # of 100: how much a misspelt name has to be like the right one
 
 
@@ -520,7 +521,8 @@ def find_body(
         if not (whole and faces) or _guess(rig, named, missing):
             missing = [joint for joint in NEEDED if joint not in body]
             raise BodyError(
-                f"no human skeleton: among {len(rig.names)} joints there is no "
+                f"no human skeleton: among {len(rig.names)} joints "
+                f"({shown(', '.join(rig.names), _SHOWN)}) there is no "
                 f"{', '.join(missing)}{_guess(rig, body, missing)}",
                 place=path,
                 wanted="both hips, and both legs down to the ankles or "
