@@ -102,21 +102,6 @@ class Suggestion:
 class Advice:
     """What to do about a pattern that finds nothing.
 
-    Attributes
-    ----------
-    pattern : str
-        The pattern.
-    never : tuple of str
-        Its steps that match nothing at any time.
-    left_out : tuple of LeftOut
-        The conditions without which it finds something, in the order of the pattern.
-    instead : tuple of Suggestion
-        Patterns that find something, the nearest first.
-    untried : int
-        Changes for which there was no time.
-    remark : str
-        What to say before all this.
-
     Examples
     --------
     >>> import lanindex
@@ -129,11 +114,11 @@ class Advice:
     """
 
     pattern: str
-    never: tuple[str, ...] = ()
-    left_out: tuple[LeftOut, ...] = ()
-    instead: tuple[Suggestion, ...] = ()
-    untried: int = 0
-    remark: str = ""
+    never: tuple[str, ...] = ()  # its steps that match nothing at any time
+    left_out: tuple[LeftOut, ...] = ()  # without which it finds something, in the pattern's order
+    instead: tuple[Suggestion, ...] = ()  # that find something, the nearest first
+    untried: int = 0  # changes for which there was no time
+    remark: str = ""  # what to say before all this
 
     def __str__(self) -> str:
         """Return it in lines, as for a terminal."""

@@ -67,19 +67,6 @@ class Stop:
 class Trace:
     """What a query finds in one capture, step by step, or how far it comes.
 
-    Attributes
-    ----------
-    query : Query
-        What was looked for.
-    capture : Capture
-        Where.
-    hits : tuple of tuple of Hit and tuple of Matched
-        What was found, each hit with its steps.
-    stops : tuple of Stop
-        Where nothing was found: how far each alternative came.
-    refused : LanindexError or None
-        Set if the capture is too rich for the query.
-
     Examples
     --------
     >>> import lanindex
@@ -92,9 +79,9 @@ class Trace:
 
     query: Query
     capture: Capture
-    hits: tuple[tuple[Hit, tuple[Matched, ...]], ...] = ()
-    stops: tuple[Stop, ...] = ()
-    refused: LanindexError | None = None
+    hits: tuple[tuple[Hit, tuple[Matched, ...]], ...] = ()  # each with its steps
+    stops: tuple[Stop, ...] = ()  # where nothing was found: how far each alternative came
+    refused: LanindexError | None = None  # set if the capture is too rich for the query
 
     @property
     def obstacle(self) -> str:
