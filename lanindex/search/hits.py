@@ -75,8 +75,10 @@ class Hits(Sequence[Hit]):
     ('greeting', Span(start=482, stop=602))
     >>> [span.start for _, span in hits.spans()], len(hits.arranged([0, 0])), hits.counts()[0][1]
     ([482], 2, 1)
-    >>> hits.to_arrow().num_rows, list(hits.to_pandas().columns)[:2]
-    (1, ['capture', 'capture_id'])
+    >>> hits.to_arrow().num_rows, list(hits.to_pandas().columns)[:2], list(hits.to_frame())[2]
+    (1, ['capture', 'capture_id'], 'label')
+    >>> hits.html_table().startswith("<table><caption>1 hit in 1 capture: ")
+    True
     >>> hits.tally()
     [(4, 1)]
     >>> hits.by_fit()[0] == hits[0], hits.dicts()[0]["start_frame"], hits.numpy()["stop"]
@@ -193,16 +195,7 @@ class Hits(Sequence[Hit]):
         return str(notebook.of_hits(self.html_table(), self[:FEW]))
 
     def html_table(self) -> str:
-        """Return the first hits as an HTML table, without pictures.
-
-        Examples
-        --------
-        >>> import lanindex
-        >>> with lanindex.open_library("dance.db") as library:
-        ...     table = library.search("torso forward high -> hold 1s+").html_table()
-        >>> table.startswith("<table><caption>1 hit in 1 capture: ")
-        True
-        """
+        """Return the first hits as an HTML table, without pictures."""
         from html import escape
 
         def cells(kind: str, *texts: str) -> str:
@@ -245,24 +238,9 @@ class Hits(Sequence[Hit]):
         return {key: [row[key] for row in rows] for key in records.HIT}
 
     def to_frame(self) -> Any:
-        """Return the hits as a data frame of pandas, or else of polars: the columns of `dicts`.
+        """Return the columns of `dicts` as a data frame of pandas, else of polars.
 
-        Raises
-        ------
-        LanindexError
-            Where what makes the table is not installed.
-
-        Examples
-        --------
-        >>> import lanindex
-        >>> with lanindex.open_library("dance.db") as library:
-        ...     hits = library.search("torso forward high -> hold 1s+")
-        >>> try:
-        ...     columns = list(hits.to_frame().columns)
-        ... except lanindex.LanindexError:  # with neither: the same as dictionaries
-        ...     columns = list(hits.dicts()[0])
-        >>> columns[:3]
-        ['capture', 'capture_id', 'label']
+        Raises `LanindexError` where neither is installed.
         """
         return frame_of(self._columns())
 
