@@ -490,10 +490,9 @@ def _number_of_steps(least: int, most: float) -> str:
 
 def _without_brackets(pattern: Choice) -> Choice:
     """Return the pattern inside the brackets, if it is nothing but a bracket."""
-    match pattern:
-        case Choice((Lines(Line((Item(Bracket(inner), None, repeat, ""),), (), None, None), ()),)):
-            return inner if repeat == ONCE else pattern
-    return pattern
+    unit = pattern.alternatives[0].first.items[0].unit
+    alone = Choice((Lines(Line((Item(unit),))),))
+    return unit.pattern if isinstance(unit, Bracket) and pattern == alone else pattern
 
 
 # Steps: who moves, how, and the words, which must agree with each other.
