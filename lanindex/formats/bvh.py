@@ -17,6 +17,7 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import JOINT_CODES
 from lanindex.body import body_of, map_body, sampled
 from lanindex.body.axes import measured_palms
 from lanindex.body.calibration import BEGINNING
@@ -370,12 +371,16 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     path, layout = file.name, scan(file.content, file.name)
     place = f"{path}:{line_of(file.content, layout.time_line[0])}"
     rate = rate_of(layout.time, place, options.rate)
-    joints = layout.hierarchy
-    order, reason = _order(options.compose, joints.names)
-    work = plan(joints.parents, joints.offsets, joints.channels, order == "child")
-    frames = _Frames(file, layout, work)
-    values, poses, first = frames.looked_at()
-    found = map_body(joints.names, joints.parents, poses, first, rate, options, path)
+    order, reason = _order(options.compose, layout.hierarchy.names)
+    while True:
+        joints = layout.hierarchy
+        work = plan(joints.parents, joints.offsets, joints.channels, order == "child")
+        frames = _Frames(file, layout, work)
+        values, poses, first = frames.looked_at()
+        found = map_body(joints.names, joints.parents, poses, first, rate, options, path)
+        layout = replace(layout, hierarchy=_with_hands(joints, found.body, values))
+        if layout.hierarchy == joints:
+            break
     offsets = found.oriented(np.array(joints.offsets, np.float64))
     skeleton = Skeleton(joints.names, np.array(joints.parents, np.int16), offsets, found.body)
     kept = None
@@ -397,6 +402,29 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     miscounted = (f"Frames: says {declared}, the file has {count}",) * (declared != count)
     doubts = (*miscounted, *rate_doubt(rate), *found.doubts, *made_up)
     return Motion(skeleton, rate, positions, source, found.first, doubts, axes=axes)
+
+
+HAND = 0.35
+"""Of a forearm: how long a hand is that turns at its wrist, and has an End Site without length."""
+
+
+def _with_hands(joints: Hierarchy, body: NDArray[np.int16], values: Floats) -> Hierarchy:
+    """Return the joints, hands of no length drawn on from the forearm; `values` (S, C) numbers."""
+    begins = np.cumsum([0, *map(len, joints.channels)]).tolist()
+    offsets = list(joints.offsets)
+    for side in "RL":
+        wrist, hand = (int(body[JOINT_CODES[side + it]]) for it in ("Wrist", "Hand"))
+        if wrist < 0 or hand >= 0:
+            continue
+        turns = [
+            values[:, begins[wrist] + place]
+            for place, code in enumerate(joints.channels[wrist])
+            if code >= 3
+        ]
+        ends = [end for end, parent in enumerate(joints.parents) if parent == wrist]
+        if np.ptp(turns, axis=1).any() and len(ends) == 1 and not any(offsets[ends[0]]):
+            offsets[ends[0]] = tuple(HAND * it for it in joints.offsets[wrist])
+    return replace(joints, offsets=tuple(offsets))
 
 
 def _axis_plans(

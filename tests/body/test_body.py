@@ -1,7 +1,9 @@
 """Joints map by naming scheme, or by shape where names say nothing."""
 
 import random
+import re
 
+import bvh_bodies
 import numpy as np
 import pytest
 from bvh_bodies import SCHEMES, SIMPLE, hierarchy, named, person, played, still
@@ -11,7 +13,7 @@ from hypothesis import strategies as st
 
 import lanindex
 from lanindex import formats
-from lanindex.alphabet import JOINTS
+from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body.recognition import keys
 from lanindex.errors import BodyError
 from lanindex.model import Motion
@@ -60,6 +62,22 @@ def test_tips_are_end_sites_where_there_is_nothing_else():
     assert found["LHand"] == "LWrist End"
     assert found["RToe"] == "RAnkle End"
     assert found["Head"] == "Neck End"
+
+
+def test_a_hand_whose_end_has_no_length_turns_with_its_wrist():
+    text = hierarchy({role: name for role, name in SIMPLE.items() if role[1:] != "Hand"})
+    joints = re.findall(r"(?:ROOT|JOINT) (\w+)", text)
+    frames = np.zeros((3, 3 + 3 * len(joints)))
+    frames[:, 1], frames[:, 3 + 3 * joints.index("RWrist")] = 92, (-40, 0, 40)
+    found = formats.read("x.bvh", data=(text + bvh_bodies.motion(frames.tolist())).encode())
+    played = found.skeleton.played()
+    assert (played["RHand"], "LHand" in played) == ("RWrist End", False)
+    codes = [found.skeleton.body[JOINT_CODES[it]] for it in ("RElbow", "RWrist", "RHand")]
+    forearm, hand = np.diff(found.positions[:, codes], axis=1).transpose(1, 0, 2)
+    lengths = np.linalg.norm(hand, axis=1) / np.linalg.norm(forearm, axis=1)
+    np.testing.assert_allclose(lengths, 0.35, rtol=1e-4)
+    turn = np.degrees(np.arctan2(-hand[:, 1], -hand[:, 0]))
+    np.testing.assert_allclose(turn, (-40, 0, 40), atol=1e-2)
 
 
 def forefeet(before: str) -> Motion:
