@@ -76,12 +76,19 @@ def _moves_alone(rows: Mapping[str, Rows], part: str, whole: str, walks: Rows) -
 
 
 def _during(rows: Rows, others: Rows) -> Mask:
-    """Return which rows lie in the time of others by half or more, or as one moment."""
-    starts, stops = rows["start"][:, None], rows["stop"][:, None]
-    shared = np.minimum(stops, others["stop"]) - np.maximum(starts, others["start"])
-    inside = (others["start"] <= starts) & (stops <= others["stop"])
-    share = shared.clip(0).sum(axis=1) * 2 >= (stops - starts)[:, 0]
-    return np.where((starts < stops)[:, 0], share, inside.any(axis=1))
+    """Return which rows lie in the time of others, one after another, by half or as one moment."""
+    if not len(others):
+        return np.zeros(len(rows), bool)
+    begins, ends = others["start"].astype(np.int64), others["stop"].astype(np.int64)
+    over = np.cumsum(ends - begins)  # how much of them is over at the end of each
+    last, shared = [], []
+    for name in ("start", "stop"):
+        at = np.searchsorted(begins, rows[name], "right") - 1
+        shared.append(np.where(at < 0, 0, over[at] - np.clip(ends[at] - rows[name], 0, None)))
+        last.append(at)
+    inside = (last[0] >= 0) & (rows["start"] <= ends[last[0]])
+    lengths = rows["stop"].astype(np.int64) - rows["start"]
+    return np.where(lengths > 0, 2 * (shared[1] - shared[0]) >= lengths, inside)
 
 
 def _rows(score: Score, part: str) -> Rows:
@@ -129,9 +136,10 @@ def _gestures(score: Score, part: str, rows: Rows) -> Mask:
 def _swings(score: Score, part: str, rows: Rows) -> Mask:
     """Return the movements of an arm but those that swing low with a walk."""
     told: Mask = ~_during(rows, _walks(score)) | (rows["level"] != _LOW)
-    for at in np.flatnonzero(~told):  # what comes down is drawn
-        before = np.flatnonzero(told[:at])
-        told[at] = not len(before) or rows["level"][before[-1]] != _LOW
+    last = -1
+    for at, level in enumerate(rows["level"].tolist()):
+        told[at] |= last != _LOW  # what comes down is drawn
+        last = level if told[at] else last
     return told
 
 
@@ -143,7 +151,7 @@ def _bends(score: Score, part: str, rows: Rows) -> Mask:
     swinging = _SWINGING if part[2:] == "arm_bend" else SIXTHS + 1
     least = np.where(walks, swinging, _CHANGE)
     for at, degree in enumerate(degrees.tolist()):
-        if abs(degree - last) >= least[at]:
+        if abs(degree - last) >= (least[at] if degree >= _CHANGE else _CHANGE):
             told[at], last = True, degree
     return told
 

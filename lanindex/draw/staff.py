@@ -61,6 +61,7 @@ _OUTSIDE = (
 _ALWAYS = ("r_support", "r_leg")  # they and their twins have columns, whatever the score has
 # Tracks that have no column: they are drawn across those of others
 BESIDE = ("jump", "hands_touch", "r_hand_touch", "l_hand_touch")
+_LEGS = ("leg", "thigh", "shank", "foot")
 STANCES = frozenset({"r_stance", "l_stance"})  # tracks that are drawn as holds
 # Limbs by the finer tracks that are drawn where a score has no track of the limb
 _LIMB_OF = {
@@ -577,6 +578,8 @@ class SymbolPainter:
         begins, ends = layout.clock.symbols(rows)
         over = ends <= layout.start
         before = listed(part, rows[over & (kind.lasts | (begins == ends))][-1:])
+        if before and group_of(part) in _LEGS and self._carried(before[0]):
+            before = []
         seen = ~over & (begins < layout.stop)
         symbols = listed(part, rows[seen])
         heights = [
@@ -600,6 +603,13 @@ class SymbolPainter:
             else:
                 groups.append(self._placed(symbol, *own, seen_again=low == high))
         return groups
+
+    def _carried(self, symbol: Symbol) -> bool:
+        """Return whether the foot took the weight between a gesture and where the staff begins."""
+        track = self.score.tracks.get(f"{symbol.part[:2]}stance")
+        rows = track.symbols if track is not None else blank(0)
+        later = rows[rows["start"] > symbol.start]
+        return bool((self.layout.clock.symbols(later)[0] <= self.layout.start).any())
 
     def _begin(self, kind: str, start: float, stop: float) -> float:
         """Return when a symbol begins on paper: before a landing both columns of support rest."""

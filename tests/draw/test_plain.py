@@ -63,6 +63,19 @@ def test_a_leg_gestures_while_it_is_free(line: str, drawn: list[str]) -> None:
     assert told(score(line), "r_leg") == drawn
 
 
+def test_a_gesture_is_over_where_the_foot_has_taken_the_weight() -> None:
+    kick = score("direction r_leg forward mid 0.5 0.75")
+    for start, drawn in ((0.8, 1), (1.5, 0)):
+        groups = draw(plain(kick), seconds=True, start=start).groups()
+        assert sum(it.data["part"] == "r_leg" for it in groups) == drawn
+
+
+def test_a_knee_that_straightens_in_a_walk_is_drawn_once() -> None:
+    lines = ["bend r_leg_bend bend4 0 0.25", "bend r_leg_bend stretch0 0.75 1"]
+    knee = score(*lines, "bend r_leg_bend bend4 1 1.25", "bend r_leg_bend stretch0 1.25 1.5")
+    assert told(knee, "r_leg_bend") == ["4", "7"]
+
+
 def test_knees_that_are_lifted_stand_for_the_leg() -> None:
     lines = [f"direction r_thigh forward mid {at} {at + 0.25}" for at in (0.5, 0.75, 3.5)]
     lifted = score("direction r_leg forward low 0.5 1", *lines)

@@ -56,6 +56,8 @@ def score(
     from lanindex.draw.plain import plain
     from lanindex.draw.staff import BARS, draw, settled
     from lanindex.draw.svg import FORMS, rendered
+    from lanindex.encoding.profile import METHOD
+    from lanindex.notation import NOTATIONS
 
     target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.svg")
     form = "svg" if target == options.STDOUT else options.ending(target, FORMS)
@@ -63,10 +65,12 @@ def score(
     marked = list(settled(named.score, _symbols_to_mark(out, named, highlight, words)))
     detail, meter = "full" if parts else detail, named.score.meter
     tempo = f"{meter.beats}/{meter.beat}, {float(meter.speed):g} beats a minute"
+    scale_of_time = tempo if named.counted else "a tick a second"
+    method = "" if named.format in NOTATIONS else f", method {METHOD.decode()}"
     picture = draw(
         named.score if detail == "full" else plain(named.score, marked),
         title=named.title,
-        heading=(named.title, f"{tempo if named.counted else 'seconds'}; {detail} score"),
+        heading=(named.title, f"{scale_of_time}; {detail} score{method}"),
         parts=options.names(parts),
         start=named.seconds[0] if start is None else start,
         stop=named.seconds[1] if stop is None else stop,
