@@ -439,6 +439,13 @@ def add(steps: Floats, frames: slice, values: Floats, total: Any) -> None:
         steps[frames.stop] += total
 
 
+def spun(places: Floats, left: float) -> Floats:
+    """Return places over the ground, (..., 2), turned to the left about the middle by radians."""
+    ahead, right = places[..., 0], places[..., 1]
+    cos, sin = np.cos(left), np.sin(left)
+    return np.stack((cos * ahead + sin * right, cos * right - sin * ahead), axis=-1)
+
+
 class FeetPath:
     """Places of body and feet, move after move."""
 
@@ -450,13 +457,15 @@ class FeetPath:
         # Feet that are drawn up while the body rests, or behind it as it rises
         self.drawn = list[Move]()
         self._now, self._until = np.zeros(2), -np.inf
-        self._feet = self._joints(0.0)
+        self._feet, self._pivot = self._joints(0.0), np.zeros(len(times))
+        self._pivoted = 0.0  # Radians of the pivot that the feet have made
 
     def follow(
         self, moves: Sequence[Move], rests: Sequence[Rest], placed: Sequence[dict[str, Floats]]
     ) -> None:
         """Apply moves and rests; `placed` are feet by rest and side that a score places itself."""
         feet = dict(zip(rests, placed, strict=True))
+        self._pivot = pivots(self.front, moves, self.times)
         both: list[Move | Rest] = [*moves, *rests]
         for one in sorted(both, key=lambda it: it.stop):
             if isinstance(one, Move):
@@ -498,6 +507,10 @@ class FeetPath:
 
     def _move(self, move: Move) -> None:
         """Step or jump."""
+        pivot = float(np.interp(move.start, self.times, self._pivot))
+        for side, foot in self._feet.items():
+            self._feet[side] = self._now + spun(foot - self._now, pivot - self._pivoted)
+        self._pivoted = pivot
         body, front = self.body, self._front(move.stop)
         some, share = move.within(self.times)
         toe, reach = body.toe[0] * toward(front + np.pi / 2), body.leg + np.linalg.norm(body.toe)
@@ -688,6 +701,14 @@ def _front(rows: Rows, times: Floats, rate: float) -> Floats:
     return front.cumsum()
 
 
+def pivots(front: Floats, moves: Sequence[Move], times: Floats) -> Floats:
+    """Return how far the body has turned to the left while no foot was lifted, radians."""
+    turning = np.diff(front, prepend=front[:1])
+    for move in moves:
+        turning[move.within(times)[0]] = 0
+    return np.asarray(turning.cumsum())
+
+
 def _moves(rows: dict[str, Rows], rate: float) -> list[Move]:
     """Return what takes the body along, in order of time: steps, and flights with their feet."""
     moves = list[Move]()
@@ -743,7 +764,17 @@ def _foot(
     goes = any(move.to is None for move in own)
     along = 0 * stood if goes else stood  # a body that turns without a step takes its feet along
     over, raised = along + (beside[0] if goes else 0), high.copy()
+    pivot = pivots(front, [it for it in moves if it.to is None], times) if goes else 0 * front
     begins = [int(np.searchsorted(times, move.start)) for move in own]
+    turns = np.flatnonzero(np.diff(pivot, prepend=0.0))
+
+    def stand(begin: int, end: int) -> None:
+        """Turn the foot with the body, from where it stands in the first of some frames."""
+        for frame in turns[(turns > begin) & (turns < end)].tolist():
+            turn, middle = float(pivot[frame] - pivot[frame - 1]), places[1][frame]
+            over[frame:end] = middle + spun(over[frame:end] - middle, turn)
+
+    stand(0, begins[0] if begins else len(times))
     free = False
     for move, now, until in zip(own, begins, [*begins, len(times)][1:], strict=True):
         now, until = min(now, len(times) - 1), max(now, until)
@@ -764,5 +795,6 @@ def _foot(
         there = beside[some] if move.flies else beside[last]
         over[some] = begun + (there - begun) * share[:, None]
         over[max(last, now) : until] = beside[last] if move.flies else over[max(last, now) : until]
+        stand(max(last, now), until)
         raised[some] += move.steps * 4 * LIFTS * share * (1 - share)
     return over, raised

@@ -247,3 +247,24 @@ def test_an_elbow_never_leaps():
         elbow, shoulder = (motion.skeleton.names.index(f"Left{it}") for it in ("ForeArm", "Arm"))
         arm = motion.positions[:, elbow] - motion.positions[:, shoulder]
         assert np.linalg.norm(np.diff(arm, axis=0), axis=1).max() < 45, ways
+
+
+def test_feet_turn_with_a_body_that_stands() -> None:
+    """A half turn after steps leaves no crossed legs, and the next steps go on from there."""
+    text = (
+        "#speed=60\n#unit0\nsupport r_support place mid 0 0\nsupport l_support place mid 0 0\n"
+        "#unit1\nsupport r_support forward mid 1 2\nsupport l_support place mid 2 3\n"
+        "rotation body_turn left 180 4 6\n"
+    )
+    for steps in ("", "support r_support forward mid 7 8\nsupport l_support place mid 8 9\n"):
+        motion = perform(lnd.read(text + steps), rate=60)
+        joints = motion.positions[:, motion.skeleton.body]
+        across = [
+            joints[:, JOINT_CODES[f"R{name}"]] - joints[:, JOINT_CODES[f"L{name}"]]
+            for name in ("Hip", "Ankle")
+        ]
+        hips, feet = (
+            one[200:400, ::2] / np.linalg.norm(one[200:400, ::2], axis=1)[:, None] for one in across
+        )
+        assert (hips * feet).sum(axis=1).min() > 0.99
+        assert np.linalg.norm(across[1][-1] - across[0][-1]) < 5
