@@ -1,5 +1,6 @@
 """Precision, recall and F1, worked by hand, and their standard error, by a plain loop."""
 
+import importlib
 import math
 from fractions import Fraction
 from pathlib import Path
@@ -117,6 +118,24 @@ def test_clips_are_what_has_a_label_and_lies_there(folder: Path) -> None:
     (miss,) = judged.misses
     assert miss.capture is clips[1].capture
     assert miss.hit is None
+
+
+def test_left_out_keeps_only_what_the_other_clips_need(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parent / "benchmarks")
+    left_out = importlib.import_module("left_out")
+    labels = {str(folder / f"{name}.bvh"): (name, {}) for name in ("raise", "bow")}
+    judge = left_out.Judge(list(read_clips(folder, labels, load())), ["raise"])
+    text = "r_arm high without (head low with torso) never l_leg mid or r_arm forward mid"
+    assert list(left_out.pieces(text)) == [
+        *("r_arm high", "without (head low with torso)", "never l_leg mid", "or r_arm forward mid")
+    ]
+    both = list(judge.wanted)
+    assert judge.made_on(text, both) == "r_arm high"
+    told = judge.left_out(text, {it: [it] for it in both})
+    assert judge.counts(text, both) == (1, 1, 0)
+    assert told == {it: (int(judge.wanted[it]), 0, 0) for it in both}
 
 
 def test_what_is_wrongly_found_shows_its_hit(folder: Path) -> None:
