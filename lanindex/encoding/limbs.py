@@ -32,13 +32,18 @@ SHORTEST_AXIS = 1.0
 """Millimetres: a hip axis shorter than this on the ground tells no heading."""
 
 
-def heading(motion: Motion, target: Fraction, body: Body | None = None) -> Floats:
-    """Return the rotation (N,) about the vertical that brings the hip axis to +z, radians.
+def heading(
+    motion: Motion,
+    target: Fraction,
+    body: Body | None = None,
+    axes: Sequence[tuple[str, str]] = AXES,
+) -> Floats:
+    """Return the rotation (N,) about the vertical that brings the first axis seen to +z, radians.
 
     Where the axis tells nothing, the last rotation is kept.
     """
     whole = body or Body(motion, load("default"))
-    for pair in AXES:
+    for pair in axes:
         seen = np.empty(len(motion), bool)
         for part in blocks(len(motion)):
             seen[part.inner] = ~unknown_of(_axis(whole, pair, part.inner))

@@ -17,6 +17,7 @@ from lanindex.encoding.bends import bends_of
 from lanindex.encoding.curves import BRIEF, SECTOR, STRIDE, Event, pieces, table, turns
 from lanindex.encoding.ground import LEGS, Ground, grounds
 from lanindex.encoding.joints import Body
+from lanindex.encoding.limbs import AXES, heading
 from lanindex.encoding.places import Stretch, stretches
 from lanindex.encoding.profile import Profile
 from lanindex.encoding.rests import NEEDED, WISHED, apart, rests
@@ -33,7 +34,7 @@ GOES, RESTS = 0.35, 0.2
 
 
 def travel(hips: Stretch, front: Floats, leg: float, profile: Profile) -> Floats:
-    """Return the travels of a body as from `table`; `front` (N,) the heading, smoothed, radians."""
+    """Return the travels of a body as from `table`; `front` (N,) the chest's, smoothed, radians."""
     rate, count = float(profile.rate), len(front)
     if count < 2:
         return table([Event(0, count, PLACE, -1, 1.0, amount=0)])
@@ -105,14 +106,16 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
         yield part, one.known, one.frames.start, table(those)
     if leg:
         yield from _feet(body, leg, turn, doubts)
+    profile = body.profile
+    chest = heading(body.motion, profile.rate, body, AXES[::-1])
     for hips in stretches(body, ("RHip", "LHip")):
-        begin, front = hips.frames.start, turn[hips.frames.start : hips.frames.stop]
-        front, profile = unwrapped(front), body.profile
+        begin, frames = hips.frames.start, slice(hips.frames.start, hips.frames.stop)
         way = table([])
         if leg:
-            way = travel(hips, smooth(front, window(STRIDE, profile.rate)), leg, profile)
+            front = smooth(unwrapped(chest[frames]), window(STRIDE, profile.rate))
+            way = travel(hips, front, leg, profile)
         yield "body_travel", hips.known, begin, way
-        yield "body_turn", hips.known, begin, turns(np.degrees(front), profile)
+        yield "body_turn", hips.known, begin, turns(np.degrees(unwrapped(turn[frames])), profile)
     yield from leans(body, turn)
 
 

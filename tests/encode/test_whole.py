@@ -165,6 +165,18 @@ def test_who_does_not_quite_go_as_he_faces_is_told_by_what_is_across_the_border(
     assert way.margin == pytest.approx(1 - 10 / 22.5, abs=0.05)
 
 
+def test_a_way_is_seen_from_the_chest_and_steps_from_the_hips():
+    motion = going("forward")
+    places, shoulders = motion.positions.copy(), [JOINT_CODES[f"{it}Shoulder"] for it in "RL"]
+    middle = places[:, shoulders].mean(axis=1)
+    half = (places[:, shoulders[0]] - places[:, shoulders[1]]) / 2
+    half = half[:, [2, 1, 0]] * (-1, 1, 1)  # a quarter turn to the right
+    places[:, shoulders] = np.stack((middle + half, middle - half), axis=1)
+    score = encode(replace(motion, positions=places))
+    assert {it.direction for it in score.symbols("body_travel")} - {"place"} == {"left"}
+    assert set(said(score, "step")) == set(said(encode(motion), "step"))
+
+
 def test_stairs_are_climbed_with_a_word():
     motion = going("forward")
     places = motion.positions.copy()
