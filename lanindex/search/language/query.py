@@ -239,11 +239,16 @@ def query_of(lines: Line | Lines) -> Query:
 
 def nodes_in(tree: object, kind: type[Node]) -> Iterator[Node]:
     """Yield the nodes of one kind in a syntax tree or a tuple of trees, as they are written."""
-    if isinstance(tree, kind):
-        yield tree
-    names = getattr(tree, "__dataclass_fields__", ())
-    for node in tree if isinstance(tree, tuple) else [getattr(tree, name) for name in names]:
-        yield from nodes_in(node, kind)
+    todo = [tree]
+    while todo:
+        node = todo.pop()
+        if isinstance(node, kind):
+            yield node
+        if isinstance(node, tuple):
+            todo += reversed(node)
+        else:
+            names = getattr(node, "__dataclass_fields__", ())
+            todo += [getattr(node, name) for name in reversed(names)]
 
 
 def steps_taken(item: Item) -> int:
