@@ -66,7 +66,7 @@ def encode(
     >>> import lanindex
     >>> score = lanindex.encode(lanindex.read("corpus/jumping_jacks.bvh"))
     >>> score
-    <Score 38 parts, 535 symbols, 360 frames at 30 Hz>
+    <Score 38 parts, 507 symbols, 360 frames at 30 Hz>
     >>> for symbol in score.symbols("r_arm")[:4]:  # the * says: only passed on the way
     ...     print(symbol)
     r_arm place low [0, 0)

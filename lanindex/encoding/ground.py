@@ -94,8 +94,9 @@ class Ground:
     # (2, N) float32, degrees from straight, of the knees; NaN where none is known
     bent: NDArray[np.float32]
     carries: Flags  # (2, N) bool: the right foot, the left foot
-    # Flights: the first frame in which no foot carries, and the one behind the last
-    air: list[tuple[int, int]]
+    # Stretches in which no foot carries: the first frame, and the one behind the last
+    bare: list[tuple[int, int]]
+    air: list[tuple[int, int]]  # Those of them that are flights
     # How much higher the ankle stands than the toe, usually, of each foot; lengths of a leg
     usual: tuple[float | None, ...]
     doubts: tuple[str, ...] = ()  # What was doubtful
@@ -112,13 +113,14 @@ def grounds(body: Body, leg: float) -> Iterator[Ground]:
         carries, uneven = carried(feet, level, rate)
         doubts: tuple[str, ...] = (UNTOLD,) if uneven else ()
         bent, height = _legs(one, leg)
-        air = _flights(carries, level.min(axis=(0, 1)), height, feet.pace, rate)
+        bare = unsupported(carries, rate)
+        air = _flights(bare, level.min(axis=(0, 1)), height, feet.pace, rate)
         del level, height
         lost = np.count_nonzero(~np.any(carries, axis=0)) - sum(stop - start for start, stop in air)
         if lost > LOST * carries.shape[1]:
             doubts += ("the feet slide over the floor: what steps there are is told in part",)
         usual = tuple(map(_flat, feet.heights, carries))
-        yield Ground(one, rate, leg, feet, bent, carries, air, usual, doubts)
+        yield Ground(one, rate, leg, feet, bent, carries, bare, air, usual, doubts)
         del feet, bent, carries
 
 
@@ -272,20 +274,29 @@ def _uneven(height: NDArray[np.float32], speed: Floats, rate: float) -> bool:
     return len(stands) > 1 and max(stands) - min(stands) > UNEVEN
 
 
+def unsupported(carries: Flags, rate: float) -> list[tuple[int, int]]:
+    """Return the stretches, longer than a flicker, in which no foot carries."""
+    brief = round(FLICKER * rate)
+    return [it for it in runs(~np.any(carries, axis=0)) if it[1] - it[0] > brief]
+
+
 def _flights(
-    carries: Flags, lower: Floats, height: Floats, pace: NDArray[np.float32], rate: float
+    bare: list[tuple[int, int]],
+    lower: Floats,
+    height: Floats,
+    pace: NDArray[np.float32],
+    rate: float,
 ) -> list[tuple[int, int]]:
     """Return when the body is in the air; of the lower foot and the pelvis, lengths of a leg."""
     found = []
     around = round(STANCE * rate)
-    for start, stop in runs(~np.any(carries, axis=0)):
-        if stop - start > round(FLICKER * rate):
-            least = ONWARD if pace[start:stop].mean() > RUNS else FALL
-            rim = (stop - start) // 6  # smoothed with what the legs do before and after
-            floor = lower[max(start - around, 0) : stop + around].min()
-            clears = lower[start:stop].max() - floor >= CLEARS
-            if clears and -_bent(height[start + rim : stop - rim]) * rate**2 >= least:
-                found.append((start, stop))
+    for start, stop in bare:
+        least = ONWARD if pace[start:stop].mean() > RUNS else FALL
+        rim = (stop - start) // 6  # smoothed with what the legs do before and after
+        floor = lower[max(start - around, 0) : stop + around].min()
+        clears = lower[start:stop].max() - floor >= CLEARS
+        if clears and -_bent(height[start + rim : stop - rim]) * rate**2 >= least:
+            found.append((start, stop))
     return found
 
 

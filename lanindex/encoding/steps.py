@@ -118,7 +118,7 @@ def stances(ground: Ground, foot: int) -> list[Event]:
 def _together(
     ground: Ground, landings: list[tuple[int, int, int]], brief: int
 ) -> list[tuple[int, int, int]]:
-    """Let both feet that land from one flight stand at one time, that of the later one."""
+    """Let both feet that land together stand at one time, that of the later one."""
     found = list(landings)
     for number, (one, two) in enumerate(pairwise(landings)):
         flight = _flown(ground, one[1], brief)
@@ -128,9 +128,9 @@ def _together(
 
 
 def _flown(ground: Ground, stop: int, brief: int) -> tuple[int, int] | None:
-    """Return the flight that a foot lands from that stands at a frame; None: from none."""
-    number = bisect_right(ground.air, stop, key=lambda one: one[1]) - 1
-    flight = ground.air[number] if number >= 0 else None
+    """Return the flight or slide after which a foot stands at a frame; None: there is none."""
+    number = bisect_right(ground.bare, stop, key=lambda one: one[1]) - 1
+    flight = ground.bare[number] if number >= 0 else None
     return flight if flight and stop - flight[1] <= brief else None
 
 

@@ -35,6 +35,8 @@ def steps(feet: Sequence[Track], jump: Track | None = None) -> Track:
         known = feet[0].known
     rows = joined(foot.symbols for foot in feet)
     rows = rows[rows["start"] < rows["stop"]]
+    _, own, count = np.unique(rows[["start", "stop"]], return_inverse=True, return_counts=True)
+    rows = rows[count[own.ravel()] == 1]  # feet that slide apart together take no step
     if jump is not None:
         landed = np.sort(
             jump.symbols["stop"][(jump.symbols["amount"][:, None] == _NO_STEPS).any(axis=1)]

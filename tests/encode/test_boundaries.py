@@ -23,7 +23,8 @@ def flights(
     carries[:, 10 : 10 + frames] = False
     height = -fall / 2 * (np.arange(40) / RATE) ** 2
     lower = np.where(carries[0], 0.0, lift)
-    return ground._flights(carries, lower, height, np.full(40, pace, np.float32), RATE)
+    bare = ground.unsupported(carries, RATE)
+    return ground._flights(bare, lower, height, np.full(40, pace, np.float32), RATE)
 
 
 @pytest.mark.parametrize(("count", "place"), [(1, 0), (5, 0), (6, 1), (10, 1), (11, 2)])
@@ -75,7 +76,7 @@ def test_an_adult_who_sinks_more_slowly_than_a_body_falls_does_not_fly(fall, fli
     ],
 )
 def test_feet_land_together_within_a_flicker(first, second, foot, together):
-    body = SimpleNamespace(air=[(10, 20)])
+    body = SimpleNamespace(bare=[(10, 20)])
     landings = [(5, first, 0), (6, second, foot)]
     found = steps._together(body, landings, BRIEF)
     assert found[1] == landings[1]

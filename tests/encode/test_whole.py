@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from motions import LEG, Do, walk
 
+import lanindex
 from lanindex import compiled, encode
 from lanindex.alphabet import DIRECTIONS, JOINT_CODES, MOST_AMOUNT
 from lanindex.encoding.ground import grounds
@@ -297,3 +298,10 @@ def test_a_foot_holds_weight_from_its_step_until_it_leaves():
     assert right[-1][1] == left[-1][1] == score.frames
     low = encode(going("forward", bent=0.35))
     assert said(low, "r_stance")[1:] == ["low", "low"]
+
+
+def test_feet_that_slide_apart_together_neither_jump_nor_step():
+    score = encode(lanindex.read("corpus/jumping_jacks.bvh"))
+    assert said(score, "jump") == said(score, "step") == []
+    assert times(score, "r_support")[1:] == times(score, "l_support")[1:]
+    assert len(said(score, "r_support")) == 14
