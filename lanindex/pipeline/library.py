@@ -371,11 +371,12 @@ class Library:
           torso forward high <=1.4s  1 hit in 1 capture
           torso forward high         1 hit in 1 capture
         """
-        from lanindex.pipeline.search import SearchOptions, suggest
+        from lanindex.pipeline.search import SearchOptions, in_words, suggest
 
         options = SearchOptions.read(tolerance, overlaps, near, fuzzy)
         query, numbers = self._query(pattern, selection, strict)
-        return suggest(self.store, query, numbers, options, self.refused)
+        advice = suggest(self.store, query, numbers, options, self.refused)
+        return in_words(advice, str(pattern), self.words)
 
     def why(
         self,

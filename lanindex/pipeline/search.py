@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
 
 NEAR = 250
 """How far out the border of a cell lies with ``--near``, in thousandths of a margin."""
+
+_NAMED = re.compile(r"@(\w+)")
 
 MOST_NAMED = 5
 """Captures that are named, of those that are too rich for a pattern."""
@@ -319,6 +322,26 @@ def suggest(
         advice = replace(advice, left_out=(LeftOut("", *elsewhere), *advice.left_out))
     _note_refused_captures(store, list(rich.values()), refused)
     return advice
+
+
+def in_words(advice: Advice, text: str, words: str | PathLike[str] | None) -> Advice:
+    """Return advice on a query that has ``@walk``, and not the whole pattern of that word."""
+    names, known = named_patterns(text, words), dict[str, str]()
+    for name in names.keys() & set(_NAMED.findall(text)):
+        with suppress(PatternError):  # it has no part of its own
+            known[f"({parse(names[name]).pattern})"] = f"@{name}"
+
+    def named(text: str) -> str:
+        for pattern, name in known.items():
+            text = text.replace(pattern, name)
+        return text
+
+    left_out = (
+        replace(it, condition=named(it.condition), step=named(it.step)) for it in advice.left_out
+    )
+    instead = (replace(it, pattern=named(it.pattern)) for it in advice.instead)
+    never = tuple(map(named, advice.never))
+    return replace(advice, never=never, left_out=tuple(left_out), instead=tuple(instead))
 
 
 def searcher(

@@ -127,6 +127,15 @@ class TestSearch:
         assert done.exit_code == 0
         assert ">move</text>" in Path("hits.svg").read_text()
 
+    def test_advice_says_the_word(self, run) -> None:
+        done = run("search", "@raise -> torso left low")
+        assert done.exit_code == 1
+        assert '"torso left low" is nowhere' in done.stderr
+        offered = [line.strip() for line in done.stderr.splitlines() if "@raise" in line]
+        assert offered
+        assert "...[<3s] high" not in done.stderr
+        assert run("search", offered[-1].partition("  ")[0]).exit_code == 0
+
     def test_a_word_may_stand_in_a_pattern(self, run) -> None:
         assert run("search", "r_arm during @raise").exit_code == 0
         assert run("search", "@kick or @reach", "--words", "own.toml").exit_code == 0
