@@ -1,6 +1,7 @@
 """``score`` as a user types it."""
 
 import json
+import re
 import subprocess
 import sys
 from functools import partial
@@ -43,6 +44,20 @@ def test_a_score_is_drawn(run, place: Path) -> None:
     assert "r_arm" in parts_in((place / "raise.svg").read_text())
     assert run("score", "raise.lnd").returncode == 2  # it is there
     assert run("score", "raise.lnd", "--force").returncode == 0
+
+
+def test_the_heading_says_what_the_score_leaves_open(run) -> None:
+    full, plain, arm = (
+        run("score", name, "-o", "-", *more).stdout
+        for name, *more in (
+            *(("raise.lnd", "--detail", "full"), ("raise.bvh",)),
+            ("raise.bvh", "--parts", "r_arm"),
+        )
+    )
+    assert "full score; the weight is not told<" in full
+    assert re.search(r"a tick a second; plain score, method \d+<", plain)
+    assert re.search(r"full score, method \d+; the weight is not told<", arm)
+    assert run("score", "raise.lnd", "--detail", "some").returncode == 2
 
 
 def test_a_capture_of_the_library_is_drawn(run) -> None:

@@ -57,6 +57,7 @@ def score(
     from lanindex.draw.staff import BARS, draw, settled
     from lanindex.draw.svg import FORMS, rendered
     from lanindex.encoding.profile import METHOD
+    from lanindex.model.derived import SUPPORTS
     from lanindex.notation import NOTATIONS
 
     target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.svg")
@@ -67,10 +68,12 @@ def score(
     tempo = f"{meter.beats}/{meter.beat}, {float(meter.speed):g} beats a minute"
     scale_of_time = tempo if named.counted else "a tick a second"
     method = "" if named.format in NOTATIONS else f", method {METHOD.decode()}"
+    shown = options.names(parts) or named.score.tracks
+    weight = "" if {*SUPPORTS} & {*shown} else "; the weight is not told"
     picture = draw(
         named.score if detail == "full" else plain(named.score, marked),
         title=named.title,
-        heading=(named.title, f"{scale_of_time}; {detail} score{method}"),
+        heading=(named.title, f"{scale_of_time}; {detail} score{method}{weight}"),
         parts=options.names(parts),
         start=named.seconds[0] if start is None else start,
         stop=named.seconds[1] if stop is None else stop,
