@@ -152,8 +152,7 @@ KINDS = {
             lasts=True,
         ),
         Kind(
-            *("incline", ("direction", "degrees"), ("direction", "amount"), "incline"),
-            lasts=True,
+            *("incline", ("direction", "degrees"), ("direction", "amount"), "incline"), lasts=True
         ),
     )
 }

@@ -59,10 +59,7 @@ def rest_axes(
 
 
 def seen_axes(
-    parents: Sequence[int],
-    body: NDArray[np.int16],
-    poses: Floats,
-    turned: Callable[[int], Floats],
+    parents: Sequence[int], body: NDArray[np.int16], poses: Floats, turned: Callable[[int], Floats]
 ) -> Floats | None:
     """Return right and up of chest and head, (2, 3), where all bones lie along one axis at rest.
 
@@ -268,9 +265,7 @@ def seen_palms(
 
 
 def measured_palms(
-    axes: Mapping[str, NDArray[np.float32]],
-    positions: NDArray[np.float32],
-    body: NDArray[np.int16],
+    axes: Mapping[str, NDArray[np.float32]], positions: NDArray[np.float32], body: NDArray[np.int16]
 ) -> tuple[dict[str, NDArray[np.float32]], tuple[str, ...]]:
     """Leave out palms that were not measured: they turn exactly as the elbow does."""
     kept, doubts = dict(axes), list[str]()

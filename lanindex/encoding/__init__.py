@@ -26,10 +26,7 @@ def _profile(profile: Profile | str | Path) -> Profile:
 
 
 def encode(
-    motion: Motion,
-    profile: Profile | str | Path = "default",
-    *,
-    tempo: str | Path | None = None,
+    motion: Motion, profile: Profile | str | Path = "default", *, tempo: str | Path | None = None
 ) -> Score:
     """Write a motion down.
 

@@ -130,11 +130,7 @@ def begun(pace: Floats, part: int, rests: float) -> float:
 
 
 def seen(
-    curve: NDArray[Any],
-    pace: Floats,
-    part: tuple[int, int],
-    within: tuple[int, int],
-    rests: float,
+    curve: NDArray[Any], pace: Floats, part: tuple[int, int], within: tuple[int, int], rests: float
 ) -> tuple[int, int]:
     """Return the frames at which `curve` (N,), real or complex, visibly begins and ends to move."""
     first, last = part
@@ -263,11 +259,7 @@ def moves(angles: Angles, profile: Profile, fast: bool = False) -> list[Ends]:
 
 
 def move_frames(
-    angles: Angles,
-    numbers: Sequence[complex] | Angles,
-    pace: Floats,
-    rests: float,
-    least: int,
+    angles: Angles, numbers: Sequence[complex] | Angles, pace: Floats, rests: float, least: int
 ) -> list[Ends]:
     """Return the frames of `moves`; `numbers` are the angles, in the form that loops fastest."""
     found = []

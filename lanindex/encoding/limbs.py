@@ -88,11 +88,7 @@ class Limbs:
     lengths: Floats  # (P,) float64, mm
 
 
-def limbs(
-    body: Body,
-    turn: Floats,
-    parts: Iterable[str] | None = None,
-) -> Iterator[Limbs]:
+def limbs(body: Body, turn: Floats, parts: Iterable[str] | None = None) -> Iterator[Limbs]:
     """Yield the curves of parts, stretch by stretch; `turn` (N,) radians, as from `heading`."""
     names = known_parts(body.motion) if parts is None else list(parts)
     sizes = dict(zip(names, body.lengths(names).tolist(), strict=True))

@@ -200,8 +200,7 @@ def _folder(name: str | Path) -> Path:
             return folder
     known = ", ".join(sorted(path.name for path in BUILT_IN.iterdir() if path.is_dir()))
     raise NotationError(
-        f'no profile "{shown(str(name))}"',
-        wanted=f"{known}, or a folder with a profile.toml",
+        f'no profile "{shown(str(name))}"', wanted=f"{known}, or a folder with a profile.toml"
     )
 
 

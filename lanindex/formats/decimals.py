@@ -43,12 +43,7 @@ Flags = NDArray[np.bool_]
 
 
 def fill(
-    values: Floats,
-    data: bytes,
-    lines: Places,
-    separator: bytes,
-    columns: Sequence[int],
-    width: int,
+    values: Floats, data: bytes, lines: Places, separator: bytes, columns: Sequence[int], width: int
 ) -> Flags:
     """Read the lines, (T, 2), in which every number is plain, (T, C); tell which, (T,)."""
     read, wanted = np.zeros(len(lines), bool), np.array(columns)

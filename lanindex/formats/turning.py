@@ -61,11 +61,7 @@ def rotated(turns: NDArray[Any], points: NDArray[Any]) -> NDArray[Any]:
     w, x, y, z = _parts(turns)
     a, b, c = _parts(points)
     d, e, f = 2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)
-    return _joined(
-        a + w * d + y * f - z * e,
-        b + w * e + z * d - x * f,
-        c + w * f + x * e - y * d,
-    )
+    return _joined(a + w * d + y * f - z * e, b + w * e + z * d - x * f, c + w * f + x * e - y * d)
 
 
 def unit(turns: NDArray[Any]) -> Floats:
@@ -135,10 +131,7 @@ class JointTree:
 
 
 def joint_tree(
-    joints: Sequence[int],
-    names: Sequence[str],
-    parents: Sequence[int],
-    passed: Container[int] = (),
+    joints: Sequence[int], names: Sequence[str], parents: Sequence[int], passed: Container[int] = ()
 ) -> JointTree:
     """Return the tree of some nodes, by names and parents of all; nodes passed by are left out."""
     place, above = dict[int, int](), list[int]()

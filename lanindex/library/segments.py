@@ -24,16 +24,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import MEASURES
 from lanindex.errors import LibraryError
 from lanindex.library import read
-from lanindex.library.connect import (
-    MOST,
-    Link,
-    among,
-    ask,
-    faults,
-    first_values,
-    insert,
-    name_of,
-)
+from lanindex.library.connect import MOST, Link, among, ask, faults, first_values, insert, name_of
 from lanindex.library.rows import bytes_checksum, checksum
 from lanindex.library.selection import Texts
 from lanindex.model.columns import (

@@ -20,16 +20,7 @@ from lanindex.alphabet import TRACKS
 from lanindex.errors import AbsentError, LibraryError, UsageError
 from lanindex.library import read, rows, segments
 from lanindex.library.cache import ColumnCache
-from lanindex.library.connect import (
-    DEFAULT,
-    MOST,
-    Link,
-    Session,
-    ask,
-    first_values,
-    insert,
-    target,
-)
+from lanindex.library.connect import DEFAULT, MOST, Link, Session, ask, first_values, insert, target
 from lanindex.library.rows import Encoding
 from lanindex.library.selection import (
     ALL,
@@ -135,10 +126,7 @@ class Store:
         return number
 
     def label(
-        self,
-        which: int | str,
-        label: str | None = None,
-        metadata: Mapping[str, str] | None = None,
+        self, which: int | str, label: str | None = None, metadata: Mapping[str, str] | None = None
     ) -> bool:
         """Change what the user says of a capture; its score stays."""
         check_description(self.place, label, metadata)

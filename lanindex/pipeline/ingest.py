@@ -180,10 +180,7 @@ class Moved:
 
 
 def discover(
-    paths: Iterable[str | os.PathLike[str]],
-    others: list[str] | None = None,
-    *,
-    apart: bool = True,
+    paths: Iterable[str | os.PathLike[str]], others: list[str] | None = None, *, apart: bool = True
 ) -> Iterator[str]:
     """Yield the captures to ingest: those named, and all that folders and archives hold, sorted."""
     seen: set[str] = set()

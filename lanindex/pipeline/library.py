@@ -772,9 +772,7 @@ class Library:
         return self.store.score(which)
 
     def tracks(
-        self,
-        captures: Iterable[int] | None = None,
-        parts: Iterable[str] | None = None,
+        self, captures: Iterable[int] | None = None, parts: Iterable[str] | None = None
     ) -> Iterator[tuple[Capture, dict[str, Track]]]:
         """Yield some captures, by number, or all, with their tracks, or those of some parts."""
         return self.store.tracks(captures, parts)
@@ -788,10 +786,7 @@ class Library:
         return self.store.stats()
 
     def label(
-        self,
-        which: int | str,
-        label: str | None = None,
-        metadata: Mapping[str, str] | None = None,
+        self, which: int | str, label: str | None = None, metadata: Mapping[str, str] | None = None
     ) -> bool:
         """Change the label and the other columns of a capture, and return whether any changed."""
         return self.store.label(which, label, metadata)

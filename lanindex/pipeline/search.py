@@ -18,14 +18,7 @@ from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError, Patte
 from lanindex.library.store import Store
 from lanindex.model import Capture, Score, Symbol, Track
 from lanindex.model.columns import STARTING, columns_of, roster_of
-from lanindex.search.dictionary import (
-    Entry,
-    entry_named,
-    load,
-    named_patterns,
-    spelled,
-    words_of,
-)
+from lanindex.search.dictionary import Entry, entry_named, load, named_patterns, spelled, words_of
 from lanindex.search.hits import CLIP_FIELDS, Hits, extras_in, measures_in
 from lanindex.search.language import parse
 from lanindex.search.language.clauses import CLIP, Reference

@@ -11,13 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from lanindex import records
 from lanindex.app import options
 from lanindex.app.options import argument, exclusive, flag, option
-from lanindex.app.output import (
-    Output,
-    choice,
-    cut_note,
-    print_hits,
-    print_hits_with_staves,
-)
+from lanindex.app.output import Output, choice, cut_note, print_hits, print_hits_with_staves
 from lanindex.errors import UsageError, counted, shown
 
 if TYPE_CHECKING:
