@@ -19,17 +19,7 @@ from lanindex.errors import LanindexError, UsageError
 from lanindex.model import Hit, Span, Symbol
 from lanindex.model.columns import CELL, THOUSANDTHS, Columns, ranges
 from lanindex.search.hits import Hits
-from lanindex.search.language.query import (
-    Arrow,
-    Beside,
-    Bracket,
-    Choice,
-    Item,
-    Line,
-    Lines,
-    Query,
-    query_of,
-)
+from lanindex.search.language import query as tree
 from lanindex.search.language.words import WORD_KINDS
 from lanindex.search.limits import OverBudget, running, tick
 from lanindex.search.match import relations
@@ -219,7 +209,7 @@ class Net:
         self.needed = [state.number for state in unavoidable(program)]
 
 
-def _missing(ends: Sequence[tuple[int, tuple[Arrow, ...]]], joined: BoolArray) -> IntArray:
+def _missing(ends: Sequence[tuple[int, tuple[tree.Arrow, ...]]], joined: BoolArray) -> IntArray:
     """Return what it costs to leave out all steps between each state and an end: (3, K)."""
     costs = np.full((3, len(joined)), IMPOSSIBLE)
     for state, arrows in ends:
@@ -455,7 +445,7 @@ MORE = 4  # captures that are tried at first for each hit that is wanted
 
 NOBODY = 1 << 62  # the place of a match where there is none
 
-ExactSearch = Callable[[Query, IntArray], ExactHits]
+ExactSearch = Callable[[tree.Query, IntArray], ExactHits]
 """Searches exactly, in some captures of the roster."""
 
 Result = TypeVar("Result")
@@ -486,7 +476,7 @@ def find(
     plans = [
         FuzzyPlan.of(program, lines, allowance)
         for lines in dict.fromkeys(opened)
-        for program in plan(replace(query_of(lines), near=query.near))
+        for program in plan(replace(tree.query_of(lines), near=query.near))
     ]
     for number, net in enumerate(net for one in plans for net in one.nets):
         net.number = number
@@ -507,19 +497,19 @@ def find(
     return found
 
 
-def _opened(pattern: Choice) -> Choice:
+def _opened(pattern: tree.Choice) -> tree.Choice:
     """Return a pattern without brackets around all of it, such as a pasted score has."""
-    opened: list[Lines] = []
+    opened: list[tree.Lines] = []
     for lines in pattern.alternatives:
         unit = lines.first.items[0].unit
-        if isinstance(unit, Bracket) and lines.first == Line((Item(unit),)):
+        if isinstance(unit, tree.Bracket) and lines.first == tree.Line((tree.Item(unit),)):
             opened += [
-                Lines(inner.first, (*inner.others, *lines.others))
+                tree.Lines(inner.first, (*inner.others, *lines.others))
                 for inner in _opened(unit.pattern).alternatives
             ]
         else:
             opened.append(lines)
-    return Choice(tuple(opened))
+    return tree.Choice(tuple(opened))
 
 
 @dataclass
@@ -540,7 +530,7 @@ class _Search:
         plans = [one.within(self.finder.columns, one.most) for one in self.plans]
         return [(line, one.steps) for one in plans for sides in one.lines for line in sides]
 
-    def find_exactly(self, query: Query, among: IntArray | None = None) -> ExactHits:
+    def find_exactly(self, query: tree.Query, among: IntArray | None = None) -> ExactHits:
         """Return all exact hits, in some captures; None: in all."""
         finder = self.finder.of(query)
         found = finder.find("all", self.watch, refused=[], among=among)
@@ -733,7 +723,7 @@ class FuzzyPlan(NamedTuple):
 
     sides: list[list[Net]]  # the leading line, and those that must lie beside it, one net a side
     beside: list[Companion]  # how these lie
-    forbidden: list[Beside]  # lines that must not happen
+    forbidden: list[tree.Beside]  # lines that must not happen
     steps: int  # how many the lines have
     most: int  # what a match may cost, in parts of an edit
     lines: Sequence[list[FuzzyLine]] = ()  # as `sides`, where they are searched for
@@ -749,7 +739,7 @@ class FuzzyPlan(NamedTuple):
         return bool(self.beside or self.forbidden) and any(net.branches for net in self.nets)
 
     @classmethod
-    def of(cls, program: Program, lines: Lines, allowance: Allowance) -> FuzzyPlan:
+    def of(cls, program: Program, lines: tree.Lines, allowance: Allowance) -> FuzzyPlan:
         """Return the plan of a program of some lines; a `UsageError` where that has no edits."""
         lead, *halves = nets_of(program)
         sides, beside = [[half] for half in halves], [Companion("with", ())] * len(halves)
@@ -823,13 +813,13 @@ class FuzzyPlan(NamedTuple):
         return FuzzyMatches(lead.capture, low, high, cost, blur, line_rows)
 
     def _disturbed(
-        self, forbidden: Beside, matches: FuzzyMatches, batch: Batch, find_exactly: ExactSearch
+        self, forbidden: tree.Beside, matches: FuzzyMatches, batch: Batch, find_exactly: ExactSearch
     ) -> BoolArray:
         """Return which matches have a match of a `without` line beside them, (N,) bool.
 
         Matches of that line that share a symbol with them do not count.
         """
-        query = query_of(forbidden.line)
+        query = tree.query_of(forbidden.line)
         exact = find_exactly(query, batch.places[once(matches.capture)])
         parts = {net.number: net.part for net in self.nets}
         shares = not query.parts.isdisjoint(parts.values())

@@ -10,20 +10,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
 
-from lanindex.search.language.query import (
-    NEXT,
-    ONCE,
-    Arrow,
-    Choice,
-    Item,
-    Line,
-    Lines,
-    Query,
-    Repeat,
-    Step,
-    meaning,
-    nodes_in,
-)
+from lanindex.search.language import query as tree
 from lanindex.search.language.times import Length
 from lanindex.search.language.words import ANY, BESIDE_CELLS, STILL, WORD_KINDS
 
@@ -78,7 +65,7 @@ class Entry:
 
     state: int
     opens: tuple[Group, ...] = ()
-    from_start: tuple[Arrow, ...] = ()
+    from_start: tuple[tree.Arrow, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +74,7 @@ class Exit:
 
     state: int
     closes: tuple[Group, ...] = ()
-    to_end: tuple[Arrow, ...] = ()
+    to_end: tuple[tree.Arrow, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +82,7 @@ class Edge:
     """From one state to the next; `same`: of the same parts."""
 
     exit: Exit
-    arrow: Arrow
+    arrow: tree.Arrow
     entry: Entry
     same: bool
 
@@ -118,7 +105,7 @@ class Program:
         return tuple(it for group in (self.outermost, *self.brackets) for it in group.companions)
 
 
-def plan(query: Query) -> tuple[Program, ...]:
+def plan(query: tree.Query) -> tuple[Program, ...]:
     """Return the programs of the leading lines; any one of them answers the query."""
     planner = _Planner(query.near)
     return tuple(
@@ -129,9 +116,9 @@ def plan(query: Query) -> tuple[Program, ...]:
     )
 
 
-def counts(pattern: Choice) -> bool:
+def counts(pattern: tree.Choice) -> bool:
     """Return whether a pattern counts anywhere, with ``x`` or ``?``."""
-    return any(repeat != ONCE for repeat in nodes_in(pattern, Repeat))
+    return any(repeat != tree.ONCE for repeat in tree.nodes_in(pattern, tree.Repeat))
 
 
 def followers(program: Program) -> list[list[int]]:
@@ -179,30 +166,30 @@ class _Planner:
 
     def __init__(self, near: int = 0) -> None:
         self.near = near
-        self._planned: dict[Line, tuple[Program, ...]] = {}
+        self._planned: dict[tree.Line, tuple[Program, ...]] = {}
         self._exact = _Planner() if near else self
 
-    def programs(self, lines: Lines) -> tuple[Program, ...]:
+    def programs(self, lines: tree.Lines) -> tuple[Program, ...]:
         """Return the program of the first line for each side."""
         group = Group(None, self.companions(lines))
         sides = SIDES if _either(lines.first) else SIDES[:1]
         return tuple(_Builder(self, side).program(lines.first, group) for side in sides)
 
-    def companions(self, lines: Lines) -> tuple[Companion, ...]:
+    def companions(self, lines: tree.Lines) -> tuple[Companion, ...]:
         found = []
         for it in lines.others:
             planner = self._exact if it.relation in NEGATIONS else self
             if it.line not in planner._planned:
-                planner._planned[it.line] = planner.programs(Lines(it.line))
+                planner._planned[it.line] = planner.programs(tree.Lines(it.line))
             found.append(Companion(it.relation, planner._planned[it.line], it.within))
         return tuple(found)
 
 
-def _either(line: Line) -> bool:
+def _either(line: tree.Line) -> bool:
     """Return whether a part that leads in a line is of either side."""
     return any(
         item.unit.mover.form == "either"
-        if isinstance(item.unit, Step)
+        if isinstance(item.unit, tree.Step)
         else any(_either(lines.first) for lines in item.unit.pattern.alternatives)
         for item in line.items
     )
@@ -243,7 +230,7 @@ class _Builder:
     edges: list[list[Edge]] = field(default_factory=list)  # by the state that they leave
     labels: tuple[str, ...] = ()
 
-    def program(self, line: Line, group: Group) -> Program:
+    def program(self, line: tree.Line, group: Group) -> Program:
         piece = self.line(line)
         if group.companions:
             piece = piece.inside(group)
@@ -260,7 +247,7 @@ class _Builder:
             any(ends and goes_on for ends, goes_on in zip(exits, self.edges, strict=True)),
         )
 
-    def line(self, line: Line) -> _Piece:
+    def line(self, line: tree.Line) -> _Piece:
         pieces = [self.item(item) for item in line.items]
         for last, piece in enumerate(pieces):
             for before in _up_to_required(reversed(pieces[:last])):
@@ -274,27 +261,27 @@ class _Builder:
         exits = [it for piece in _up_to_required(reversed(pieces)) for it in piece.exits]
         return _Piece(entries, [Exit(it.state, it.closes, (*it.to_end, *end)) for it in exits])
 
-    def join(self, before: _Piece, arrow: Arrow, after: _Piece) -> None:
+    def join(self, before: _Piece, arrow: tree.Arrow, after: _Piece) -> None:
         for leaving in before.exits:
             members = self.states[leaving.state].members
             for entry in after.entries:
                 same = members == self.states[entry.state].members
                 self.edges[leaving.state].append(Edge(leaving, arrow, entry, same))
 
-    def item(self, item: Item) -> _Piece:
+    def item(self, item: tree.Item) -> _Piece:
         repeat, around = item.repeat, self.labels
         self.labels = (*around, item.label) if item.label else around
         copies = [self.unit(item) for _ in range(repeat.copies)]
         self.labels = around
         for before, after in pairwise(copies):
-            self.join(before, NEXT, after)
+            self.join(before, tree.NEXT, after)
         if repeat.most is None:
-            self.join(copies[-1], NEXT, copies[-1])
+            self.join(copies[-1], tree.NEXT, copies[-1])
         ends = copies[max(repeat.least, 1) - 1 :]
         return _Piece(copies[0].entries, [it for copy in ends for it in copy.exits], item.optional)
 
-    def unit(self, item: Item) -> _Piece:
-        if isinstance(item.unit, Step):
+    def unit(self, item: tree.Item) -> _Piece:
+        if isinstance(item.unit, tree.Step):
             return self.step(item.unit, item.length)
         piece = _Piece()
         for lines in item.unit.pattern.alternatives:
@@ -307,7 +294,7 @@ class _Builder:
             piece.exits.extend(inner.exits)
         return piece
 
-    def step(self, step: Step, length: Length | None) -> _Piece:
+    def step(self, step: tree.Step, length: Length | None) -> _Piece:
         number, members, manner = len(self.states), step.mover.members, step.manner
         if step.mover.form == "either":
             members = tuple(member for member in members if member.startswith(self.side))
@@ -324,10 +311,10 @@ class _Builder:
         return _Piece([Entry(number)], [Exit(number)])
 
 
-def fits(step: Step, part: str) -> dict[str, frozenset[int]]:
+def fits(step: tree.Step, part: str) -> dict[str, frozenset[int]]:
     """Return the codes that fit a step, said of one part, by the kinds of its words."""
     kinds = dict.fromkeys(word.kind for word in step.words if ANY not in word.values)
-    return {kind: _codes(kind, meaning(step.words, kind, part)) for kind in kinds}
+    return {kind: _codes(kind, tree.meaning(step.words, kind, part)) for kind in kinds}
 
 
 @lru_cache(64)

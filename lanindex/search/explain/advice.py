@@ -18,22 +18,7 @@ from typing import Any
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.errors import counted
-from lanindex.search.language.query import (
-    ONCE,
-    Arrow,
-    Beside,
-    Item,
-    Line,
-    Lines,
-    Query,
-    Repeat,
-    Step,
-    Word,
-    changed_nodes,
-    may_begin,
-    mirrored,
-    query_of,
-)
+from lanindex.search.language import query as tree
 from lanindex.search.language.times import Clock, Length, Time, decimal
 from lanindex.search.language.words import ANY, MOVING, RELATIVE, RESTS, UNITS, Mover, Vocabulary
 from lanindex.search.plan import NEGATIONS
@@ -47,8 +32,8 @@ _FOR_LIMITS, _FOR_EDITS = 0.4, 0.7
 _COMBINED = 60  # changes, and changes of each changed query, that are tried if no single one helps
 
 HitCounts = tuple[int, int]  # how many hits, and in how many captures
-Count = Callable[[Query], HitCounts | None]  # None: there was no time to count the hits
-Read = Callable[[str], Query | None]  # None: the pattern is not understood
+Count = Callable[[tree.Query], HitCounts | None]  # None: there was no time to count the hits
+Read = Callable[[str], tree.Query | None]  # None: the pattern is not understood
 
 
 @dataclass(frozen=True)
@@ -144,7 +129,7 @@ class Advice:
         return self.remark or next(map(str, self.left_out), "nothing near it finds something")
 
 
-def advise(query: Query, count: Count, read: Read, *, budget: Budget) -> Advice:
+def advise(query: tree.Query, count: Count, read: Read, *, budget: Budget) -> Advice:
     """Return why a query finds nothing, and what would be found.
 
     Each pattern in the advice parses to exactly the query that was counted.
@@ -156,11 +141,11 @@ def advise(query: Query, count: Count, read: Read, *, budget: Budget) -> Advice:
 class _Adviser:
     """Tries the changes of a query, for as long as there is time."""
 
-    query: Query
+    query: tree.Query
     count: Count
     read: Read
     budget: Budget
-    counted: dict[Query, HitCounts]
+    counted: dict[tree.Query, HitCounts]
     untried: int = 0
     left_out: dict[Change, LeftOut] = field(default_factory=dict)
     instead: list[tuple[Change, Suggestion]] = field(default_factory=list)
@@ -219,20 +204,22 @@ class _Adviser:
 
         The first step of a line may be a starting position.
         """
-        alone: dict[str, Query] = {}
+        alone: dict[str, tree.Query] = {}
         nodes = [node for node, _ in nodes_of(self.query)]
-        firsts = [it.items[0] for it in nodes if isinstance(it, Line) and not it.start]
+        firsts = [it.items[0] for it in nodes if isinstance(it, tree.Line) and not it.start]
         for item in nodes:
-            if isinstance(item, Item) and isinstance(item.unit, Step):
-                begins = item.unit.words and item in firsts and may_begin(item)
+            if isinstance(item, tree.Item) and isinstance(item.unit, tree.Step):
+                begins = item.unit.words and item in firsts and tree.may_begin(item)
                 manner = "at" if begins else item.unit.manner
                 step = replace(item.unit, named=True, manner=manner)
-                alone[str(replace(item.unit, named=True))] = query_of(Line((Item(step),)))
+                alone[str(replace(item.unit, named=True))] = tree.query_of(
+                    tree.Line((tree.Item(step),))
+                )
         for text, query in alone.items() if len(alone) > 1 else ():
             if self.read(str(query)) == query and self.count(query) == (0, 0):
                 yield text
 
-    def nearest(self, limit: Limit, limited: Callable[[Limit], Query], text: str) -> str:
+    def nearest(self, limit: Limit, limited: Callable[[Limit], tree.Query], text: str) -> str:
         """Return how near a limit came to be met, and offer the query with that limit."""
 
         def finds(other: Limit) -> bool:
@@ -253,7 +240,7 @@ class _Adviser:
 
 LEFT_OUT = 2.5  # the cost of leaving a condition out
 OTHER_NUMBER = 1.05  # the cost of the nearest number instead
-Limit = Length | Repeat  # of a time, of the movements skipped, or of the repeats
+Limit = Length | tree.Repeat  # of a time, of the movements skipped, or of the repeats
 _Put = Callable[[Any], Any]  # takes a node, returns the whole query with it in another's place
 
 
@@ -261,34 +248,34 @@ _Put = Callable[[Any], Any]  # takes a node, returns the whole query with it in 
 class Change:
     """A query with one change."""
 
-    query: Query
+    query: tree.Query
     cost: float  # from 1 for a slip of the pen
     condition: str = ""  # the one left out, as written; empty: something is replaced
     step: str = ""  # the step with the word that is left out
     # the limit left out, what returns the query with another one, the text about the nearest
-    limited: tuple[Limit, Callable[[Limit], Query], str] | None = None
+    limited: tuple[Limit, Callable[[Limit], tree.Query], str] | None = None
 
 
-def changes(query: Query) -> list[Change]:
+def changes(query: tree.Query) -> list[Change]:
     """Return the changes of a query, the cheapest first, then in the query's order.
 
     A change drops a ``without`` or ``never`` line, but never alters one.
     """
     variants: list[Change] = []
     for node, put in nodes_of(query):
-        step = str(node) if isinstance(node, Step) else ""
+        step = str(node) if isinstance(node, tree.Step) else ""
         variants += [
             Change(put(it), cost, condition, step) for cost, condition, it in _variants(node)
         ]
         for name, form, text in _LIMITS.get(type(node), ()):
             limit = getattr(node, name)
-            if isinstance(limit, Repeat):
+            if isinstance(limit, tree.Repeat):
                 excludes = limit.least > 1
             else:  # "with" without its limit is stricter
                 excludes = limit and getattr(node, "relation", "after") in ("after", "before")
             if excludes:
                 limited = partial(_put, node, put, name, 0)
-                rest = limited(ONCE if name == "repeat" else None)
+                rest = limited(tree.ONCE if name == "repeat" else None)
                 condition = form.format(str(limit).strip())
                 variants.append(Change(rest, LEFT_OUT, condition, "", (limit, limited, text)))
     return sorted(variants, key=lambda it: it.cost)
@@ -297,7 +284,7 @@ def changes(query: Query) -> list[Change]:
 def nodes_of(node: Any, put: _Put = lambda other: other) -> Iterator[tuple[Any, _Put]]:
     """Yield each node of a query, the root first, and a function that replaces it."""
     yield node, put
-    if isinstance(node, Beside) and node.relation in NEGATIONS:
+    if isinstance(node, tree.Beside) and node.relation in NEGATIONS:
         return
     for name in (it.name for it in fields(node)):
         value = getattr(node, name)
@@ -314,12 +301,15 @@ def _put(node: Any, put: _Put, name: str, index: int, other: Any) -> Any:
 
 
 _LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
-    Beside: (("within", "[{}]", "the nearest lies {} away"),),
-    Arrow: (
+    tree.Beside: (("within", "[{}]", "the nearest lies {} away"),),
+    tree.Arrow: (
         ("length", "[{}]", "the nearest comes after {}"),
         ("skips", "[{}]", "the nearest skips {}"),
     ),
-    Item: (("length", "{}", "the nearest takes {}"), ("repeat", "{}", "{} in a row are the most")),
+    tree.Item: (
+        ("length", "{}", "the nearest takes {}"),
+        ("repeat", "{}", "{} in a row are the most"),
+    ),
 }
 """By node: the fields with a limit, how it is written, and the text about the nearest number."""
 
@@ -373,11 +363,11 @@ def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
     Limits are left out by `changes`.
     """
     match node:
-        case Query():  # all arrows, all steps, a part everywhere, or all sides changed
+        case tree.Query():  # all arrows, all steps, a part everywhere, or all sides changed
             nodes = [inner for inner, _ in nodes_of(node)]
             for cost, change in ((1.1, _later), (1.2, _via)):
                 if sum(change(it) != it for it in nodes) > 1:
-                    yield cost, "", changed_nodes(node, change)
+                    yield cost, "", tree.changed_nodes(node, change)
             vocabulary = Vocabulary()
             for mover in dict.fromkeys(it for it in nodes if isinstance(it, Mover)):
                 others = [(1.5, "either", mover.members)] if mover.form == "both" else []
@@ -385,8 +375,8 @@ def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
                     others.append((2.0, mover.form, tuple(it[:2] + limb for it in mover.members)))
                 for cost, form, members in others:
                     if other := vocabulary.of(form, members):
-                        yield cost, "", changed_nodes(node, partial(_exchanged, mover, other))
-            mirror_image = mirrored(node.pattern)
+                        yield cost, "", tree.changed_nodes(node, partial(_exchanged, mover, other))
+            mirror_image = tree.mirrored(node.pattern)
             if mirror_image != node.pattern and not node.where:
                 yield 1.9, "", replace(node, pattern=mirror_image)
             if node.rhythm:
@@ -395,18 +385,18 @@ def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
             for index, clause in enumerate(node.where):
                 joined = "and" if index else "where"
                 yield LEFT_OUT, f"{joined} {clause}", _without(node, "where", index)
-        case Lines():
+        case tree.Lines():
             for index, beside in enumerate(node.others):
                 yield LEFT_OUT, str(beside), _without(node, "others", index)
-        case Beside(within=None):
+        case tree.Beside(within=None):
             for cost, fields_changed in _RELATIONS.get(node.relation, ()):
                 yield cost, "", replace(node, **fields_changed)
-        case Line():
+        case tree.Line():
             if node.start:
                 yield LEFT_OUT, f"start {node.start}", replace(node, start=None)
             if node.arrows:
                 first, second, *later = node.items
-                if not node.start and isinstance(second.unit, Step):
+                if not node.start and isinstance(second.unit, tree.Step):
                     second = replace(second, unit=replace(second.unit, named=True))
                     rest = replace(node, items=(second, *later), arrows=node.arrows[1:])
                     yield LEFT_OUT, f"{first} {node.arrows[0]}", rest
@@ -414,9 +404,9 @@ def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
                 yield LEFT_OUT, f"{node.arrows[-1]} {node.items[-1]}", rest
             if node.end:
                 yield LEFT_OUT, f"{node.end} end", replace(node, end=None)
-        case Arrow(later=False):
+        case tree.Arrow(later=False):
             yield 1.0, "", _later(node)
-        case Step():
+        case tree.Step():
             for cost, manner in _MANNERS.get(node.manner, ()) if _says_where(node) else ():
                 yield cost, "", replace(node, manner=manner)
             own_side = tuple(
@@ -430,9 +420,9 @@ def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
                 if word.values != (ANY,) and not only_place:
                     rest = _without(node, "words", index)
                     if not (rest.words or rest.named or rest.manner in RESTS):
-                        rest = replace(rest, words=(Word("direction", (ANY,)),))
+                        rest = replace(rest, words=(tree.Word("direction", (ANY,)),))
                     yield LEFT_OUT, str(word), rest
-        case Word(kind, (value,), False) if kind in _TO_NEIGHBOUR:
+        case tree.Word(kind, (value,), False) if kind in _TO_NEIGHBOUR:
             for neighbour in _NEIGHBOURS.get(value, ()):
                 yield _TO_NEIGHBOUR[kind], "", replace(node, values=(neighbour,))
 
@@ -442,18 +432,18 @@ def _without(node: Any, name: str, index: int) -> Any:
     return replace(node, **{name: several[:index] + several[index + 1 :]})
 
 
-def _says_where(step: Step) -> bool:
+def _says_where(step: tree.Step) -> bool:
     """Return whether the words of a step fit a movement, a stay and a rest alike."""
     says = any(word.values != (ANY,) for word in step.words) or step.manner == "still"
     return says and step.manner in _MANNERS and all(it.kind not in MOVING for it in step.words)
 
 
 def _later(node: Any) -> Any:
-    return replace(node, later=True) if isinstance(node, Arrow) else node
+    return replace(node, later=True) if isinstance(node, tree.Arrow) else node
 
 
 def _via(node: Any) -> Any:
-    moves = isinstance(node, Step) and node.manner == "move" and _says_where(node)
+    moves = isinstance(node, tree.Step) and node.manner == "move" and _says_where(node)
     return replace(node, manner="via") if moves else node
 
 
@@ -481,7 +471,7 @@ def nearest_limit(limit: Limit, has_hits: Callable[[Limit], bool]) -> tuple[Limi
             others = (Length("", Time(it, "")) for it in around if it >= 0)
             exact = next(filter(has_hits, others), None)
             return None if exact is None else (exact, str(exact))
-        case Repeat():
+        case tree.Repeat():
             least, most, smallest = limit.least, None, 1
         case Length(_, Time(unit=unit), last):
             if last and last.unit != unit:
@@ -503,14 +493,14 @@ def nearest_limit(limit: Limit, has_hits: Callable[[Limit], bool]) -> tuple[Limi
     if not near:
         return None
     _, steps, nearest = min(near, key=lambda it: it[0])
-    unit = "" if isinstance(limit, Repeat) else limit.time.unit
+    unit = "" if isinstance(limit, tree.Repeat) else limit.time.unit
     return nearest, f"{float(steps * _FINEST[unit]):g} {UNITS[unit]}" if unit else str(steps)
 
 
 def _between(limit: Limit, least: int, most: int | None) -> Limit:
     """Return a limit of the same unit from `least` to `most` steps, None: without end."""
-    if isinstance(limit, Repeat):
-        return Repeat(least, None)
+    if isinstance(limit, tree.Repeat):
+        return tree.Repeat(least, None)
     unit = limit.time.unit
     begin = Time(least * _FINEST[unit], unit)
     if most is None:

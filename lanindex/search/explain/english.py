@@ -8,24 +8,9 @@ from fractions import Fraction
 from itertools import chain, islice
 
 from lanindex.alphabet import kind_of
+from lanindex.search.language import query as tree
 from lanindex.search.language.clauses import CLIP, MATCH, Comparison, Mirrors, Reference, Stage, Sum
 from lanindex.search.language.lexer import tables
-from lanindex.search.language.query import (
-    Arrow,
-    Beside,
-    Bracket,
-    Choice,
-    Item,
-    Line,
-    Lines,
-    Query,
-    Repeat,
-    Step,
-    Word,
-    may_begin,
-    nodes_in,
-    query_of,
-)
 from lanindex.search.language.times import Length, Time, decimal, degrees
 from lanindex.search.language.words import AMOUNTS, RESTS, STILL, UNITS, WORD_KINDS, Mover
 from lanindex.search.match.batch import unavoidable
@@ -49,7 +34,7 @@ _COMPARED |= dict.fromkeys((">=", "+"), "at least")
 _AT_ONCE = 200  # captures in which steps are counted together
 
 
-def sentence(query: Query) -> str:
+def sentence(query: tree.Query) -> str:
     """Return what a query asks for, as one English sentence or more."""
     text = _text(query.pattern)
     first = len(text) - len(text.lstrip("("))
@@ -67,34 +52,34 @@ def sentence(query: Query) -> str:
 def _text(node: object, begins: bool = True) -> str:
     """Return a node of a query in words; `begins`: whether it may be a starting position."""
     match node:
-        case Choice(alternatives):
+        case tree.Choice(alternatives):
             return " — or — ".join(_text(lines, begins) for lines in alternatives)
-        case Lines(first, others):
+        case tree.Lines(first, others):
             return "; ".join([_text(first, begins), *map(_text, others)])
-        case Beside(relation, line, None):
+        case tree.Beside(relation, line, None):
             return _RELATIONS[relation][0].format(_text(line))
-        case Beside(relation, line, Length(time=time) as within):
+        case tree.Beside(relation, line, Length(time=time) as within):
             limit = within if relation in ("after", "before") else time
             return _RELATIONS[relation][1].format(_text(limit), _text(line))
-        case Line():
+        case tree.Line():
             return _line(node, begins)
-        case Item(unit, length, repeat, label):
+        case tree.Item(unit, length, repeat, label):
             text = _text(unit, begins) + (f", for {_text(length)}" if length else "")
             return text + _text(repeat) + (f" (call it {label})" if label else "")
-        case Bracket(pattern):
+        case tree.Bracket(pattern):
             return f"({_text(pattern, begins)})"
-        case Step():
+        case tree.Step():
             return _step(node)
-        case Arrow(length=Length() as length):
+        case tree.Arrow(length=Length() as length):
             return f" (after {_text(length)})"
-        case Arrow(skips=Length(form, Time(count))):
+        case tree.Arrow(skips=Length(form, Time(count))):
             how = "fewer than " if form == "<" else f"{_COMPARED[form]} " if form else ""
             return f" ({how}{count} movement{'' if count == 1 else 's'} between)"
-        case Arrow() | Repeat(1, 1):
+        case tree.Arrow() | tree.Repeat(1, 1):
             return ""
-        case Repeat(0, 1):
+        case tree.Repeat(0, 1):
             return " (or leaves this out)"
-        case Repeat(least, most):
+        case tree.Repeat(least, most):
             several = f"{least} or more" if most is None else f"{least} to {most}"
             return f", {least if least == most else several} times in a row"
         case Length(_, time, Time() as last):
@@ -126,14 +111,14 @@ def _text(node: object, begins: bool = True) -> str:
     return str(node)
 
 
-def _line(line: Line, begins: bool) -> str:
+def _line(line: tree.Line, begins: bool) -> str:
     first, *others = line.items
     text = _text(first, begins)
     if line.start:
         later = ", later on" if line.start.later else ""
         text = f"from the clip's start{later}{_text(line.start)}: {text}"
-    elif begins and others and may_begin(first):
-        both = isinstance(first.unit, Step) and first.unit.mover.form == "both"
+    elif begins and others and tree.may_begin(first):
+        both = isinstance(first.unit, tree.Step) and first.unit.mover.form == "both"
         text += " (or begin there)" if both else " (or begins there)"
     for arrow, item in zip(line.arrows, others, strict=True):
         text += f", {'later' if arrow.later else 'then'}{_text(arrow)} {_text(item, False)}"
@@ -162,7 +147,7 @@ def _who(mover: Mover) -> str:
     return f"either {name}" if mover.form == "either" else f"both {name} together"
 
 
-def _step(step: Step) -> str:
+def _step(step: tree.Step) -> str:
     verb, place = _verb(step)
     text = f"{verb} {_where(step) or place}".rstrip(" ,")
     many = step.mover.form == "both"
@@ -171,7 +156,7 @@ def _step(step: Step) -> str:
     return f"{_who(step.mover)} {text}" if step.named else text
 
 
-def _verb(step: Step) -> tuple[str, str]:
+def _verb(step: tree.Step) -> tuple[str, str]:
     """Return what a part or pair does, and where if no words tell."""
     part, many = step.mover.members[0], step.mover.form == "both"
     kind, palm, s = kind_of(part), part.endswith("_palm"), "" if many else "s"
@@ -201,16 +186,19 @@ def _verb(step: Step) -> tuple[str, str]:
     return f"{f'turn{s}' if palm else goes}{passing}{bent}", "anywhere"
 
 
-def _where(step: Step) -> str:
+def _where(step: tree.Step) -> str:
     kind = kind_of(step.mover.members[0])
     match kind, sorted(step.words, key=lambda word: word.kind):
-        case "gesture", [Word("direction", ("place",), False), Word("level", (level,), False)]:
+        case "gesture", [
+            tree.Word("direction", ("place",), False),
+            tree.Word("level", (level,), False),
+        ]:
             return str(_ENGLISH["places"][level])
     curves = "on a way that curves " if kind == "travel" else ""
     return ", ".join(_word(word, curves) for word in step.words)
 
 
-def _word(word: Word, curves: str) -> str:
+def _word(word: tree.Word, curves: str) -> str:
     own = _ENGLISH["values"] | _ENGLISH.get(word.kind, {})
     hows = {"degrees": lambda it: curves + _angle(it), "bend": _degree}
     how = hows.get(word.kind, lambda it: own.get(it, it))
@@ -241,7 +229,7 @@ def _angle(value: str) -> str:
 # How it is answered.
 
 
-def explanation(query: Query, recordings: Iterable[Recording]) -> str:
+def explanation(query: tree.Query, recordings: Iterable[Recording]) -> str:
     """Return how a query is understood: in English, step by step, and the order of work.
 
     `recordings` are those in which is counted what each step alone would match.
@@ -255,13 +243,13 @@ def explanation(query: Query, recordings: Iterable[Recording]) -> str:
     return "\n".join(lines)
 
 
-def step_counts(query: Query, recordings: Iterable[Recording]) -> dict[str, int]:
+def step_counts(query: tree.Query, recordings: Iterable[Recording]) -> dict[str, int]:
     """Return how many symbols each step alone would match, by the step's text.
 
     Movements, stays or rests, of pairs those together; no starting positions and, as a step
     alone is a first step, nothing that is only passed.
     """
-    steps = {str(it): query_of(Line((it,))) for it in _alone(query)}
+    steps = {str(it): tree.query_of(tree.Line((it,))) for it in _alone(query)}
     counts, rest = dict.fromkeys(steps, 0), iter(recordings)
     while some := list(islice(rest, _AT_ONCE)):
         for text, step in steps.items():
@@ -269,11 +257,11 @@ def step_counts(query: Query, recordings: Iterable[Recording]) -> dict[str, int]
     return counts
 
 
-def order(query: Query) -> list[str]:
+def order(query: tree.Query) -> list[str]:
     """Return what the matcher does, one sentence after the other."""
     works = [f"Take the tracks of {', '.join(sorted(query.parts))}."]
     for lines in query.pattern.alternatives:
-        line, first = str(lines.first), str(next(_alone(query_of(lines))))
+        line, first = str(lines.first), str(next(_alone(tree.query_of(lines))))
         works.append(f"Begin at each {first}" + ("." if line == first else f", and follow {line}"))
         works += [f"Keep what is {it}" for it in lines.others]
     if query.either_side:
@@ -284,11 +272,11 @@ def order(query: Query) -> list[str]:
     return [*works, *(f"Of these: {stage}" for stage in query.stages)]
 
 
-def _alone(query: Query) -> Iterator[Item]:
+def _alone(query: tree.Query) -> Iterator[tree.Item]:
     """Yield each step by itself, as a search for it is written."""
-    for item in nodes_in(query.pattern, Item):
-        if isinstance(item.unit, Step):
-            yield Item(replace(item.unit, named=True), item.length)
+    for item in tree.nodes_in(query.pattern, tree.Item):
+        if isinstance(item.unit, tree.Step):
+            yield tree.Item(replace(item.unit, named=True), item.length)
 
 
 # The plan.
@@ -301,7 +289,7 @@ _ENDS = {
 }
 
 
-def planned(query: Query) -> str:
+def planned(query: tree.Query) -> str:
     """Return the lines of a query, each side and alternative on its own, and how they are searched.
 
     The page of `lanindex.search` explains a plan line by line.

@@ -17,23 +17,7 @@ from lanindex.model import Capture, Hit, Symbol, Track
 from lanindex.model.columns import GRADES, graded, stored
 from lanindex.records import of_matched, of_name
 from lanindex.search.explain.advice import nearest_limit
-from lanindex.search.language.query import (
-    NEXT,
-    ONCE,
-    Arrow,
-    Beside,
-    Bracket,
-    Choice,
-    Item,
-    Line,
-    Lines,
-    Query,
-    Step,
-    changed_nodes,
-    may_begin,
-    nodes_in,
-    query_of,
-)
+from lanindex.search.language import query as tree
 from lanindex.search.language.times import TOLERANCE, Clock, Length
 from lanindex.search.language.words import ABSENT, AMOUNTS, BESIDE_CELLS, RESTS, WORD_KINDS
 from lanindex.search.match import find_in
@@ -77,7 +61,7 @@ class Trace:
     Span(start=482, stop=524) torso forward high [482, 524)
     """
 
-    query: Query
+    query: tree.Query
     capture: Capture
     hits: tuple[tuple[Hit, tuple[Matched, ...]], ...] = ()  # each with its steps
     stops: tuple[Stop, ...] = ()  # where nothing was found: how far each alternative came
@@ -92,7 +76,7 @@ class Trace:
 
 
 def trace(
-    query: Query,
+    query: tree.Query,
     capture: Capture,
     tracks: Mapping[str, Track],
     *,
@@ -145,27 +129,27 @@ def records_of(trace: Trace) -> Iterator[dict[str, Any]]:
         }
 
 
-def _labelled(query: Query) -> tuple[Query, dict[str, str]]:
+def _labelled(query: tree.Query) -> tuple[tree.Query, dict[str, str]]:
     """Return a query with a label on every step, and by label what the step says."""
     labels: list[str] = []
 
     def labelled(node: Any) -> Any:
-        if not isinstance(node, Item) or isinstance(node.unit, Bracket):
+        if not isinstance(node, tree.Item) or isinstance(node.unit, tree.Bracket):
             return node
         labels.append(node.label or f"step {len(labels) + 1}")
         return replace(node, label=labels[-1])
 
-    labelled_query: Query = changed_nodes(query, labelled)
+    labelled_query: tree.Query = tree.changed_nodes(query, labelled)
     return labelled_query, dict(zip(labels, _step_texts(query.pattern, ""), strict=True))
 
 
-def _step_texts(pattern: Choice, before: str) -> Iterator[str]:
+def _step_texts(pattern: tree.Choice, before: str) -> Iterator[str]:
     """Yield the steps of a pattern, each with what goes before it."""
     for lines in pattern.alternatives:
         others = ((it.relation, it.line) for it in lines.others)
         for first, line in [(before, lines.first), *others]:
             for arrow, item in zip((first, *map(str, line.arrows)), line.items, strict=True):
-                if isinstance(item.unit, Bracket):
+                if isinstance(item.unit, tree.Bracket):
                     yield from _step_texts(item.unit.pattern, arrow)
                 else:
                     yield f"{arrow} {item}".strip()
@@ -175,7 +159,7 @@ class _StopFinder:
     """Finds where a query stops in one capture, by ever longer beginnings of it."""
 
     def __init__(
-        self, query: Query, capture: Capture, tracks: Mapping[str, Track], tolerance: Fraction
+        self, query: tree.Query, capture: Capture, tracks: Mapping[str, Track], tolerance: Fraction
     ) -> None:
         self.query, self.capture, self.tolerance = query, capture, tolerance
         self.recordings = [(capture, tracks)]
@@ -185,17 +169,17 @@ class _StopFinder:
             for part, track in tracks.items()
         }
 
-    def hits(self, query: Query) -> list[Hit]:
+    def hits(self, query: tree.Query) -> list[Hit]:
         return list(find_in(self.recordings, query, tolerance=self.tolerance, overlaps="all"))
 
-    def stop_of(self, lines: Lines) -> Stop:
+    def stop_of(self, lines: tree.Lines) -> Stop:
         """Return how far one alternative comes that is not found."""
-        flat = Lines(_flat(lines.first), lines.others)
-        begun: Lines | None = None
+        flat = tree.Lines(_flat(lines.first), lines.others)
+        begun: tree.Lines | None = None
         hits: list[Hit] = []
         reached: list[Symbols] = []
         for tried in _beginnings(flat):
-            before, hits = hits, self.hits(query_of(tried))
+            before, hits = hits, self.hits(tree.query_of(tried))
             resting = [] if begun else self.starting_positions(flat.first)
             if not hits and not resting:
                 return self.between(begun, tried, before, reached)
@@ -207,7 +191,7 @@ class _StopFinder:
         return Stop(str(lines), hits[0].symbols, wanted, None, reason)
 
     def between(
-        self, begun: Lines | None, tried: Lines, hits: list[Hit], reached: list[Symbols]
+        self, begun: tree.Lines | None, tried: tree.Lines, hits: list[Hit], reached: list[Symbols]
     ) -> Stop:
         """Return the stop between a beginning, with its hits, and what has one condition more."""
         first = tried.first.items[0]
@@ -224,17 +208,17 @@ class _StopFinder:
             symbols = reached[0] if reached else ()
         elif begun:
             symbols, near, reason = self.no_next_step(tried.first, reached)
-        elif isinstance(first.unit, Bracket):
+        elif isinstance(first.unit, tree.Bracket):
             return self.stop_of(first.unit.pattern.alternatives[0])
         else:
             symbols, near, reason = self.no_first_step(tried.first)
         return Stop(str(begun or ""), symbols, wanted, near, reason)
 
-    def starting_positions(self, line: Line) -> list[Symbols]:
+    def starting_positions(self, line: tree.Line) -> list[Symbols]:
         """Return the starting positions with which a line can begin; alone they are no hit."""
         first = line.items[0]
         step = _first(first)
-        if len(line.items) == 1 or line.start or not may_begin(first):
+        if len(line.items) == 1 or line.start or not tree.may_begin(first):
             return []
         rows = [rows[0] for part in step.mover.members if (rows := self.rows.get(part))]
         fitting = tuple(it for it in rows if it.start == it.stop and not away(it, step))
@@ -242,7 +226,7 @@ class _StopFinder:
             return [fitting] if len(fitting) == 2 else []
         return [(it,) for it in fitting]
 
-    def no_next_step(self, line: Line, reached: list[Symbols]) -> _Near:
+    def no_next_step(self, line: tree.Line, reached: list[Symbols]) -> _Near:
         """Return what came nearest to the last step of a line."""
         arrow, item = line.arrows[-1], line.items[-1]
         step = _first(item)
@@ -274,17 +258,17 @@ class _StopFinder:
             reason = self.wrong_length(item, subject, near) or unlike
         return symbols, near, f"after {_ends_text(symbols)} {reason}"
 
-    def wrong_count(self, line: Line) -> str:
+    def wrong_count(self, line: tree.Line) -> str:
         """Return by how much the last step misses its count or its whole length, if it does."""
         *before, item = line.items
 
         def hits(**limit: Any) -> list[Hit]:
             last = replace(item, **limit)
-            return self.hits(query_of(replace(line, items=(*before, last))))
+            return self.hits(tree.query_of(replace(line, items=(*before, last))))
 
-        counted, whole = item.repeat.least > 1, isinstance(item.unit, Bracket) and not before
+        counted, whole = item.repeat.least > 1, isinstance(item.unit, tree.Bracket) and not before
         if counted and (near := nearest_limit(item.repeat, lambda it: bool(hits(repeat=it)))):
-            return f'"{replace(item, repeat=ONCE)}" is there {near[1]} in a row at most'
+            return f'"{replace(item, repeat=tree.ONCE)}" is there {near[1]} in a row at most'
         if whole and item.length and (others := hits(length=None)):
             lengths = [len(hit.span) for hit in others]
             best = min(lengths, key=lambda it: self.frames_off(it, item.length))
@@ -292,7 +276,7 @@ class _StopFinder:
             return f'"{without}" takes {self.seconds(best)}, wanted {item.length}'
         return ""
 
-    def no_first_step(self, line: Line) -> _Near:
+    def no_first_step(self, line: tree.Line) -> _Near:
         """Return what came nearest to the very first step."""
         (item,) = line.items
         step = _first(item)
@@ -313,19 +297,19 @@ class _StopFinder:
             reason = self.wrong_length(item, str(near), near) or f'there is no "{item}"'
         return (), near, reason
 
-    def wrong_length(self, item: Item, subject: str, symbol: Symbol) -> str:
+    def wrong_length(self, item: tree.Item, subject: str, symbol: Symbol) -> str:
         """Return how long a movement takes, if that is not as wanted."""
         frames = symbol.stop - symbol.start
-        moves = isinstance(item.unit, Step) and item.unit.manner in ("move", "via")
+        moves = isinstance(item.unit, tree.Step) and item.unit.manner in ("move", "via")
         if moves and self.frames_off(frames, item.length):
             return f"{subject} takes {self.seconds(frames)}, wanted {item.length}"
         return ""
 
-    def not_beside(self, beside: Beside, hits: list[Hit]) -> _Near:
+    def not_beside(self, beside: tree.Beside, hits: list[Hit]) -> _Near:
         """Return what came nearest to a line that should lie beside the others."""
         hit, near, step = hits[0], None, _first(beside.line.items[0])
         there = f"{step.mover} does not move"
-        others = self.hits(query_of(beside.line))
+        others = self.hits(tree.query_of(beside.line))
         if others:
             hit, other = min(product(hits, others), key=lambda both: _frames_between(*both))
             near, gap = other.lines[0][0], _frames_between(hit, other)
@@ -339,7 +323,7 @@ class _StopFinder:
             if near and away(near, step):
                 there = f"{when} {near}, {_unwanted_text(step)} ({doubts(near)})"
             elif near:  # the first step of the line is there
-                there = self.stop_of(Lines(beside.line)).reason
+                there = self.stop_of(tree.Lines(beside.line)).reason
         return hit.symbols, near, f"{_listed(hit.lines[0])}, but {there}"
 
     def movements(self, parts: tuple[str, ...], also_resting: bool = False) -> list[Symbol]:
@@ -365,19 +349,19 @@ class _StopFinder:
         return f"{float(frames / self.capture.rate):.2f} s"
 
 
-def _beginnings(lines: Lines) -> Iterator[Lines]:
+def _beginnings(lines: tree.Lines) -> Iterator[tree.Lines]:
     """Yield the first step, then one step more each time, then the end, then one line more."""
     line = lines.first
     for count in range(1, len(line.items) + 1):
-        yield Lines(Line(line.items[:count], line.arrows[: count - 1], line.start))
+        yield tree.Lines(tree.Line(line.items[:count], line.arrows[: count - 1], line.start))
     if line.end:
-        yield Lines(line)
+        yield tree.Lines(line)
     for count in range(len(lines.others)):
-        yield Lines(line, lines.others[: count + 1])
+        yield tree.Lines(line, lines.others[: count + 1])
 
 
-def _first(item: Item) -> Step:
-    return next(nodes_in(item, Step))
+def _first(item: tree.Item) -> tree.Step:
+    return next(tree.nodes_in(item, tree.Step))
 
 
 def _frames_between(hit: Hit, other: Hit) -> int:
@@ -385,22 +369,24 @@ def _frames_between(hit: Hit, other: Hit) -> int:
     return max(hit.start - other.stop, other.start - hit.stop)
 
 
-def _going_on(step: Step, symbols: Symbols) -> tuple[str, ...]:
+def _going_on(step: tree.Step, symbols: Symbols) -> tuple[str, ...]:
     """Return the parts that may go on with a step: of either one the side that has begun."""
     side = symbols[-1].part[:2]
     same = tuple(part for part in step.mover.members if part[:2] == side)
     return same if same and step.mover.form == "either" else step.mover.members
 
 
-def _flat(line: Line) -> Line:
+def _flat(line: tree.Line) -> tree.Line:
     """Return a line without brackets that only hold a line, which says the same."""
-    items: list[Item] = []
-    arrows: list[Arrow] = []
-    for arrow, item in zip((NEXT, *line.arrows), line.items, strict=True):
-        inner = Line((item,))
+    items: list[tree.Item] = []
+    arrows: list[tree.Arrow] = []
+    for arrow, item in zip((tree.NEXT, *line.arrows), line.items, strict=True):
+        inner = tree.Line((item,))
         match item.unit:
-            case Bracket(Choice((Lines(Line(start=None, end=None) as only, ()),))):
-                inner = _flat(only) if item == Item(item.unit) else inner
+            case tree.Bracket(
+                tree.Choice((tree.Lines(tree.Line(start=None, end=None) as only, ()),))
+            ):
+                inner = _flat(only) if item == tree.Item(item.unit) else inner
         items += inner.items
         arrows += (arrow, *inner.arrows)
     return replace(line, items=tuple(items), arrows=tuple(arrows[1:]))
@@ -419,11 +405,11 @@ def _movement_text(symbol: Symbol) -> str:
     return f"{symbol.words} [{symbol.start}, {symbol.stop})"
 
 
-def _words(step: Step) -> str:
+def _words(step: tree.Step) -> str:
     return " ".join(map(str, step.words)) or "anywhere"
 
 
-def _unwanted_text(step: Step) -> str:
+def _unwanted_text(step: tree.Step) -> str:
     denies = any(word.negated for word in step.words)
     return f'wanted "{_words(step)}"' if denies else f"not {_words(step)}"
 
@@ -434,7 +420,7 @@ _RUNNER_UP = 0.5  # how far a symbol at its border is from the next cell, in cel
 _FAR = 9.0  # how far what has no direction or no level is from what has one
 
 
-def away(symbol: Symbol | None, step: Step) -> float:
+def away(symbol: Symbol | None, step: tree.Step) -> float:
     """Return how far a symbol is from what a step says: 0 where it fits, infinity of none.
 
     Less than 1 where its runner-up fits, the less the nearer it is to that border; else how many
@@ -451,7 +437,7 @@ def away(symbol: Symbol | None, step: Step) -> float:
     return cell + wrong
 
 
-def nearest(symbols: Iterable[Symbol], step: Step) -> Symbol | None:
+def nearest(symbols: Iterable[Symbol], step: tree.Step) -> Symbol | None:
     """Return the symbol that comes nearest to a step, of equals the first; None of none."""
     return min(symbols, key=lambda symbol: away(symbol, step), default=None)
 

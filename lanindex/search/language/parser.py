@@ -9,6 +9,7 @@ from fractions import Fraction
 from lanindex.alphabet import BENDS, DIRECTIONS, KINDS, Kind, amounts_of, kind_of
 from lanindex.errors import PatternError, guess, shown
 from lanindex.search.dictionary import named_patterns
+from lanindex.search.language import query as tree
 from lanindex.search.language.clauses import conditions_at, stages_at
 from lanindex.search.language.lexer import (
     COUNT,
@@ -22,25 +23,6 @@ from lanindex.search.language.lexer import (
     unknown,
 )
 from lanindex.search.language.natural import offer_reading
-from lanindex.search.language.query import (
-    ONCE,
-    Arrow,
-    Beside,
-    Bracket,
-    Choice,
-    Item,
-    Line,
-    Lines,
-    Query,
-    Repeat,
-    Step,
-    Word,
-    last_movers,
-    meaning,
-    mirrored,
-    steps_in,
-    steps_taken,
-)
 from lanindex.search.language.score import FilePattern, is_lnd, score_at
 from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import (
@@ -79,7 +61,7 @@ def parse(
     *,
     names: Mapping[str, str] | None = None,
     strict: bool = False,
-) -> Query:
+) -> tree.Query:
     """Read a pattern that may name `parts`, those of the alphabet, and the patterns in `names`.
 
     `names` are by default those of the dictionary.
@@ -90,7 +72,7 @@ def parse(
 
     named = named_patterns(text) if names is None else names
 
-    def read(text: str) -> Query:
+    def read(text: str) -> tree.Query:
         return _Parser(text, vocabulary, named, strict).query()
 
     try:
@@ -118,7 +100,7 @@ class _Parser(Cursor):
         self.words_named = self.depth = 0
         self.timed = False
 
-    def query(self) -> Query:
+    def query(self) -> tree.Query:
         begin = self.token
         while let := self.take("word", "let"):
             self.let(let)
@@ -134,13 +116,13 @@ class _Parser(Cursor):
             raise self.error_since(begin, f"{found} {_LONGEST} is the most.")
         return query
 
-    def pattern(self, carried: frozenset[Mover], after: str = "") -> Choice:
+    def pattern(self, carried: frozenset[Mover], after: str = "") -> tree.Choice:
         alternatives = [self.lines(carried, after)]
         while self.take("word", "or"):
             alternatives.append(self.lines(carried, "or"))
-        return Choice(tuple(alternatives))
+        return tree.Choice(tuple(alternatives))
 
-    def lines(self, carried: frozenset[Mover], after: str) -> Lines:
+    def lines(self, carried: frozenset[Mover], after: str) -> tree.Lines:
         first = self.line(carried, after)
         others = []
         while relation := self.relation():
@@ -149,8 +131,8 @@ class _Parser(Cursor):
             line = self.line(frozenset(), relation)
             if relation in ("without", "never"):
                 self.refuse_labels(labelled, f'"{relation}": it speaks of what does not happen.')
-            others.append(Beside(relation, line, within))
-        return Lines(first, tuple(others))
+            others.append(tree.Beside(relation, line, within))
+        return tree.Lines(first, tuple(others))
 
     def relation(self) -> str | None:
         word = self.take("word", *RELATIONS)
@@ -192,26 +174,26 @@ class _Parser(Cursor):
         if not self.take("mark", "]"):
             raise self.error('This bracket is never closed: a "]" is missing.', opening)
 
-    def line(self, carried: frozenset[Mover], after: str) -> Line:
+    def line(self, carried: frozenset[Mover], after: str) -> tree.Line:
         begin = self.token
         start = None
         if self.take("word", "start") and (start := self.arrow()) is None:
             raise self.error('An arrow follows "start": start -> r_arm high', begin)
         items = [self.item(carried, "start" if start else after)]
-        arrows: list[Arrow] = []
+        arrows: list[tree.Arrow] = []
         end = None
         while arrow := self.arrow():
             if self.take("word", "end"):
                 end = arrow
                 break
             arrows.append(arrow)
-            items.append(self.item(last_movers(items[-1].unit), "->"))
+            items.append(self.item(tree.last_movers(items[-1].unit), "->"))
         if all(item.optional for item in items):
             found = "All of this line may be left out, so there is nothing to find:"
             raise self.error_since(begin, f'{found} take a "?" or an "x0" away.')
-        return Line(tuple(items), tuple(arrows), start, end)
+        return tree.Line(tuple(items), tuple(arrows), start, end)
 
-    def arrow(self) -> Arrow | None:
+    def arrow(self) -> tree.Arrow | None:
         """Read an arrow with its limit, if one stands here: ``->``, ``...[<2s]``."""
         begin = self.take("arrow") or self.take("dots")
         if begin is None:
@@ -219,7 +201,7 @@ class _Parser(Cursor):
         later = begin.kind == "dots"
         opening = self.take("mark", "[")
         if opening is None:
-            return Arrow(later)
+            return tree.Arrow(later)
         skips = self.skips()
         length = None if skips else self.length()
         if skips is None and length is None:
@@ -230,7 +212,7 @@ class _Parser(Cursor):
             found = "The arrow -> skips nothing: it leads to the next movement."
             remedy = f"...[{skips}] counts what is skipped, ->[{skips}s] is a time."
             raise self.error_since(begin, f"{found} {remedy}")
-        return Arrow(later, length, skips)
+        return tree.Arrow(later, length, skips)
 
     def skips(self) -> Length | None:
         """Read a number of movements, if one stands here: a number that no unit follows."""
@@ -243,7 +225,7 @@ class _Parser(Cursor):
             raise self.error(found, token)
         return Length(compare.text if compare else "", Time(Fraction(self.checked(token)), ""))
 
-    def item(self, carried: frozenset[Mover], after: str) -> Item:
+    def item(self, carried: frozenset[Mover], after: str) -> tree.Item:
         begin, labelled = self.token, len(self.labels)
         label = self.label()
         first = self.token
@@ -251,11 +233,11 @@ class _Parser(Cursor):
         length = self.length()
         if length and (token := self.token) and self.length():
             raise self.error_since(token, "Two lengths. From 1s to 2s is 1s..2s")
-        item = Item(unit, length or timed, self.repeat(), label)
-        if item.repeat != ONCE:
+        item = tree.Item(unit, length or timed, self.repeat(), label)
+        if item.repeat != tree.ONCE:
             self.refuse_after_count(first)
             self.refuse_labels(labelled + bool(label), "a repeat: put it before all of it.")
-        if (steps := steps_taken(item)) > _MOST_STEPS:
+        if (steps := tree.steps_taken(item)) > _MOST_STEPS:
             found = f"This asks for {steps} movements in a row; {_MOST_STEPS} is the most."
             raise self.error_since(begin, f"{found} x3+ leaves the number open.")
         return item
@@ -288,18 +270,18 @@ class _Parser(Cursor):
         for name, place in list(self.labels.items())[before:]:
             raise self.error(f'The label "{name}" stands inside {where}', *place)
 
-    def repeat(self) -> Repeat:
+    def repeat(self) -> tree.Repeat:
         """Read a count, if one stands here: ``x3``, ``x3+``, ``x2..3``, ``?``."""
         begin = self.token
         if self.take("mark", "?"):
-            return Repeat(0, 1)
+            return tree.Repeat(0, 1)
         counted = COUNT.fullmatch(begin.text) if begin.kind == "word" else None
         if counted is None:
-            return ONCE
+            return tree.ONCE
         self.advance()
         least = int(self.checked(begin, counted[1]))
         if self.take("mark", "+"):
-            return Repeat(least, None)
+            return tree.Repeat(least, None)
         most = least
         if self.take("range"):
             number = self.take("number")
@@ -311,14 +293,14 @@ class _Parser(Cursor):
         if most == 0:
             found = '"x0" is never. To say that it does not happen: without'
             raise self.error_since(begin, found)
-        return Repeat(least, most)
+        return tree.Repeat(least, most)
 
     def refuse_after_count(self, begin: Token) -> None:
         """Refuse a length or another count after a count, since it is ambiguous."""
         counted, token = self.excerpt(begin, self.before), self.token
         if self.length():
             more, of, each = "length", "time", "; to time each, length first."
-        elif self.repeat() != ONCE:
+        elif self.repeat() != tree.ONCE:
             more, of, each = "count", "repeat", ""
         else:
             return
@@ -326,13 +308,15 @@ class _Parser(Cursor):
         found = f"A {more} after a count: to {of} all of it, bracket it: {bracketed}"
         raise self.error_since(token, found)
 
-    def unit(self, carried: frozenset[Mover], after: str) -> tuple[Step | Bracket, Length | None]:
+    def unit(
+        self, carried: frozenset[Mover], after: str
+    ) -> tuple[tree.Step | tree.Bracket, Length | None]:
         """Read a step or a bracket, with the length that a line of LND has."""
         if word := self.take("word", "mirror"):
             if not self.stands("mark", "("):
                 raise self.error("Brackets follow: mirror(r_arm right)", word)
             # who carries into the bracket stays who it is: mirrored twice
-            return mirrored(self.bracket(frozenset(it.mirrored() for it in carried))), None
+            return tree.mirrored(self.bracket(frozenset(it.mirrored() for it in carried))), None
         if self.stands("mark", "("):
             return self.bracket(carried), None
         if self.stands("mark", "@"):
@@ -342,7 +326,7 @@ class _Parser(Cursor):
             return score_at(self, self.strict)
         return _step_at(self, carried, after), None
 
-    def bracket(self, carried: frozenset[Mover]) -> Bracket:
+    def bracket(self, carried: frozenset[Mover]) -> tree.Bracket:
         opening = self.advance()
         self.deepen(opening)
         if self.stands("mark", ")"):
@@ -353,7 +337,7 @@ class _Parser(Cursor):
         if not self.take("mark", ")"):
             raise stray(self)
         self.depth -= 1
-        return Bracket(pattern)
+        return tree.Bracket(pattern)
 
     def deepen(self, opening: Token) -> None:
         self.depth += 1
@@ -381,7 +365,7 @@ class _Parser(Cursor):
         self.advance()
         self.labels.clear()
 
-    def named(self, carried: frozenset[Mover]) -> Bracket:
+    def named(self, carried: frozenset[Mover]) -> tree.Bracket:
         """Read ``@NAME``: its pattern, in brackets."""
         at = self.advance()
         self.deepen(at)
@@ -408,7 +392,7 @@ class _Parser(Cursor):
         for label in list(self.labels)[labelled:]:
             self.labels[label] = (at, self.before)
         self.depth -= 1
-        return Bracket(pattern)
+        return tree.Bracket(pattern)
 
     def pattern_behind(self, at: Token) -> tuple[str, str]:
         """Read a name behind ``@``, and return it with the text of its pattern."""
@@ -432,9 +416,9 @@ class _Parser(Cursor):
         remedy = f'Did you mean "@{near}"?' if near else remedy
         raise self.error(f'There is no pattern "@{name}". {remedy}', at, token)
 
-    def clauses(self, pattern: Choice) -> Query:
+    def clauses(self, pattern: tree.Choice) -> tree.Query:
         """Read the clauses and stages, and return the query."""
-        query = Query(pattern)
+        query = tree.Query(pattern)
         seen: list[str] = []
         while word := self.take("word", "either", "rhythm", "where"):
             name = "either side" if word.text == "either" else word.text
@@ -463,7 +447,7 @@ class _Parser(Cursor):
             raise stray(self)
         raise self.error(f'"{seen[-1]}" ends the pattern: steps and lines stand before it.')
 
-    def rhythm(self, begin: Token, pattern: Choice) -> tuple[Fraction, ...]:
+    def rhythm(self, begin: Token, pattern: tree.Choice) -> tuple[Fraction, ...]:
         numbers: list[Fraction] = []
         while not numbers or self.take("mark", ":"):
             token = self.token
@@ -474,7 +458,7 @@ class _Parser(Cursor):
                 raise self.error("No step lasts for nothing: a number above 0.", token)
         if len(numbers) == 1:
             raise self.error_since(begin, "A rhythm has two numbers or more: 1:2")
-        counts = [steps_in(lines.first) for lines in pattern.alternatives]
+        counts = [tree.steps_in(lines.first) for lines in pattern.alternatives]
         if not any(least <= len(numbers) <= most for least, most in counts):
             steps = " or ".join(dict.fromkeys(_number_of_steps(*count) for count in counts))
             found = f"{len(numbers)} numbers, but the first line has {steps}: one number each."
@@ -488,11 +472,11 @@ def _number_of_steps(least: int, most: float) -> str:
     return f"{least} steps or more" if most == float("inf") else f"{least} to {most:.0f} steps"
 
 
-def _without_brackets(pattern: Choice) -> Choice:
+def _without_brackets(pattern: tree.Choice) -> tree.Choice:
     """Return the pattern inside the brackets, if it is nothing but a bracket."""
     unit = pattern.alternatives[0].first.items[0].unit
-    alone = Choice((Lines(Line((Item(unit),))),))
-    return unit.pattern if isinstance(unit, Bracket) and pattern == alone else pattern
+    alone = tree.Choice((tree.Lines(tree.Line((tree.Item(unit),))),))
+    return unit.pattern if isinstance(unit, tree.Bracket) and pattern == alone else pattern
 
 
 # Steps: who moves, how, and the words, which must agree with each other.
@@ -502,7 +486,7 @@ _NO_PART = "Name the part first: r_arm high"
 _EXAMPLES = {"feet": "jump", "bend": "r_arm"}  # by kind of words, a part to name
 
 
-def _step_at(cursor: Cursor, carried: frozenset[Mover], after: str) -> Step:
+def _step_at(cursor: Cursor, carried: frozenset[Mover], after: str) -> tree.Step:
     """Read a step.
 
     `carried` is who moved last, one or several alternatives; `after` is what comes before the
@@ -528,7 +512,7 @@ def _step_at(cursor: Cursor, carried: frozenset[Mover], after: str) -> Step:
     remedy = remedies("no_words").get(manner)
     if remedy and not words:
         raise cursor.error(remedy, cursor.before)
-    return Step(mover, bool(named or bending), manner, words)
+    return tree.Step(mover, bool(named or bending), manner, words)
 
 
 def _kind(mover: Mover) -> Kind:
@@ -577,9 +561,9 @@ def _bending(cursor: Cursor, mover: Mover) -> Mover | None:
     return cursor.vocabulary.of(mover.form, tuple(BENDS.get(it, "") for it in mover.members))
 
 
-def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[Word, ...]:
-    words: list[Word] = []
-    checked: list[Word] = []  # without repeated denials, so that a long line takes no longer
+def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[tree.Word, ...]:
+    words: list[tree.Word] = []
+    checked: list[tree.Word] = []  # without repeated denials, so that a long line takes no longer
     while (_at_value(cursor, mover) or cursor.stands("word", "not")) and not cursor.at_label:
         begin = cursor.token
         negated = cursor.take("word", "not") is not None
@@ -615,7 +599,7 @@ def _value(cursor: Cursor, mover: Mover) -> tuple[str, str]:
     return kind, f"{value} {degree}".rstrip()
 
 
-def _word(cursor: Cursor, mover: Mover, negated: bool) -> Word:
+def _word(cursor: Cursor, mover: Mover, negated: bool) -> tree.Word:
     begin = cursor.token
     kind, value = _value(cursor, mover)
     values = [value]
@@ -629,7 +613,7 @@ def _word(cursor: Cursor, mover: Mover, negated: bool) -> Word:
             one_kind = '"/" joins words of one kind: right/left, high/low.'
             raise cursor.error_since(begin, f'{one_kind} Both at once have no "/": {both}')
         values.append(value)
-    return Word(kind, tuple(values), negated)
+    return tree.Word(kind, tuple(values), negated)
 
 
 def _no_value(cursor: Cursor, sentence: str) -> PatternError:
@@ -640,7 +624,7 @@ def _no_value(cursor: Cursor, sentence: str) -> PatternError:
     return cursor.error(sentence, cursor.before)
 
 
-def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None:
+def _complaint(words: tuple[tree.Word, ...], mover: Mover, manner: str) -> str | None:
     """Return what is wrong with the last word, or None."""
     word, noun = words[-1], WORD_KINDS[words[-1].kind].noun
     kind, part = _kind(mover), mover.members[0]
@@ -676,6 +660,6 @@ def _complaint(words: tuple[Word, ...], mover: Mover, manner: str) -> str | None
     reached = (values_of("direction", value, part) for value in word.values)
     if limited and any(it.isdisjoint(kind.directions) for it in reached):
         return f"{cannot} it goes {' or '.join(kind.directions)}."
-    if not meaning(words, word.kind, part):
+    if not tree.meaning(words, word.kind, part):
         return f'"{word}" leaves nothing: there is no {noun} that would match.'
     return None

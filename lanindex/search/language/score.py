@@ -12,19 +12,8 @@ from lanindex.alphabet import KINDS, LINES, kind_of
 from lanindex.errors import NotationError, PatternError
 from lanindex.notation import NOTATIONS, notation_of, read
 from lanindex.notation.text import read_text
+from lanindex.search.language import query as tree
 from lanindex.search.language.lexer import Cursor, Token, is_unknown, unknown
-from lanindex.search.language.query import (
-    NEXT,
-    Arrow,
-    Beside,
-    Bracket,
-    Choice,
-    Item,
-    Line,
-    Lines,
-    Step,
-    Word,
-)
 from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import ANY, DEGREES, RELATIVE, THINGS, Mover, values_for
 
@@ -69,20 +58,20 @@ def is_lnd(cursor: Cursor) -> bool:
     return bool(kind and part.kind == "word" and KINDS[kind_of(part.text)] == kind)
 
 
-def score_at(cursor: Cursor, strict: bool) -> tuple[Step | Bracket, Length | None]:
+def score_at(cursor: Cursor, strict: bool) -> tuple[tree.Step | tree.Bracket, Length | None]:
     """Read lines of LND; one alone is a step, with its length if the timing counts (`strict`)."""
     score = _Score(cursor, strict)
     if len(score.lines) == 1 and score.tracks:
         ((mover, (symbol,)),) = score.tracks.items()
-        return Step(mover, True, "move", symbol.words), score.length(symbol)
-    return Bracket(Choice((score.side_by_side(),))), None
+        return tree.Step(mover, True, "move", symbol.words), score.length(symbol)
+    return tree.Bracket(tree.Choice((score.side_by_side(),))), None
 
 
 @dataclass(frozen=True, slots=True)
 class _Symbol:
     """A symbol of a score: its words, and its times in beats."""
 
-    words: tuple[Word, ...]
+    words: tuple[tree.Word, ...]
     start: Fraction
     stop: Fraction
 
@@ -157,17 +146,17 @@ class _Score:
         known = f"A line of LND has {count} words behind {begin.text}: part"
         return self.cursor.error_since(begin, f"{known} {' '.join(names)} start end")
 
-    def word(self, begin: Token, kind: str) -> Word:
+    def word(self, begin: Token, kind: str) -> tree.Word:
         cursor = self.cursor
         if kind == "degrees":
-            return Word(kind, (self.number(begin) + DEGREES,))
+            return tree.Word(kind, (self.number(begin) + DEGREES,))
         if is_unknown(cursor) and cursor.token.text not in THINGS.get(kind, ()):
             raise unknown(cursor)
         found = values_for((kind,)).get(cursor.token.text) if cursor.stands("word") else None
         if found is None or found[0] != kind or found[1] in (*RELATIVE, ANY):
             raise self.incomplete(begin)
         cursor.advance()
-        return Word(kind, (found[1],))
+        return tree.Word(kind, (found[1],))
 
     def number(self, begin: Token) -> str:
         number = self.cursor.take("number")
@@ -185,25 +174,25 @@ class _Score:
     def length(self, symbol: _Symbol) -> Length | None:
         return Length("~", self.time(symbol.length)) if self.strict and symbol.length else None
 
-    def arrow(self, before: _Symbol, after: _Symbol) -> Arrow:
+    def arrow(self, before: _Symbol, after: _Symbol) -> tree.Arrow:
         if not (self.strict and before.length):
-            return NEXT
+            return tree.NEXT
         rest = after.start - before.stop
         form, beats = ("~", rest) if rest else ("<=", before.length / 5)
-        return Arrow(length=Length(form, self.time(beats)))
+        return tree.Arrow(length=Length(form, self.time(beats)))
 
     def time(self, beats: Fraction) -> Time:
         number, unit = (beats * 60 / self.speed, "s") if self.speed else (beats, "b")
         return Time(max(Fraction(round(number * 1000), 1000), Fraction(1, 1000)), unit)
 
-    def side_by_side(self) -> Lines:
+    def side_by_side(self) -> tree.Lines:
         """Return a line for each part: those that move first, in order of appearance."""
         if not self.tracks:
             raise self.error("A score without symbols: there is nothing to find.")
         tracks = self.tracks_in_units() if self.in_units else self.tracks
         movers = sorted(tracks, key=lambda mover: _stays(tracks[mover]))
         first, *others = [self.line(mover, tracks[mover]) for mover in movers]
-        return Lines(first, tuple(Beside("with", line) for line in others))
+        return tree.Lines(first, tuple(tree.Beside("with", line) for line in others))
 
     def tracks_in_units(self) -> dict[Mover, list[_Symbol]]:
         """Return the symbols sorted by time, with halves across bar lines joined."""
@@ -224,12 +213,12 @@ class _Score:
             names = KINDS[kind_of(mover.name)].names
             for symbol in score.symbols(mover.name):
                 pairs = zip(names, symbol.words.split(), strict=True)
-                words = tuple(Word(name, (word,)) for name, word in pairs)
+                words = tuple(tree.Word(name, (word,)) for name, word in pairs)
                 stop = symbol.tick + symbol.ticks
                 symbols.append(_Symbol(words, symbol.tick * beat, stop * beat))
         return tracks
 
-    def line(self, mover: Mover, symbols: list[_Symbol]) -> Line:
+    def line(self, mover: Mover, symbols: list[_Symbol]) -> tree.Line:
         """Return the movements of one part, or that it stays in its starting position."""
         for before, after in pairwise(symbols):
             if not after.length:
@@ -240,9 +229,9 @@ class _Score:
                 remedy = "lines like #unit1 between would tell the time."
                 raise self.error(f"{mover} goes back in time: {remedy}")
         if _stays(symbols):
-            return Line((Item(Step(mover, True, "at", symbols[0].words)),))
+            return tree.Line((tree.Item(tree.Step(mover, True, "at", symbols[0].words)),))
         items = tuple(
-            Item(Step(mover, not number, "move", symbol.words), self.length(symbol))
+            tree.Item(tree.Step(mover, not number, "move", symbol.words), self.length(symbol))
             for number, symbol in enumerate(symbols)
         )
-        return Line(items, tuple(self.arrow(*pair) for pair in pairwise(symbols)))
+        return tree.Line(items, tuple(self.arrow(*pair) for pair in pairwise(symbols)))
