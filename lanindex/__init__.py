@@ -16,8 +16,6 @@ The examples of each function and class are typed in a folder with the choreogra
 ``corpus/`` and, where they open ``dance.db``, a library into which those were ingested.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

@@ -5,8 +5,6 @@ storage, search and drawing read it. A direction's code is its azimuth in steps 
 (right 0, forward 2, left 4, back 6), with ``place`` behind them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 DIRECTIONS = (

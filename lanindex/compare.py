@@ -5,8 +5,6 @@ The symbols of each track are aligned in order, with as few as possible left out
 alignments, the one whose times agree best is taken.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -6,8 +6,6 @@ the remedy::
     walk.bvh:212: frame 40 has 93 numbers, wanted 96 as the hierarchy declares
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial

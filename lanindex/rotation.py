@@ -1,7 +1,5 @@
 """Rotations: from where joints are to how their bones are turned."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

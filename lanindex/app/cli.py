@@ -1,7 +1,5 @@
 """The command ``lanindex``: the table of verbs, how they are called, how errors are reported."""
 
-from __future__ import annotations
-
 import gc
 import os
 import sys

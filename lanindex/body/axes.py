@@ -12,8 +12,6 @@ is turned says where that points in every frame; of points alone it is told fram
 Source: ``encoding/BODY.md``, "Palms".
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a file does not state and the body tells: unit, vertical axis, calibration pose."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction

@@ -3,8 +3,6 @@
 Sine and cosine are spelt out, so that every machine, and `kinematics_fast`, gives the same bits.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -3,8 +3,6 @@
 It does the same operations in the same order as `kinematics`, so that both give the same bits.
 """
 
-from __future__ import annotations
-
 import numba
 import numpy as np
 

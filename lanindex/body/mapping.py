@@ -3,8 +3,6 @@
 Source: ``encoding/METHOD.md``, stage 0.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -13,8 +13,6 @@ down to the ankles or both arms from shoulder to wrist. Where names leave no dou
 is enough, with two hips or two shoulders that tell where it faces: captures of the upper body.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections import Counter

@@ -4,8 +4,6 @@ At rest a body stands with its arms to the sides, facing +z, y up. Trunk and hip
 shape, seen from pelvis and chest; a limb's bones have their usual lengths (medians).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

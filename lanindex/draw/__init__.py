@@ -4,8 +4,6 @@
 `lanindex.draw.text` shows a score in a terminal. Nothing here knows a format or a library.
 """
 
-from __future__ import annotations
-
 from lanindex.draw.picture import Picture as Picture
 from lanindex.draw.staff import draw as draw
 

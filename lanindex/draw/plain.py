@@ -3,8 +3,6 @@
 The rules are told in ``guide/looking.md``. What is drawn keeps its frames; nothing is added.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 

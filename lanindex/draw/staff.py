@@ -1,7 +1,5 @@
 """A score as a picture: where things stand on the paper, and the marks of its staff."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """A picture as SVG, as pages of it, and as PNG or PDF."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from functools import lru_cache

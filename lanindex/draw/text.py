@@ -5,8 +5,6 @@ are as in a score, own left on the left. A symbol is a sign where it begins, and
 as long as it lasts.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Source: ``encoding/BODY.md``, "Twists" and "Inclines".
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 Source: ``encoding/BODY.md``, "Bends".
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np

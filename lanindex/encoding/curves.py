@@ -3,8 +3,6 @@
 Source: ``encoding/BODY.md``, "Turns", "Twists", "Swings" and "Onset".
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from itertools import chain, pairwise

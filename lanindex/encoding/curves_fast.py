@@ -3,8 +3,6 @@
 They give equal numbers.
 """
 
-from __future__ import annotations
-
 from math import hypot, sqrt
 
 import numba

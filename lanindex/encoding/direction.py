@@ -3,8 +3,6 @@
 Source: ``encoding/METHOD.md``, stages 3 and 4; Matsumoto and Hachimura (2001), 4.5.2.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache

@@ -3,8 +3,6 @@
 Source: ``encoding/BODY.md``, "Which foot carries".
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any

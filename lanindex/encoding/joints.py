@@ -3,8 +3,6 @@
 Source: ``encoding/METHOD.md``, stage 0.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace

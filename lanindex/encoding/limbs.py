@@ -3,8 +3,6 @@
 Source: ``encoding/METHOD.md``, stages 0 and 1; Matsumoto and Hachimura (2001), 2 and 4.2.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 Source: ``encoding/BODY.md``, "Measures".
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
 from typing import Any

@@ -5,8 +5,6 @@ Frames are made of those of the source a few at a time.
 Source: ``encoding/METHOD.md``, stage 0.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction

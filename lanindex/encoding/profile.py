@@ -6,8 +6,6 @@ hold the directions and the rules. Users copy a folder and edit it.
 Source: ``encoding/METHOD.md``, "Profiles".
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

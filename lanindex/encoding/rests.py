@@ -3,8 +3,6 @@
 Source: ``encoding/BODY.md``, "Other supports".
 """
 
-from __future__ import annotations
-
 from functools import cache
 from itertools import combinations_with_replacement
 

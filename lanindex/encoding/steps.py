@@ -3,8 +3,6 @@
 Source: ``encoding/BODY.md``, "Steps" and "Jumps".
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 from collections.abc import Sequence

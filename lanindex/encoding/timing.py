@@ -7,8 +7,6 @@ Source: ``encoding/METHOD.md``, stage 6, ``encoding/BODY.md``, "Tempo"; Matsumot
 (2001), 4.7.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction

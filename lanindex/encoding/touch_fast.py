@@ -3,8 +3,6 @@
 The numbers are equal to those of `touch`.
 """
 
-from __future__ import annotations
-
 from math import sqrt
 
 import numba

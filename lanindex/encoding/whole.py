@@ -3,8 +3,6 @@
 Source: ``encoding/BODY.md``, "Travel" and "Turns".
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

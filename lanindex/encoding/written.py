@@ -8,8 +8,6 @@ Source: ``encoding/METHOD.md``, stages 2, 2b, 4, 5 and 6; Matsumoto and Hachimur
 4.5.3 and 4.6.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice, pairwise

@@ -4,8 +4,6 @@ The rows are equal to those that `written`, `direction` and `measures` make with
 margins would round differently in a compiled loop, so numpy computes them here, too.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from math import atan2, degrees, inf, sqrt
 

@@ -1,7 +1,5 @@
 """Previews of hits, as a page in HTML that plays them, or as a sheet of pictures."""
 
-from __future__ import annotations
-
 import warnings
 from base64 import b64encode
 from collections.abc import Sequence

@@ -9,8 +9,6 @@ Source: J. Lander, "Working with motion capture file formats", *Game Developer*,
 the captures of mocap.cs.cmu.edu.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import re

@@ -7,8 +7,6 @@
 - A skeleton that was put together stands at rest as `lanindex.body.rest_pose` says.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any

@@ -3,8 +3,6 @@
 A member is called ``archive.zip!/folder/walk.bvh``. An archive within another is not opened.
 """
 
-from __future__ import annotations
-
 import atexit
 import os
 import re

@@ -3,8 +3,6 @@
 Source: Brain Imaging Data Structure, "Motion": https://bids-specification.readthedocs.io.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import re

@@ -5,8 +5,6 @@ a float holds both exactly, so it is rounded once, as `float` rounds it. What ha
 left to `float`, as is what is no number.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ The numbers are equal to those of `lanindex.formats.decimals`, bit by bit. As th
 number that is not plain is left to `float`.
 """
 
-from __future__ import annotations
-
 import numba
 import numpy as np
 

@@ -6,8 +6,6 @@ is young: asking it in an ordinary way for an animated element ends the process.
 loaded here, but in a child process that asks little, and whose end is an error like others.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -15,8 +15,6 @@ numbers are features of HumanML3D or KIT-ML.
 Source: *numpy.lib.format*, versions 1 to 3; PKWARE *APPNOTE* (ZIP).
 """
 
-from __future__ import annotations
-
 import ast
 import io
 import math

@@ -1,7 +1,5 @@
 """Who is meant of several people in a file, and which of several takes."""
 
-from __future__ import annotations
-
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar

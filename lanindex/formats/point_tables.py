@@ -5,8 +5,6 @@ User Guide*, ASCII export; Vicon, *Plug-in Gait Reference Guide*, kinematic segm
 *Motive*, CSV data export; Qualisys, *QTM User Manual*, TSV export.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Callable

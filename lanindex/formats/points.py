@@ -4,8 +4,6 @@ A reader tells the names, where they are, and what the file says of itself; here
 which of them are joints, or what joints the markers make, in which unit, which way up.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction

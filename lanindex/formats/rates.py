@@ -1,7 +1,5 @@
 """Frames a second: what a file says, what its times tell, what its user says instead."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from functools import lru_cache
 

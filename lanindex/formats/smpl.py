@@ -19,8 +19,6 @@ COCO's keypoints; OpenPose's BODY_25; Kinect v2's JointType, as NTU RGB+D has it
 landmarks, which FreeMoCap puts before hands and face.
 """
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from itertools import pairwise

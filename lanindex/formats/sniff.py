@@ -1,7 +1,5 @@
 """Which capture format a file is of: known by its first bytes, or by an ending that is not read."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import PurePath

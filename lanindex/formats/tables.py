@@ -3,8 +3,6 @@
 A cell that is blank, or says ``nan``, is unknown.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections import Counter

@@ -7,8 +7,6 @@ they are read by what stands in them.
 Source: OpenSim documentation, *Marker (.trc) Files*.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from itertools import islice

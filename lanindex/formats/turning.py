@@ -1,7 +1,5 @@
 """Rotations as unit quaternions (w, x, y, z), and trees of joints that they turn."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -8,8 +8,6 @@ Segments are written, joined and verified in steps, each in its own transaction.
 leaves the library as it was before; no step changes rows of captures, tracks or symbols.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import closing, suppress
 from functools import partial

@@ -3,8 +3,6 @@
 All functions run inside a transaction that the caller has begun.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ Small fields of a symbol share a column of ``symbol_code``, each with bits of it
 file by accident or by hand, as a whole number with a sign, which takes four bytes in a library.
 """
 
-from __future__ import annotations
-
 import json
 import shlex
 import zlib

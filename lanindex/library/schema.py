@@ -15,8 +15,6 @@ symbols, a capture's over all that was encoded (with those of its tracks, its he
 lines) and one over what the user said of it.
 """
 
-from __future__ import annotations
-
 import sqlalchemy as sa
 
 from lanindex.library.rows import COLUMNS, view_sql

@@ -1,7 +1,5 @@
 """The names of captures: which texts a library can store, and which captures a user selects."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence

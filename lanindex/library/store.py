@@ -4,8 +4,6 @@
 whatever breaks off, the library holds whole captures or none.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

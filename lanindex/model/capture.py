@@ -1,7 +1,5 @@
 """A capture of a library, and a hit: what a pattern matched in it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction

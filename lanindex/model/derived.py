@@ -1,7 +1,5 @@
 """Tracks that follow from others: the steps of both feet, and how far bent limbs are."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, TypeVar
 

@@ -1,7 +1,5 @@
 """A capture in memory: joints over time, where they come from, and the options of a reader."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """A capture written down: tracks of symbols, and how time is counted."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction

@@ -9,8 +9,6 @@ In the library small numbers share a column, each with bits of its own: `Field.c
 `Field.shift` say where.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import MISSING, dataclass, field, fields

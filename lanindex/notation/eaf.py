@@ -4,8 +4,6 @@ Source: ``NOTATIONS.md``, "ELAN"; the schema EAFv3.0 of the Max Planck Institute
 Psycholinguistics.
 """
 
-from __future__ import annotations
-
 import re
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping

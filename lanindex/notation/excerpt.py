@@ -1,7 +1,5 @@
 """A part of a score, as a score of its own."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 from itertools import takewhile

@@ -3,8 +3,6 @@
 Source: ``NOTATIONS.md``, "MAE"; the files of the MAE score editor.
 """
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from dataclasses import replace

@@ -16,8 +16,6 @@ anew: the capture had a gap before it.
 Source: ``encoding/METHOD.md``, "LND"; Matsumoto and Hachimura (2001), 3.2.
 """
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Iterator

@@ -5,8 +5,6 @@ passed on the way. Source: ``encoding/METHOD.md``, "LPD" and "LDD"; Matsumoto an
 4.5.2, 4.6, figures 13 and 14.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Source: ``NOTATIONS.md``, "LabanotationSuite"; the files and the editor of Micro
 LabanotationSuite.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections import defaultdict

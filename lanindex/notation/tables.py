@@ -3,8 +3,6 @@
 Source: ``NOTATIONS.md``, "Tables".
 """
 
-from __future__ import annotations
-
 import csv
 import json
 from collections import defaultdict

@@ -1,7 +1,5 @@
 """Text of notation files: its lines, words and exact numbers, JSON and TOML."""
 
-from __future__ import annotations
-
 import re
 import sys
 import tomllib

@@ -3,8 +3,6 @@
 Source: ``NOTATIONS.md``, "Praat"; Praat's manual, "TextGrid file formats".
 """
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 

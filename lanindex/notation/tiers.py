@@ -3,8 +3,6 @@
 Source: ``NOTATIONS.md``, "Tiers".
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 Directions are unit vectors of the body frame: forward +x, up +y, right +z.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass

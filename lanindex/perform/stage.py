@@ -4,8 +4,6 @@ Tracks become directions of bones, bones become joints. Source: ``encoding/BODY.
 "Palms", "Twists" and "Inclines", read backwards.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from math import ceil, isfinite

@@ -1,7 +1,5 @@
 """A motion in another format than it came in."""
 
-from __future__ import annotations
-
 import importlib
 from dataclasses import replace
 from pathlib import Path, PurePath

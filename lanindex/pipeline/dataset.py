@@ -3,8 +3,6 @@
 A capture is read once, its clips are written, and it is let go.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter, defaultdict

@@ -3,8 +3,6 @@
 A clip is like another by its symbols: the movements of its limbs.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Files that are written whole or not at all, and never where they should not be."""
 
-from __future__ import annotations
-
 import os
 import re
 import tempfile

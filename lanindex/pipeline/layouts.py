@@ -1,7 +1,5 @@
 """How clips lie in a data set's folder: arrays by split, or as HumanML3D has them."""
 
-from __future__ import annotations
-
 import io
 import re
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """What recurs in a library: sequences of symbols, ready to be searched for."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 

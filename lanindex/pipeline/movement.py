@@ -4,8 +4,6 @@ The counts are made from a library's columns, part by part, without an object fo
 capture is one observation, since its symbols depend on each other.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What a person names: a capture, a hit or a stretch of one, of a library or from a file."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

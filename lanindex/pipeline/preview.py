@@ -1,7 +1,5 @@
 """Films and pictures of hits: the motion of what is shown, and the files that show it."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace

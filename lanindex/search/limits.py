@@ -5,8 +5,6 @@ be larger are made in pieces, or their capture is refused. Whoever waits for the
 each column that is made, and may break it off there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar

@@ -5,8 +5,6 @@ near each other, opposite ones far apart. A symbol points to the middle of its c
 the cell across the nearest border the less clearly it lies in its own: half-way at the border.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

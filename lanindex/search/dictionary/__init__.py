@@ -3,8 +3,6 @@
 ``dictionary.toml`` holds them; users may write a file of the same form with words of their own.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass

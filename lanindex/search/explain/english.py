@@ -1,7 +1,5 @@
 """How a query is understood, in plain English, and how it is searched: its plan as text."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction

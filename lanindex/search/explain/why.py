@@ -1,7 +1,5 @@
 """Why a pattern matches in a capture or not: its steps, or where the furthest beginning ends."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction

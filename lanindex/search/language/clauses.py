@@ -1,7 +1,5 @@
 """Conditions behind ``where``, and the stages of a pipe: the syntax tree, then how it is read."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction

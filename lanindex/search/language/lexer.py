@@ -1,7 +1,5 @@
 """Pattern text → tokens, the cursor over them, and the errors about tokens in a wrong place."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Callable, Collection, Sequence

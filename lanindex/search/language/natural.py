@@ -1,7 +1,5 @@
 """Plain English → a pattern, by the words and phrases of ``natural.toml``, without a grammar."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field

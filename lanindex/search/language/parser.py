@@ -1,7 +1,5 @@
 """Pattern text → Query: a method for each rule of the grammar, read from left to right."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from fractions import Fraction

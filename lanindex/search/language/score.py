@@ -1,7 +1,5 @@
 """Patterns in files, and pasted LND: a line of it is a step, several are a score to find."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from fractions import Fraction

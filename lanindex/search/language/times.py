@@ -1,7 +1,5 @@
 """Lengths of time, and conditions on them; compared with frames exactly."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from fractions import Fraction

@@ -3,8 +3,6 @@
 The engine hardly ever loops: a million ranges are worked on in a few operations on arrays.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any, Self, TypeVar
 

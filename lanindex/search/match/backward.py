@@ -5,8 +5,6 @@ line can end that goes on from there and, of the matches that end there, the gre
 that can go on where it could end does so: it runs on as long as it can.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from lanindex.search.match.arrays import BoolArray, IntArray, once, spread

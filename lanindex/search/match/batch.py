@@ -8,8 +8,6 @@ frame; a stay (``at``) lasts from there until the part leaves; a rest (``hold``)
 to the next one's start. Of two parts at once each pair that shares a frame is one event.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction

@@ -4,8 +4,6 @@ Of each label matches note as much as conditions need: where it begins and ends,
 or the sequence of its symbols.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """The state of one search in one batch: claims, conditions, counts, and cached values of lines."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any

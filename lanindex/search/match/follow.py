@@ -5,8 +5,6 @@ begins when the step before is over, or later. Events stand in order of their ro
 arrow leads to a range of them; a pair of events follows if both of its members do.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import reduce
 

@@ -6,8 +6,6 @@ each beginning to each of its ends: the square of its symbols. Where nothing is 
 a line, and the capture is short, it is walked from all beginnings at once instead.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from fractions import Fraction
 

@@ -5,8 +5,6 @@ each other are counted. The longest run of those that share a frame is the match
 that nothing shorter need be tried and no partial match of either be kept.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple

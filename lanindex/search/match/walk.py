@@ -11,8 +11,6 @@ last. So where no bracket has a length or lines beside it, and no other line cou
 the best end is looked up instead.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
