@@ -131,13 +131,13 @@ class Body:
         }
 
     @cached_property
-    def _known_alike(self) -> dict[str, bytes]:
-        """What tells of each joint in which stretches it is known."""
+    def _known_bytes(self) -> dict[str, bytes]:
+        """The stretches in which each joint is known, as bytes that are quick to compare."""
         return {name: known.tobytes() for name, known in self.known.items()}
 
     def together(self, names: Sequence[str]) -> Frames:
         """Return the stretches in which all of some joints are known: (R, 2), as of `known`."""
-        if len({self._known_alike[name] for name in names}) == 1:
+        if len({self._known_bytes[name] for name in names}) == 1:
             return self.known[names[0]]
         starts, stops = np.sort(np.concatenate([self.known[name] for name in names]), axis=0).T
         begun = starts.searchsorted(starts, "right") - stops.searchsorted(starts, "right")

@@ -110,11 +110,11 @@ def _curve(stretch: Stretch, turn: Floats, pairs: Sequence[tuple[str, str]]) -> 
         some = frames[part.outer]
         places, angle = stretch.sources(names, some), turn[some.start : some.stop]
         sine, cosine = np.sin(angle), np.cos(angle)
-        for limbs in np.array_split(numbers, -(-len(places) * len(ends) // CACHED)):
-            parent, child = ends[limbs].T
+        for group in np.array_split(numbers, -(-len(places) * len(ends) // CACHED)):
+            parent, child = ends[group].T
             way = stretch.work.values(places[:, child] - places[:, parent], some, body.fast)
             forward, up, right = way.T
             turned = forward * cosine - right * sine, up, forward * sine + right * cosine
             calm = smooth(np.array(turned), width, body.fast)
-            curve[:, limbs, part.inner] = calm[..., part.within]
+            curve[:, group, part.inner] = calm[..., part.within]
     return curve.transpose(1, 2, 0)

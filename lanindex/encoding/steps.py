@@ -195,9 +195,8 @@ def _flights(ground: Ground, turn: Floats, brief: int) -> list[Event]:
             for first, last in ((start - brief, start), (stop, stop + brief))
         ]
         direction, margin = way
-        kind = _JUMPS.get(
-            (len(feet[0]), len(feet[1])), UNSEEN
-        )  # the capture begins or ends in the air
+        # unseen where the capture begins or ends in the air
+        kind = _JUMPS.get((len(feet[0]), len(feet[1])), UNSEEN)
         if kind == HOP and feet[0] != feet[1]:
             kind = LEAP
         found.append(Event(start, stop, direction, -1, margin, amount=kind))

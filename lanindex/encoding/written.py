@@ -24,6 +24,7 @@ from lanindex.encoding.measures import measure
 from lanindex.encoding.profile import Profile
 from lanindex.encoding.timing import to_source
 from lanindex.model import Span
+from lanindex.model.columns import ranges
 from lanindex.model.symbol import blank, joined
 
 Floats = NDArray[np.float64]
@@ -520,14 +521,20 @@ def finished(
 
 def _strays(table: NDArray[Any], limb: Ints, limbs: Limbs, profile: Profile) -> NDArray[np.bool_]:
     """Tell during the rests behind which rows, (S,), a part strays from its mean place there."""
-    strays, shown = np.zeros(len(table), bool), np.flatnonzero(table["passing"] == 0)
-    stops, starts = table["stop"][shown], np.roll(table["start"][shown], -1)
-    starts[np.diff(limb[shown], append=-1) != 0] = limbs.curve.shape[1]
-    for place in np.flatnonzero(starts > stops).tolist():
-        row = shown[place]
-        rest = limbs.curve[limb[row], stops[place] : starts[place]]
-        away = np.square(rest - rest.mean(axis=0)).sum(axis=1).max()
-        strays[row] = away > (profile.distance.of(limbs.lengths[limb[row]]) / 2) ** 2
+    strays = np.zeros(len(table), bool)
+    for number, curve in enumerate(limbs.curve):
+        rows = np.flatnonzero((limb == number) & (table["passing"] == 0))
+        begins = table["stop"][rows]
+        ends = np.append(table["start"][rows[1:]], len(curve))[: len(rows)]
+        rests = ends > begins
+        if not rests.any():
+            continue
+        bounds, frames = ranges(begins[rests], ends[rests])
+        places, first, counts = curve[frames], bounds[:-1], np.diff(bounds)
+        means = np.add.reduceat(places, first) / counts[:, None]
+        away = np.square(places - means.repeat(counts, axis=0)).sum(axis=1)
+        least = (profile.distance.of(limbs.lengths[number]) / 2) ** 2
+        strays[rows[rests]] = np.maximum.reduceat(away, first) > least
     return strays
 
 
