@@ -206,28 +206,28 @@ def evaluate(
     1.0
     """
     options = SearchOptions.read(near=near, fuzzy=fuzzy)
-    in_time = deadline(progress, timeout, "evaluation", BOUND_REMEDY)
     search = searcher([clip.capture for clip in clips], [clip.tracks for clip in clips], options)
     results = []
-    for done, expectation in enumerate(expectations):
+    with deadline(progress, timeout, "evaluation", BOUND_REMEDY) as in_time:
+        for done, expectation in enumerate(expectations):
 
-        def watch(*_: int, done: int = done) -> None:
-            in_time("patterns", done, len(expectations))  # however far the search of one is
+            def watch(*_: int, done: int = done) -> None:
+                in_time("patterns", done, len(expectations))  # however far the search of one is
 
-        watch()
-        refused: list[LanindexError] = []
-        hits = search(expectation.query, watch, refused)
-        first: dict[int, int] = {}
-        for index, (capture, _) in enumerate(hits.spans()):
-            first.setdefault(capture.id, index)
-        found = tuple(clip.capture.id in first for clip in clips)
-        wanted = tuple(expectation.wants(clip.capture.label) for clip in clips)
-        misses = tuple(
-            Miss(clip.capture, hits[first[clip.capture.id]] if is_found else None, clip.tracks)
-            for clip, is_found, is_wanted in zip(clips, found, wanted, strict=True)
-            if is_found != is_wanted
-        )
-        results.append(Result(expectation, found, wanted, misses, tuple(refused)))
+            watch()
+            refused: list[LanindexError] = []
+            hits = search(expectation.query, watch, refused)
+            first: dict[int, int] = {}
+            for index, (capture, _) in enumerate(hits.spans()):
+                first.setdefault(capture.id, index)
+            found = tuple(clip.capture.id in first for clip in clips)
+            wanted = tuple(expectation.wants(clip.capture.label) for clip in clips)
+            misses = tuple(
+                Miss(clip.capture, hits[first[clip.capture.id]] if is_found else None, clip.tracks)
+                for clip, is_found, is_wanted in zip(clips, found, wanted, strict=True)
+                if is_found != is_wanted
+            )
+            results.append(Result(expectation, found, wanted, misses, tuple(refused)))
     return results
 
 

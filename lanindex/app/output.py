@@ -174,7 +174,8 @@ class Output:
         is_new, now = (noun, total) != (_job.noun, _job.total), monotonic()
         _job.noun, _job.done, _job.total = noun, done, total
         _job.begun = now if _job.begun is None else _job.begun
-        if not self.watched or now - _job.begun < PATIENCE:
+        over = done >= total and _job.bar is None
+        if not self.watched or over or now - _job.begun < PATIENCE:
             return
         if _job.bar is None or is_new:
             _remove_bar(_job.bar)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -279,8 +280,9 @@ class Library:
         query, numbers = self._query(pattern, selection, strict)
         if query.stages:  # they need all hits
             options = replace(options, best=None)
-        watch = partial(self._deadline(timeout, NARROWER), "captures")
-        hits = search(self.store, query, numbers, options, watch, self.refused)
+        with self._deadline(timeout, NARROWER) as told:
+            watch = partial(told, "captures")
+            hits = search(self.store, query, numbers, options, watch, self.refused)
         result = piped(query.stages, hits.of(str(pattern)))
         if best is not None and isinstance(result, Hits):
             return result.by_fit(best)[:best]
@@ -476,10 +478,10 @@ class Library:
 
         if limit < 1:
             raise UsageError(f"a limit of {limit}", wanted="1 or more")
-        watch = self._deadline(timeout, _FEWER)
         numbers = self.store.numbers(selection)
-        found = alike(self.store, example(self.store, clip), numbers, limit, watch)
-        return reranked(self.store, found, watch) if rerank else found
+        with self._deadline(timeout, _FEWER) as watch:
+            found = alike(self.store, example(self.store, clip), numbers, limit, watch)
+            return reranked(self.store, found, watch) if rerank else found
 
     def similar(
         self,
@@ -525,9 +527,11 @@ class Library:
         """
         from lanindex.pipeline.example import similar
 
-        watch = self._deadline(timeout, _FEWER, "grouping")
         numbers = self.store.numbers(selection)
-        return similar(self.store, numbers, least=alike, wanted=groups, sample=sample, watch=watch)
+        with self._deadline(timeout, _FEWER, "grouping") as watch:
+            return similar(
+                self.store, numbers, least=alike, wanted=groups, sample=sample, watch=watch
+            )
 
     def motifs(
         self,
@@ -576,11 +580,10 @@ class Library:
         """
         from lanindex.pipeline.motifs import recurring
 
-        watch = self._deadline(timeout, _RARER)
         numbers = self.store.numbers(selection)
-        return recurring(
-            self.store, numbers, parts, least=min_count, shortest=length, sample=sample, watch=watch
-        )
+        sizes = min_count, length, sample
+        with self._deadline(timeout, _RARER) as watch:
+            return recurring(self.store, numbers, parts, *sizes, watch)
 
     def movement(
         self,
@@ -795,7 +798,9 @@ class Library:
         """Take captures out, by number or path; none where one of them is not there."""
         self.store.remove(*which)
 
-    def _deadline(self, timeout: float | None, remedy: str, job: str = "search") -> Progress:
+    def _deadline(
+        self, timeout: float | None, remedy: str, job: str = "search"
+    ) -> AbstractContextManager[Progress]:
         return deadline(self.store.session.progress, timeout, job, remedy)
 
     def _query(

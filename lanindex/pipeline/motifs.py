@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +67,6 @@ def recurring(
     store: Store,
     numbers: Iterable[int] | None,
     parts: Iterable[str] | None,
-    *,
     least: int,
     shortest: int,
     sample: int | None,
@@ -84,12 +84,13 @@ def recurring(
     found: list[Motif] = []
     notes: list[str] = []
     for done, part in enumerate(names):
-        watch("parts", done, len(names))
+        tick = partial(watch, "parts", done, len(names))
+        tick()
         symbols = columns.pop(part)
         if not len(symbols):
             continue
         line = line_of(symbols.at(places), roster.number[places])
-        of_part = motifs(part, line, least=least, shortest=shortest, watch=watch)
+        of_part = motifs(part, line, least=least, shortest=shortest, tick=tick)
         if of_part.cut:
             notes.append(f"{part}: too many places for motifs of {of_part.cut} steps and more")
         found += of_part.found

@@ -533,7 +533,8 @@ class _Search:
     def find_exactly(self, query: tree.Query, among: IntArray | None = None) -> ExactHits:
         """Return all exact hits, in some captures; None: in all."""
         finder = self.finder.of(query)
-        found = finder.find("all", self.watch, refused=[], among=among)
+        watch = None if self.watch is None else lambda *_: self.tell()  # a part of this search
+        found = finder.find("all", watch, refused=[], among=among)
         self.refused |= finder.refused
         return found
 

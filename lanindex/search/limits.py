@@ -61,14 +61,24 @@ def check_budget(rows: int, size: int) -> None:
         raise OverBudget
 
 
+@contextmanager
 def deadline(
     progress: Progress, seconds: float | None, job: str = "search", remedy: str = ""
-) -> Progress:
-    """Return a progress that is passed on, and raises once the job has taken too long."""
-    begun = monotonic()
+) -> Iterator[Progress]:
+    """Yield a progress that is passed on, and raises once the job has taken too long.
+
+    What is passed on never falls; it ends at its total, when others are counted and with the job.
+    """
+    begun, last = monotonic(), ("", 0, 0)
 
     def watch(noun: str, done: int, total: int) -> None:
-        progress(noun, done, total)
+        nonlocal last
+        if (noun, total) == (last[0], last[2]):
+            done = max(done, last[1])
+        else:
+            end()
+        last = noun, done, total
+        progress(*last)
         if seconds is not None and monotonic() - begun > seconds:
             raise LanindexError(
                 f"the {job} took longer than {seconds:g} s, "
@@ -76,4 +86,10 @@ def deadline(
                 remedy=remedy,
             )
 
-    return watch
+    def end() -> None:
+        noun, done, total = last
+        if done < total:
+            progress(noun, total, total)
+
+    yield watch
+    end()

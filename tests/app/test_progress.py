@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import command
@@ -11,7 +12,7 @@ from dances import dance
 
 from lanindex.app import output
 from lanindex.app.output import Output, end_progress, how_far
-from lanindex.pipeline.library import open_library
+from lanindex.pipeline.library import Library, open_library
 
 AT_ONCE = "from lanindex.app import output; output.PATIENCE = -1; "
 MAIN = AT_ONCE + "from lanindex.app.cli import main; main()"
@@ -59,6 +60,33 @@ def test_it_is_shown_on_a_terminal_while_it_lasts(
     piped = command.run(*words, cwd=place)
     assert shown not in piped.stderr
     assert piped.returncode == 0
+
+
+@pytest.mark.parametrize(
+    "job",
+    [
+        lambda library: library.search("r_arm high"),
+        lambda library: library.search("r_arm high with (l_arm low or head)", fuzzy=1),
+        lambda library: library.search("r_arm high", fuzzy=1, best=1),
+        lambda library: library.like("one.bvh", rerank=True),
+        lambda library: library.similar(),
+        lambda library: library.motifs(min_count=2),
+    ],
+)
+def test_it_never_falls_and_ends_at_its_end(place: Path, job: Callable[[Library], object]) -> None:
+    seen = dict[tuple[str, int], list[int]]()
+
+    def progress(noun: str, done: int, total: int) -> None:
+        if (noun, total) not in seen:
+            assert all(counts[-1] == most for (_, most), counts in seen.items())
+        seen.setdefault((noun, total), []).append(done)
+
+    with open_library(place / "lanindex.db", progress=progress) as library:
+        job(library)
+    assert seen
+    for (_, total), counts in seen.items():
+        assert counts == sorted(counts)
+        assert counts[-1] == total
 
 
 def test_columns_that_are_made_anew_show_it(place: Path) -> None:

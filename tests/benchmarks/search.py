@@ -111,7 +111,8 @@ def randomly(count: int, roster, columns) -> None:
         search = finder(random_text(seed), roster, columns)
         begun = time.process_time()
         try:
-            search.find(watch=partial(deadline(lambda *told: None, MOST_SECONDS), "captures"))
+            with deadline(lambda *told: None, MOST_SECONDS) as watched:
+                search.find(watch=partial(watched, "captures"))
         except LanindexError:
             broken += 1
         times.append(time.process_time() - begun)

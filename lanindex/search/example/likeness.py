@@ -729,7 +729,7 @@ def linked(
     """
     sums: dict[int, dict[int, float]] = {one: {} for one in range(len(weights))}
     for first in range(0, len(pairs), _AT_ONCE):
-        watch("pairs", first, len(pairs))
+        watch("likenesses", first, len(pairs))
         some = slice(first, first + _AT_ONCE)
         for (one, two), value in zip(pairs[some].tolist(), alike[some].tolist(), strict=True):
             if value > 0:

@@ -6,6 +6,7 @@ language.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from heapq import heapify, heappop, heappush
 from typing import NamedTuple
 
@@ -14,8 +15,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.model.columns import PASSING, Columns, codes_of, ranges
-from lanindex.search.example.likeness import Numbers, unwatched
-from lanindex.search.limits import Progress
+from lanindex.search.example.likeness import Numbers
 from lanindex.search.match.arrays import starts_of
 from lanindex.search.match.hits import from_left, nearest
 
@@ -104,7 +104,7 @@ def motifs(
     shortest: int,
     longest: int = LONGEST,
     most: int = MOST,
-    watch: Progress = unwatched,
+    tick: Callable[[], None] = lambda: None,
 ) -> Motifs:
     """Return what recurs at least `least` times in a part; `most` occurrences are extended."""
     follows = _following(line)
@@ -114,7 +114,7 @@ def motifs(
     frequent: dict[_Name, Motif] = {}
     cut = 0
     for steps in range(2, longest + 2):
-        watch("steps", steps - 2, longest)
+        tick()
         occurrences, names = _extended(line, follows, _frequent(occurrences, least), names)
         if len(occurrences.last) > most:
             cut = steps

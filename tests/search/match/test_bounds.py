@@ -1,6 +1,7 @@
 """Budgets, deadlines, and hits of a library that has changed."""
 
 import gc
+from contextlib import contextmanager
 from fractions import Fraction
 from functools import partial
 from random import Random
@@ -30,9 +31,11 @@ from lanindex.search.match.context import Context
 from lanindex.search.match.finder import NARROWER, Finder, columns_in
 
 
+@contextmanager
 def patience(seconds: float):
-    """Return what breaks a search off in time."""
-    return partial(deadline(lambda *told: None, seconds, remedy=NARROWER), "captures")
+    """Yield what breaks a search off in time."""
+    with deadline(lambda *told: None, seconds, remedy=NARROWER) as told:
+        yield partial(told, "captures")
 
 
 def test_what_is_too_much_at_once_is_tried_in_parts_or_refused(monkeypatch):
@@ -57,8 +60,11 @@ def test_a_search_gives_up_in_time():
         (it.capture, it.tracks) for it in recordings_of("fps 10 frames 9; head: place low 0 0")
     ]
     for pattern in ("head low ... high", "head low -> high rhythm 1:2"):
-        with pytest.raises(LanindexError, match=r"longer than 0 s.*0 of 1 captures.*Bound"):
-            find_fast(parse(pattern), recordings, watch=patience(0))
+        with (
+            pytest.raises(LanindexError, match=r"longer than 0 s.*0 of 1 captures.*Bound"),
+            patience(0) as watch,
+        ):
+            find_fast(parse(pattern), recordings, watch=watch)
 
 
 def test_a_search_gives_up_in_time_within_one_capture():
@@ -77,7 +83,8 @@ def test_a_search_gives_up_in_time_within_one_capture():
 def test_the_best_hits_are_told_in_time_and_others_whenever():
     recordings = [random_library(Random(2), captures=1, most=8)[0]]
     query = parse("r_arm any x1+ with l_arm any x1+")
-    found = find_fast(query, recordings, watch=patience(1000), best=1)
+    with patience(1000) as in_time:
+        found = find_fast(query, recordings, watch=in_time, best=1)
     assert found[0].fit == max(hit.fit for hit in find_fast(query, recordings))
     searched = []
 
