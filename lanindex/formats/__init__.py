@@ -5,7 +5,7 @@ A format is a module with
 - ``read(file, options, wanted) -> Motion``,
 - ``cutter(file, options) -> Cutter``, if clips can be cut out of its bytes, and
   ``beside(file, options)`` if a second file belongs to each,
-- ``unkept(file, motion)``, if it may hold more than a motion,
+- ``held(file)``, if it may hold more than a motion,
 - ``subjects(file)``, if it may hold several people,
 - ``companions(file, options)``, if it may be read with other files,
 - ``write(motion) -> bytes``, if motions can be written in it,
@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import importlib
 import os
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
@@ -272,10 +273,14 @@ def cutter(file: File, options: Reading | None = None) -> Cutter | None:
     return cut
 
 
-def unkept(file: File, options: Reading, motion: Motion) -> list[str]:
-    """Return what a file holds that is not in its motion: analog channels, events."""
+def unkept(file: File, options: Reading, kept: Motion | File) -> Counter[str]:
+    """Return what a file holds that is not in its motion or in a clip: analog channels, events."""
     does = _format_of(file, options).does
-    return list(does.unkept(file, motion)) if hasattr(does, "unkept") else []
+    if not hasattr(does, "held"):
+        return Counter()
+    if isinstance(kept, File):
+        return Counter(does.held(file) - does.held(kept))
+    return Counter(does.held(file) - Counter(point=len((kept.markers or kept.skeleton).names)))
 
 
 def beside(file: File, options: Reading) -> tuple[tuple[str, bytes], ...]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 
 from lanindex.body.mapping import Declared
 from lanindex.body.markers import marker_set_of
-from lanindex.errors import CaptureError, counted, shown
+from lanindex.errors import CaptureError, shown
 from lanindex.formats.file import PIECE, Content, File, Wanted, holding, text_of
 from lanindex.formats.people import named, subject_points
 from lanindex.formats.points import Points, motion_of
@@ -641,16 +642,12 @@ def _keep_rows(
     data[at : at + size * count] = b"".join(rows).ljust(size * count, blank)
 
 
-def unkept(file: File, motion: Motion) -> list[str]:
-    """Return what a file holds that is not in its motion."""
+def held(file: File) -> Counter[str]:
+    """Return how much of what there is in a file."""
     layout = file.once(scan)
-    points = len(motion.markers.names if motion.markers else motion.skeleton.names)
-    counts = {
-        "analog channel": layout.parameters.count("ANALOG:USED"),
-        "event": layout.parameters.count("EVENT:USED"),
-        "other point": (layout.points or points) - points,
-    }
-    return [counted(count, noun) for noun, count in counts.items() if count]
+    count = layout.parameters.count
+    counts = count("ANALOG:USED") or 0, count("EVENT:USED") or 0, layout.points
+    return Counter(dict(zip(("analog channel", "event", "point"), counts, strict=True)))
 
 
 def _frames(content: Content, start: int, size: int, span: Span) -> bytes:

@@ -7,6 +7,7 @@ import io
 import json
 import os
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -19,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex import formats
 from lanindex.alphabet import KINDS, kind_of
-from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, shown
+from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, counted, shown
 from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading, Span
 from lanindex.notation import NOTATIONS, lnd
@@ -83,12 +84,12 @@ def clips(
         if options.preview not in FORMS:
             found = f'"{shown(options.preview)}"'
             raise UsageError(found, place="--preview", wanted=", ".join(FORMS))
-    used_names = {*MANIFEST}
+    used_names, lost = {*MANIFEST}, Counter[str]()
     for _, group in groupby(requests, key=lambda request: _identity(request.capture)):
         of_capture = list(group)
         capture = held_as(store, of_capture[0].capture)
         score = store.score(capture.id)
-        suffix, cut = _cutter(store, capture, options)
+        suffix, cut = _cutter(store, capture, options, lost)
         film = filming(store, capture, score, options.preview) if options.preview else None
         for request in of_capture:
             span = clip_span(capture, request.hit, options.pad)
@@ -102,6 +103,9 @@ def clips(
             rows.append(_manifest_row(name + suffix, capture, request, span, preview))
     if rows:
         yield from _manifest_files(rows)
+    if lost:
+        left = ", ".join(map(counted, lost.values(), lost))
+        store.session.note(f"not written to the clips: {left}")
 
 
 def _manifest_row(
@@ -166,8 +170,10 @@ _Cut = Callable[[Span], Iterable[tuple[str, bytes]]]
 """Returns the files of a clip but for its score, each with its ending, the clip itself first."""
 
 
-def _cutter(store: Store, capture: Capture, options: ClipOptions) -> tuple[str, _Cut]:
-    """Return the ending of a capture's clips, and what cuts them."""
+def _cutter(
+    store: Store, capture: Capture, options: ClipOptions, lost: Counter[str]
+) -> tuple[str, _Cut]:
+    """Return the ending of a capture's clips, and what cuts them and counts what is lost."""
     form, notated = options.format, capture.format in NOTATIONS
     if form == "lnd" or (notated and form == "native"):
         return ".lnd", lambda span: ()
@@ -184,9 +190,16 @@ def _cutter(store: Store, capture: Capture, options: ClipOptions) -> tuple[str, 
     if cut is not None:
         suffix = PurePath(capture.path.removesuffix(f"#{file.subject}")).suffix.lower()
         beside = formats.beside(file, reading)
-        return suffix, lambda span: ((suffix, cut(span)), *beside)
+
+        def native(span: Span) -> Iterable[tuple[str, bytes]]:
+            content = cut(span)
+            lost.update(formats.unkept(file, reading, formats.File(capture.path, content)))
+            return (suffix, content), *beside
+
+        return suffix, native
     target = convert.nearest(capture.format) if form == "native" else form
     motion = formats.read_file(file, reading, formats.Wanted())
+    lost.update(formats.unkept(file, reading, motion))
 
     def written(span: Span) -> Iterable[tuple[str, bytes]]:
         part = convert.stretch(motion, span)

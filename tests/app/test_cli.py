@@ -548,9 +548,14 @@ class TestOthers:
         (place / "a.c3d").write_bytes(c3d(standing(20), analog=np.ones((20, 4)), more=events))
         assert run("convert", "a.c3d", "b.c3d").stderr == "b.c3d\n"
         assert (place / "b.c3d").read_bytes() == (place / "a.c3d").read_bytes()
+        run("ingest", "a.c3d")
+        clip = ("export", "--capture", "a.c3d", "--from", "15", "-o", "cut", "--force")
+        assert "not written to the clips: 1 event\n" in run(*clip).stderr
+        assert "to the clips: 4 analog channels, 1 event\n" in run(*clip, "--origin").stderr
+        assert "not written" not in run(*clip, "--from", "0").stderr
         for words in (("c.c3d", "--origin"), ("c.c3d", "--unit", "mm", "--force"), ("c.bvh",)):
             said = run("convert", "a.c3d", *words).stderr
-            assert "a.c3d: not written: 4 analog channels\na.c3d: not written: 1 event\n" in said
+            assert "a.c3d: not written: 4 analog channels, 1 event\n" in said
 
     def test_motion_bids_in_all_its_files_or_none(self, run, place: Path) -> None:
         stem = "sub-01_task-raise_tracksys-body"

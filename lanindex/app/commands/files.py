@@ -228,13 +228,14 @@ def convert(
     else:
         motion = convert.motion_of(file, reading, origin=origin)
         source = formats.opened(file)
-        lost = formats.unkept(source, reading, motion)
-        if lost and form == motion.source.format and not (origin or reading.given()):
-            files, lost = [(target, source.content[:])], []
+        unkept = formats.unkept(source, reading, motion)
+        if unkept and form == motion.source.format and not (origin or reading.given()):
+            files, unkept = [(target, source.content[:])], Counter()
         else:
             files, notes = convert.files_of(motion, form, target)
             out.notes((*motion.warnings, *notes), file)
-        out.notes((f"not written: {it}" for it in lost), file)
+        if unkept:
+            out.note(f"{file}: not written: {', '.join(map(counted, unkept.values(), unkept))}")
     if target == options.STDOUT:
         out.content(content.decode())
         return
