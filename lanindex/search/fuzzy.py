@@ -136,6 +136,14 @@ class Kinds:
         near = wanted[self._runner] & (self.bucket * THOUSANDTHS < state.near * BUCKETS)
         return np.where(wanted[self._cell] | near, np.int16(0), table)
 
+    def fit(self, state: State) -> NDArray[np.float64]:
+        """Return more steps of a fit than each kind has where it costs nothing, (K,)."""
+        near = state.near * BUCKETS / THOUSANDTHS
+        own = cells_of(state, 0)[: CELL + 1][self._cell]
+        inside = near + np.where(own, self.bucket, -self.bucket) + 1
+        found: NDArray[np.float64] = inside * BUCKETS / (near + BUCKETS)
+        return found
+
     def having(self, kinds: BoolArray) -> BoolArray:
         """Return which captures have a symbol of some kinds, (captures,)."""
         by_kind, ends = self._by_kind
@@ -181,6 +189,14 @@ def costs_of(state: State, costs: Costs, batch: Batch, row: IntArray) -> Costs:
         lasts = batch.meets(rows.capture[row].astype(np.int64), stop - start, state.length)
         costs = np.where(lasts & (start < stop), costs, np.int16(NEVER))
     return np.where(rows.passing[row], np.int16(NEVER), costs) if state.manner == "at" else costs
+
+
+def blur_of(state: State, cell: AnyArray, cost: AnyArray) -> IntArray:
+    """Return what rows (R,) lack to a fit of 1 at a state, from what they lack in their cells."""
+    margin = THOUSANDTHS - cost.astype(np.int64)
+    inside = state.near + np.where(cells_of(state, 0)[cell], margin, -margin)  # of the border
+    found: IntArray = np.maximum(inside, 0) * THOUSANDTHS // (state.near + THOUSANDTHS)
+    return THOUSANDTHS - found
 
 
 class Net:
@@ -262,7 +278,7 @@ class Symbols(NamedTuple):
 
     stretch: AnyArray  # (R,) in which stretch of known frames each lies
     costs: AnyArray  # (K, R) what each costs at each state
-    blur: AnyArray  # (R,) what each lacks to a margin of 1, in thousandths
+    blur: AnyArray  # (K, R) what each lacks to a fit of 1 at each state, in thousandths
     # (2, R) over -> and ...: keys of what it costs to pass over all before each, and over that one;
     # from one stretch to the next it is more than a match may cost
     before: IntArray
@@ -314,7 +330,7 @@ class FuzzyLine:
         self._tables = [kinds.table(state) for state in net.states]
         for state, table in zip(net.states, self._tables, strict=True):
             if "change" not in state.fits[0] or self._most < CHANGE:
-                table[(table == 0) & (kinds.bucket < clear)] = NEVER
+                table[(table == 0) & (kinds.fit(state) <= clear) & (clear > 0)] = NEVER
         self._able = np.any([table <= self._most for table in self._tables], axis=0)
 
     def possible(self) -> BoolArray:
@@ -376,7 +392,7 @@ class FuzzyLine:
             leave = np.minimum(leave, np.min(net.exit[NEXT:, :, None] + end[:, None], axis=0))
         entry = (entry << COST) + (LATEST - np.arange(len(row)) << FIRST)
         leave = np.broadcast_to(leave << COST, costs.shape)
-        blur = rows.cost[row]
+        blur = np.stack([blur_of(state, rows.cell[row], rows.cost[row]) for state in net.states])
         return Symbols(stretch, costs, blur, before << COST, behind << COST, entry, leave)
 
     def rows(self, batch: Batch, capture: int, first: int, last: int) -> list[tuple[int, int]]:
@@ -406,7 +422,7 @@ def followed(net: Net, symbols: Symbols, most: int) -> tuple[IntArray, IntArray]
     The first are of matches that stand there, the second also of those that left out the state.
     """
     arrived, gone = _once(net, symbols, most, np.full(symbols.entry.shape, NOTHING))
-    left, better = np.arange(len(symbols.blur)), (gone[net.back] < NOTHING).any(axis=0)
+    left, better = np.arange(len(symbols.stretch)), (gone[net.back] < NOTHING).any(axis=0)
     while better.any():  # once more where a step that may come again stands better than before
         tick()
         stretch = symbols.stretch[left]
@@ -431,7 +447,7 @@ def _once(net: Net, symbols: Symbols, most: int, gone: IntArray) -> tuple[IntArr
                 np.minimum(waiting, came + symbols.behind[later], out=waiting)
         costs = symbols.costs[state]
         keys += costs.astype(np.int64) << COST
-        keys = np.maximum(keys, keys & ~BLUR | np.where(costs == 0, symbols.blur, 0))
+        keys = np.maximum(keys, keys & ~BLUR | np.where(costs == 0, symbols.blur[state], 0))
         arrived[state] = np.where(keys < limit, keys, NOTHING)
         waiting = np.where(waiting < limit, waiting + (MISSING << COST), NOTHING)
         gone[state] = np.minimum(arrived[state], waiting)
@@ -440,7 +456,7 @@ def _once(net: Net, symbols: Symbols, most: int, gone: IntArray) -> tuple[IntArr
 
 # Hits.
 
-CLEAR = (14, 12, 8)  # margins, in steps, down to which the best hits are looked for in turn
+FITS = (15, 12, 8, 4)  # in steps: fits down to which the best hits are looked for in turn
 MORE = 4  # captures that are tried at first for each hit that is wanted
 
 NOBODY = 1 << 62  # the place of a match where there is none
@@ -463,8 +479,8 @@ def find(
 
     The other parameters are those of `Finder.find`, but that overlaps ``none`` means the match that
     differs least of those that share frames. Hits come by capture, start and end, where they are
-    not the best. Their fit is the smallest margin of the symbols that match without an edit,
-    lowered in proportion to the edits.
+    not the best. The fit of hits without an edit is half the smallest margin of their symbols above
+    1/2; of others half that of the symbols without an edit, lowered in proportion to the edits.
     """
     query = finder.query
     if query.rhythm or query.where:
@@ -548,15 +564,16 @@ class _Search:
         The clearest are looked for first, in the captures that can have such: at first in a few for
         each hit wanted, then in those whose bound reaches the last of the best so far.
         """
-        for clear in CLEAR:
-            plans = self._plans_within(BUCKETS - clear, clear)
+        for fit in FITS:
+            edits, clear = max(BUCKETS - 2 * fit, 0), max(2 * fit - BUCKETS, 0)
+            plans = self._plans_within(edits, clear)
             bounds = np.zeros(len(self.finder.roster))
             fitting = self._in_batches(lambda one, batch: one.bounds(batch), plans)
             for places, most in fitting:
                 bounds[places] = np.max(most, axis=0)
             order = np.flatnonzero(bounds)
             order = order[np.argsort(-bounds[order], kind="stable")]
-            plans, hits = self._plans_within(BUCKETS - clear), FuzzyHits(self, NO_MATCHES)
+            plans, hits = self._plans_within(edits), FuzzyHits(self, NO_MATCHES)
             least, searched, within = 0.0, 0, len(order)
             while within:  # captures that may hold one of the best
                 some = order[searched : searched + min(within, searched or MORE * number)]
@@ -568,7 +585,7 @@ class _Search:
                     least, last = float(best.fit[-1]), best.place[-1]
                     ahead = (bounds[rest] > least) | (bounds[rest] == least) & (rest < last)
                     within = int(ahead.sum())
-            if least >= clear / BUCKETS:
+            if least >= fit / BUCKETS:
                 return best
         return self.all_hits().by_fit()[:number]
 
@@ -658,11 +675,11 @@ class FuzzyHits(Hits):
 
     @cached_property
     def fit(self) -> NDArray[np.float64]:
-        """The smallest margin of symbols without an edit, lowered in proportion to the edits."""
+        """As `fits` says."""
         steps, found = np.array([*(it for _, it in self._search.lines), 1]), self._matches
         fit: NDArray[np.float64] = fits(found.cost, found.blur, steps[found.line_rows[:, 0, 0]])
         own, exact = self._exact_hits()
-        fit[own] = exact.clear() if exact else 0
+        fit[own] = (1 + exact.clear()) / 2 if exact else 0
         return fit
 
     def clear(self) -> NDArray[np.float64]:
@@ -852,9 +869,10 @@ class FuzzyPlan(NamedTuple):
 
 
 def fits(cost: IntArray, blur: IntArray, steps: AnyArray | int) -> AnyArray:
-    """Return how well matches fit, 0 to 1, of plans with so many steps."""
-    found: AnyArray = (THOUSANDTHS - blur) / THOUSANDTHS
-    return found * np.maximum(1 - cost / UNIT / steps, 0)
+    """Return how well matches fit, of plans with so many steps: without an edit 1/2 to 1."""
+    clear = (THOUSANDTHS - blur) / THOUSANDTHS
+    found: AnyArray = (clear * np.maximum(1 - cost / UNIT / steps, 0) + (cost == 0)) / 2
+    return found
 
 
 def _spans(capture: IntArray, start: IntArray, until: IntArray) -> Spans:

@@ -1,6 +1,7 @@
 """Fuzzy search over captures and lines."""
 
 import weakref
+from dataclasses import replace
 from itertools import pairwise
 
 import generated_patterns
@@ -12,9 +13,11 @@ from hypothesis import strategies as st
 from plain_matcher import find as find_exactly
 from query_cases import recordings_of
 
+from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES
 from lanindex.errors import LanindexError, UsageError
-from lanindex.model import Span
+from lanindex.model import Span, Track
 from lanindex.model.columns import columns_of, roster_of
+from lanindex.pipeline.search import NEAR
 from lanindex.search.fuzzy import MORE, Allowance, FuzzyHits, _Search
 from lanindex.search.fuzzy import find as find_in_columns
 from lanindex.search.language import parse
@@ -92,7 +95,23 @@ def test_the_fit_falls_with_what_was_edited():
         for text in ("r_arm right mid -> r_forward high", "r_arm right mid -> forward high")
     )
     assert exact == 1
-    assert edited == pytest.approx(1 - (31.4 - 22.5) / 45 / 2, abs=0.01)
+    assert edited == pytest.approx((1 - (31.4 - 22.5) / 45 / 2) / 2, abs=0.01)
+
+
+@pytest.mark.parametrize("near", [0, NEAR])
+def test_the_fit_falls_with_the_distance_of_a_symbol(near):
+    (one,) = recordings_of("fps 9 frames 60; r_arm: place low 0 0, right mid 5 9, place high 20 30")
+    fits = []
+    for asked, ways in (("right", range(20, -1, -1)), ("r_forward", range(21))):
+        for margin in ways:
+            rows = one.tracks["r_arm"].symbols.copy()
+            rows["margin"][1], rows["runner_level"][1] = margin / 20, LEVEL_CODES["mid"]
+            rows["runner_direction"][1] = DIRECTION_CODES["r_forward"]
+            tracks = {"r_arm": Track("r_arm", rows, one.tracks["r_arm"].known)}
+            query = replace(parse(f"r_arm {asked} mid -> place high"), near=near)
+            fits.append(find(query, [(one.capture, tracks)], Allowance.read("1"))[0].fit)
+    assert fits == sorted(fits, reverse=True)
+    assert fits[0] == 1 > fits[19] > 0.5 > fits[-1] > 0
 
 
 def test_symbols_are_told_line_by_line():
@@ -166,11 +185,12 @@ def test_conditions_have_no_edits(text):
     st.lists(generated_patterns.recordings(), min_size=1, max_size=4),
     st.sampled_from(("0", "0.5", "1", "2")),
     st.integers(1, 6),
+    st.sampled_from((0, NEAR)),
 )
 def test_the_best_are_those_that_sorting_all_would_put_first(
-    line, relation, other, recordings, allowed, number
+    line, relation, other, recordings, allowed, number, near
 ):
-    query = parse(f"{line} {relation} {other}" if relation else line)
+    query = replace(parse(f"{line} {relation} {other}" if relation else line), near=near)
     allowance = Allowance.read(allowed)
     every = find(query, recordings, allowance).by_fit()
     best = find(query, recordings, allowance, best=number)
