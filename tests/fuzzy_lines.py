@@ -34,12 +34,13 @@ def keys_of(line: FuzzyLine, batch: Batch, most: int) -> tuple[np.ndarray, np.nd
 
 
 _WORDS = ("low", "right mid", "place high", "any", "left", "mid/high", "not low", "(low or high)")
+_WAY = ["right low", "right mid", "right high", "place high"]
 
 
 @st.composite
 def counted_lines(draw) -> str:
     """Return steps of one part with counts, some of them in brackets."""
-    steps = draw(st.lists(st.sampled_from(_WORDS), min_size=1, max_size=4))
+    steps = draw(st.lists(st.sampled_from(_WORDS), min_size=1, max_size=4) | st.just(_WAY))
     counts = [draw(st.sampled_from(("", "", "?", " x2", " x1+", " x1..2"))) for _ in steps]
     items = [f"{step}{count}" for step, count in zip(steps, counts, strict=True)]
     arrows = [draw(st.sampled_from((" -> ", " ... "))) for _ in steps[1:]]

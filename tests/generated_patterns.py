@@ -158,12 +158,14 @@ def one_symbol(
 
 
 _BARE_STEPS = ("low", "right mid", "place high", "any", "left", "rising", "not low", "mid/high")
+_WAY = ("right low", "right mid", "right high", "place high")
 
 
 @st.composite
 def bare_lines(draw, part: str = "r_arm") -> str:
     """Return one part's steps with arrows between, and nothing else."""
-    steps = draw(st.lists(st.sampled_from(_BARE_STEPS), min_size=1, max_size=4))
+    drawn = st.lists(st.sampled_from(_BARE_STEPS), min_size=1, max_size=4)
+    steps = draw(drawn | st.sampled_from((_WAY, _WAY[1:])))
     arrows = [draw(st.sampled_from((" -> ", " ... "))) for _ in steps[1:]]
     return f"{part} " + "".join(map("".join, zip(steps, [*arrows, ""], strict=True)))
 

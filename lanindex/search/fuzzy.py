@@ -55,6 +55,8 @@ CARRYING = 2  # steps that a share of edits is not given for: without them nothi
 _BUCKET = (np.arange(THOUSANDTHS + 1) * BUCKETS // THOUSANDTHS).astype(np.uint8)
 
 MISSING = UNIT  # what a step costs that is missing
+BETWEEN = UNIT // 4  # the same, where the step lies on the way from the one before to the next
+OVER = np.array([0, BETWEEN]).reshape(2, 1, 1, 1)  # the same by whether an edge leads over a step
 SKIPPED = UNIT // 2  # what a shown symbol costs between two steps joined by ->
 MOST_STEPS = 40  # of a line that can be followed: the work grows with their number
 IMPOSSIBLE = 1 << 14  # what it costs to begin or end where a line cannot: more than any match
@@ -210,19 +212,39 @@ class Net:
             for state in program.states
         ]
         self.stays = self.states[0].manner == "at"  # asks where the part is, not where it goes
-        # (2, K, K) over -> and over ...: from which state one comes to which
-        self.edges = np.zeros((2, len(self.states), len(self.states)), np.bool_)
+        # (2, 2, K, K) directly and over a step on the way, by -> and by ...: from which state one
+        # comes to which
+        self.edges = np.zeros((2, 2, len(self.states), len(self.states)), np.bool_)
         for it in (edge for leaving in program.edges for edge in leaving):
-            self.edges[int(it.arrow.later), it.exit.state, it.entry.state] = True
-        joined = self.edges[0] | self.edges[1]
+            self.edges[0, int(it.arrow.later), it.exit.state, it.entry.state] = True
+        nearest, joined = self.edges[0, 0], self.edges[0].any(axis=0)
+        between, both_nearest = on_the_way(self.states, joined), nearest[:, :, None] & nearest
+        self.edges[1] = [(between & it).any(axis=1) for it in (both_nearest, ~both_nearest)]
+        # (K,) what leaving out each state costs at least
+        self.least = np.where(between.any(axis=(0, 2)), BETWEEN, MISSING)
         self.branches = bool(joined.any())  # one match may go on in several: passing symbols, too
-        self.back = np.flatnonzero(np.tril(joined).any(axis=1))  # where an open count goes back
+        back = np.tril(self.edges.any(axis=(0, 1)))
+        self.back = np.flatnonzero(back.any(axis=1))  # where an open count goes back
         # (3, K) by FREE, NEXT, LATER: what the missing steps before each state cost, and behind it
         entries = [(it.state, it.from_start) for it in program.entries]
         exits = [(it.state, it.to_end) for leaving in program.exits for it in leaving]
         self.entry, self.exit = _missing(entries, joined), _missing(exits, joined.T)
         # states that every match stands at, but for missing steps
         self.needed = [state.number for state in unavoidable(program)]
+
+
+def on_the_way(states: Sequence[State], joined: BoolArray) -> BoolArray:
+    """Return over which steps people pass: (K, K, K) by the step before, that one and the next.
+
+    Each of the three names one cell, the one between another than the others; the way by that is
+    longer by less than the width of a cell.
+    """
+    cells = np.array([cells_of(state, 0)[: CELL + 1] for state in states])
+    one, middles = cells.sum(axis=1) == 1, MIDDLES[cells.argmax(axis=1)]
+    turned = angles(middles, middles)
+    turns: BoolArray = joined & one & one[:, None] & (turned > 0)
+    by_that = turned[:, :, None] + turned
+    return turns[:, :, None] & turns & (by_that < turned[:, None] + WIDTH)
 
 
 def _missing(ends: Sequence[tuple[int, tuple[tree.Arrow, ...]]], joined: BoolArray) -> IntArray:
@@ -339,8 +361,8 @@ class FuzzyLine:
         for state in self.net.needed:
             fits = self._tables[state] <= self._most
             if 8 * self._kinds.counts[fits].sum() < len(self._kinds.code):  # else most have one
-                lacking += ~self._kinds.having(fits)
-        found: BoolArray = lacking * MISSING <= self._most
+                lacking += ~self._kinds.having(fits) * self.net.least[state]
+        found: BoolArray = lacking <= self._most
         return found
 
     def matches(self, batch: Batch) -> FuzzyMatches:
@@ -405,13 +427,14 @@ class FuzzyLine:
         state, at = int((arrived[:, -1] + symbols.exit[:, -1]).argmin()), last - first
         path = [(last, state)]
         while at:
-            end, passed, missing = at, symbols.before, True
-            while missing:
+            end, passed, over = at, symbols.before, OVER << COST
+            while end:
                 came = gone[:, :end] + (passed[:, at, None] - symbols.behind[:, :end])[:, None]
-                came = np.where(self.net.edges[:, :, state, None], came, NOTHING).min(axis=0).T
+                edges = self.net.edges[: len(over), :, :, state, None]
+                came = np.where(edges, came + over, NOTHING).min(axis=(0, 1)).T
                 at, state = (int(it) for it in np.unravel_index(came.argmin(), came.shape))
-                missing = bool(arrived[state, at] > gone[state, at])
-                end, passed = at + 1, symbols.behind
+                missing = arrived[state, at] > gone[state, at]
+                end, passed, over = missing * (at + 1), symbols.behind, over[:1]
             path.append((first + at, state))
         return path[::-1]
 
@@ -438,13 +461,14 @@ def _once(net: Net, symbols: Symbols, most: int, gone: IntArray) -> tuple[IntArr
     arrived, gone, limit = np.empty_like(gone), gone.copy(), most + 1 << COST
     for state in range(len(net.states)):
         keys, waiting = symbols.entry[state].copy(), np.full(gone.shape[1], NOTHING)
-        for later in (0, 1):
-            if (before := net.edges[later, :, state]).any():
+        for over, later in np.ndindex(2, 2):
+            if (before := net.edges[over, later, :, state]).any():
                 came = np.min(gone[before], axis=0) - symbols.behind[later]
                 np.minimum.accumulate(came, out=came)
-                ahead = came[:-1] + symbols.before[later, 1:]
+                ahead = came[:-1] + symbols.before[later, 1:] + (over * BETWEEN << COST)
                 np.minimum(keys[1:], ahead, out=keys[1:])
-                np.minimum(waiting, came + symbols.behind[later], out=waiting)
+                if not over:
+                    np.minimum(waiting, came + symbols.behind[later], out=waiting)
         costs = symbols.costs[state]
         keys += costs.astype(np.int64) << COST
         keys = np.maximum(keys, keys & ~BLUR | np.where(costs == 0, symbols.blur[state], 0))

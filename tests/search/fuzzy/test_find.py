@@ -66,6 +66,8 @@ def spans(text: str, allowed: str, **options) -> list[tuple[int, int]]:
         ("r_arm right mid -> forward high", "0.5", [(5, 20)]),  # a neighbour
         ("r_arm right mid -> r_forward high -> left mid", "0.5", []),
         ("r_arm right mid -> r_forward high -> left mid", "1", [(5, 20)]),  # a step is missing
+        ("r_arm right mid -> r_forward mid -> r_forward high", "0.25", [(5, 20)]),  # on the way
+        ("r_arm right mid -> r_forward low -> r_forward high", "0.25", []),
         ("r_arm right mid -> r_forward high with l_arm left mid", "0", [(5, 20)]),
         ("r_arm right mid -> r_forward high with l_arm left high", "0.5", [(5, 20)]),
         ("r_arm right mid -> r_forward high with l_arm place low", "0", []),

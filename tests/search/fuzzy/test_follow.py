@@ -1,6 +1,6 @@
 """The cost of a line in a track, against every choice of symbols for its steps."""
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import generated_patterns
 import numpy as np
@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from lanindex.errors import UsageError
 from lanindex.model.columns import PASSING, STARTING, columns_of
 from lanindex.search.fuzzy import (
+    BETWEEN,
     BLUR,
     COST,
     FIRST,
@@ -27,6 +28,7 @@ from lanindex.search.fuzzy import (
     Net,
     angles,
     nets_of,
+    on_the_way,
 )
 from lanindex.search.language import parse
 from lanindex.search.plan import plan
@@ -40,9 +42,21 @@ def told(key: int, most: int) -> tuple[int, int, int] | None:
     return key >> COST, LATEST - (key >> FIRST & LATEST), key & BLUR
 
 
+def cost_of(net: Net, costs: list, cells: list, way: list[tuple[int, int]]) -> int:
+    """Return what a match costs of which some steps, by number, stand at some rows."""
+    later, joined = net.edges[0, 1].any(axis=1), net.edges[0].any(axis=0)
+    between = on_the_way(net.states, joined)
+    cost = MISSING * (len(net.states) - len(way)) + sum(int(costs[a][b]) for a, b in way)
+    for (step, row), (next_step, next_row) in pairwise(way):
+        if not later[step:next_step].any():
+            cost += SKIPPED * sum(not cells[it] & PASSING for it in range(row + 1, next_row))
+        if next_step > step + 1 and between[next_step - 2, next_step - 1, next_step]:
+            cost += BETWEEN - MISSING
+    return cost
+
+
 def by_trying_everything(net: Net, costs: list, cells: list, blur: list, most: int) -> list:
     """Return for each row the least cost of a match that ends there, where it begins, its blur."""
-    later = net.edges[1].any(axis=1)
     best: list = [None] * len(cells)
     for count in range(1, len(net.states) + 1):
         for steps in combinations(range(len(net.states)), count):
@@ -50,12 +64,7 @@ def by_trying_everything(net: Net, costs: list, cells: list, blur: list, most: i
                 if any(cells[row] & STARTING for row in range(rows[0] + 1, rows[-1] + 1)):
                     continue
                 pairs = list(zip(steps, rows, strict=True))
-                cost = MISSING * (len(net.states) - count)
-                cost += sum(int(costs[a][b]) for a, b in pairs)
-                for one in range(count - 1):
-                    between = range(rows[one] + 1, rows[one + 1])
-                    if not any(later[step] for step in range(steps[one], steps[one + 1])):
-                        cost += SKIPPED * sum(not cells[row] & PASSING for row in between)
+                cost = cost_of(net, costs, cells, pairs)
                 unclear = max([0, *(blur[b] for a, b in pairs if costs[a][b] == 0)])
                 way = (cost, -rows[0], unclear)
                 if cost <= most and (best[rows[-1]] is None or way < best[rows[-1]]):
@@ -73,15 +82,20 @@ def test_it_is_the_cheapest_of_all_ways(text, recordings, most):
     captures, held = zip(*recordings, strict=True)
     columns = columns_of("r_arm", captures, [tracks["r_arm"] for tracks in held])
     net, batch = net_of(text), batch_of(columns, captures)
-    keys, costs = keys_of(FuzzyLine(net, columns, most), batch, most)
+    line = FuzzyLine(net, columns, most)
+    keys, costs = keys_of(line, batch, line._most)
     unclear = batch.rows("r_arm").cost
-    for begin, end in zip(columns.bounds[:-1].tolist(), columns.bounds[1:].tolist(), strict=True):
+    for capture, (begin, end) in enumerate(pairwise(columns.bounds.tolist())):
         own = slice(begin, end)
         cells, blur = columns.cell[own].tolist(), unclear[own].tolist()
         expected = by_trying_everything(net, costs[:, own].tolist(), cells, blur, most)
         found = [told(key, most) for key in keys[own].tolist()]
         found = [it and (it[0], begin - it[1], it[2]) for it in found]
         assert found == expected
+        for last, (cost, first, _) in ((last, it) for last, it in enumerate(found) if it):
+            told_rows = line.rows(batch, capture, -first, last)
+            way = [(step, row) for row, step in told_rows]
+            assert cost_of(net, costs[:, own].tolist(), cells, way) == cost
 
 
 @examples(150)
@@ -159,8 +173,24 @@ def test_what_is_missing_before_and_behind_a_step():
 @pytest.mark.parametrize("steps", [10, 40])
 def test_steps_that_may_be_left_out_are_passed_over_once(steps):
     net = net_of("r_arm low" + " -> high?" * (steps - 2) + " -> low")
-    assert net.edges.sum() == steps * (steps - 1) // 2
+    assert net.edges[0].sum() == steps * (steps - 1) // 2
     assert net.entry[FREE].tolist() == [0, *[MISSING] * (steps - 1)]
+
+
+@pytest.mark.parametrize(
+    ("text", "least"),
+    [
+        ("right mid -> right high -> place high", BETWEEN),
+        ("right mid -> r_forward mid ... forward mid", BETWEEN),
+        ("r_forward mid -> forward mid -> r_forward mid", MISSING),  # to and fro
+        ("right mid -> right mid -> right high", MISSING),
+        ("right mid -> high -> place high", MISSING),
+        ("right mid -> place high -> left mid", BETWEEN),
+        ("right mid -> right low -> place high", MISSING),
+    ],
+)
+def test_a_step_on_the_way_is_left_out_for_less(text, least):
+    assert net_of(f"r_arm {text}").least.tolist() == [MISSING, least, MISSING]
 
 
 def cost(text, columns):
