@@ -26,6 +26,8 @@ def pytest_configure(config: pytest.Config) -> None:
     # Tests start hundreds of processes: without bytecode each compiles the whole package
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
+    for name in ("LANINDEX_DB", "LANINDEX_WORDS"):  # the user's own, which tests leave alone
+        os.environ.pop(name, None)
     import effort  # registers the profiles
 
     effort.settings.load_profile("slow" if config.getoption("--slow") else "quick")

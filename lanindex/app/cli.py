@@ -44,6 +44,7 @@ VERBS = {
 SECTIONS = {
     "Arguments": "",
     "Options": "",
+    "Data sets": "",
     "Which captures": "within where db",
     "How": "overlaps tolerance near fuzzy strict timeout memory words jobs profile",
     "Output": "limit sort count context into tier preview output force json quiet verbose color",
@@ -79,6 +80,7 @@ class Verb(TyperCommand):
         sections: dict[str, list[tuple[str, str]]] = {title: [] for title in SECTIONS}
         for parameter in self.get_params(ctx):
             own = "Options" if parameter.param_type_name == "option" else "Arguments"
+            own = getattr(parameter, "rich_help_panel", None) or own
             if record := parameter.get_help_record(ctx):
                 sections[titles.get(str(parameter.name), own)].append(record)
         for title, records in sections.items():

@@ -84,6 +84,9 @@ def option(default: Any, metavar: str | None, help: str, *names: str, **settings
     return typer.Option(default, *names, metavar=metavar, help=help, **settings)
 
 
+data_set_option = partial(option, rich_help_panel="Data sets")
+
+
 def output(metavar: str, help: str, default: Path | None = None) -> Any:
     """Return the option that says where to write."""
     return option(default, metavar, help, "--output", "-o")

@@ -79,6 +79,14 @@ class TestHelp:
             assert last.startswith("Reading files:\n  --unit")
             assert "  --fps RATE " in last  # of the file, in each verb
 
+        own, of_data_sets = (
+            run("export", "--help").stdout.split("Which captures:")[0].split("Data sets:")
+        )
+        assert "--seed" not in own
+        assert all(
+            f"  --{name} " in of_data_sets for name in ("dataset", "patterns", "fps", "seed")
+        )
+
     def test_the_language_is_a_page(self, run, repository: Path) -> None:
         page = repository / "lanindex" / "search" / "LANGUAGE.md"
         assert run("language").stdout == page.read_text(encoding="utf-8")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from lanindex.app import options
 from lanindex.app.commands.search import pattern_of
-from lanindex.app.options import argument, option
+from lanindex.app.options import argument, data_set_option, option
 from lanindex.app.output import Output, duration
 from lanindex.errors import UsageError, counted
 
@@ -70,14 +70,18 @@ class Clips:
 class Dataset:
     """Options of a data set that clips do not have."""
 
-    patterns: Path | None = option(
+    patterns: Path | None = data_set_option(
         None, "FILE", "Its labels, each with its pattern, as for evaluate."
     )
-    layout: str | None = option(None, "npz|humanml3d", "The files of a data set.")
-    fps: str | None = option(None, "RATE", "Frame rate of a data set.")
-    split: str | None = option(None, "80/10/10", "Per cent for training, validation, test.")
-    split_by: str | None = option(None, "COLUMN", "What must stay in one split: performer.")
-    seed: int | None = option(None, "N", "Seed of the splits.")
+    layout: str | None = data_set_option(None, "npz|humanml3d", "The files of a data set.")
+    fps: str | None = data_set_option(None, "RATE", "Frame rate of a data set.")
+    split: str | None = data_set_option(
+        None, "80/10/10", "Per cent for training, validation, test."
+    )
+    split_by: str | None = data_set_option(
+        None, "COLUMN", "What must stay in one split: performer."
+    )
+    seed: int | None = data_set_option(None, "N", "Seed of the splits.")
 
     def form(self, **values: Any) -> DatasetOptions:
         """Return how the data set is written: `values`, and the options that are not defaults."""
@@ -93,7 +97,7 @@ def run(
     source: Annotated[Source, options.Group(Source)],
     clips: Annotated[Clips, options.Group(Clips)],
     pad: str = option("0", "TIME", "Time around each hit: 0.5s, 200ms, 10f."),
-    folder: Path | None = option(
+    folder: Path | None = data_set_option(
         None, "FOLDER", "Write a data set to train on, instead of clips.", "--dataset"
     ),
     dataset: Annotated[Dataset, options.Group(Dataset)],
