@@ -4,6 +4,7 @@ Source: ``NOTATIONS.md``, "ELAN"; the schema EAFv3.0 of the Max Planck Institute
 Psycholinguistics.
 """
 
+import os
 import re
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping
@@ -132,7 +133,9 @@ def write(
     if into is not None:
         root = _document(into, place)
     else:
-        date = datetime.now(UTC).isoformat(timespec="seconds")
+        # the schema wants a date; this variable makes the same file again (reproducible-builds.org)
+        seconds = int(os.environ.get("SOURCE_DATE_EPOCH") or datetime.now(UTC).timestamp())
+        date = datetime.fromtimestamp(seconds, UTC).isoformat()
         attributes = {"AUTHOR": "LanIndex", "DATE": date, "FORMAT": "3.0", "VERSION": "3.0"}
         root = Element(_ROOT, {**attributes, f"{_XSI}noNamespaceSchemaLocation": _SCHEMA})
         SubElement(root, "HEADER", {"MEDIA_FILE": "", "TIME_UNITS": "milliseconds"})

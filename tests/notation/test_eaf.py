@@ -161,6 +161,11 @@ def test_pympi_reads_it(tmp_path: Path) -> None:
     )
 
 
+def test_the_date_can_be_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
+    assert b'DATE="1970-01-01T00:00:00+00:00"' in eaf.write(lanindex.read_lnd(LND))
+
+
 def test_a_recording(tmp_path: Path) -> None:
     content = eaf.write(lanindex.read_lnd(LND), media=tmp_path / "Tänze 1.mp4")
     assert_valid(content)
