@@ -8,12 +8,12 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from lanindex.alphabet import BENDS, PARTS, SIXTHS
-from lanindex.encoding.angles import Told
 from lanindex.encoding.arithmetic import bend, smooth, window
 from lanindex.encoding.curves import Event, Floats, lulls, seen, swings, table, turning_points
 from lanindex.encoding.joints import Body
 from lanindex.encoding.places import Stretch, together
 from lanindex.encoding.profile import Profile
+from lanindex.encoding.twists import Told
 from lanindex.model.derived import DEGREE, bending, stretching
 
 SWING = 20.0

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import FASTEST, MOST_AMOUNT, PLACE
-from lanindex.encoding.angles import Told, leans
 from lanindex.encoding.arithmetic import held, parted, smooth, unwrapped, window
 from lanindex.encoding.bends import bends_of
 from lanindex.encoding.curves import BRIEF, SECTOR, STRIDE, Event, pieces, table, turns
@@ -22,6 +21,7 @@ from lanindex.encoding.rests import NEEDED, WISHED, apart, rests
 from lanindex.encoding.steps import events, stances
 from lanindex.encoding.timing import to_source
 from lanindex.encoding.touch import ARMS, touches
+from lanindex.encoding.twists import Told, leans
 from lanindex.encoding.written import Written
 from lanindex.model.symbol import blank
 

@@ -14,11 +14,11 @@ from collections import defaultdict
 import numpy as np
 from places import CAPTURES
 
-from lanindex.encoding.angles import TRUNK, TWISTED, head_turn, leaning, torso_twist, trunk_line
 from lanindex.encoding.joints import Body
 from lanindex.encoding.limbs import heading
 from lanindex.encoding.places import stretches
 from lanindex.encoding.profile import load
+from lanindex.encoding.twists import TRUNK, TWISTED, head_turn, leaning, torso_twist, trunk_line
 from lanindex.errors import LanindexError
 from lanindex.formats import read
 

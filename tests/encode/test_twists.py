@@ -10,9 +10,9 @@ from motions import mirrored, noisy, thinned, turned
 
 from lanindex import animate, encode, read, read_lnd
 from lanindex.alphabet import JOINT_CODES
-from lanindex.encoding.angles import TWISTED
 from lanindex.encoding.curves import MOVED, arrivals, moves
 from lanindex.encoding.profile import load
+from lanindex.encoding.twists import TWISTED
 from lanindex.model import Motion, Score
 
 PARTS = ("torso_twist", "head_turn", "torso_incline", "head_incline")

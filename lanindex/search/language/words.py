@@ -1,4 +1,8 @@
-"""The words of the pattern language, as tables; directions and levels come from the alphabet."""
+"""The words of the pattern language, as tables.
+
+Those that scores have too (directions, levels, parts, kinds of jumps such as ``hop``) come from
+``alphabet.py``.
+"""
 
 from __future__ import annotations
 
