@@ -4,7 +4,6 @@ import re
 
 from lanindex.body import axes
 from lanindex.encoding import (
-    angles,
     bends,
     curves,
     ground,
@@ -13,6 +12,7 @@ from lanindex.encoding import (
     steps,
     timing,
     touch,
+    twists,
     whole,
 )
 from lanindex.encoding.profile import BUILT_IN
@@ -20,7 +20,7 @@ from lanindex.model.columns import LIMITS
 from lanindex.notation import beats
 
 PAGE = (BUILT_IN.parent / "BODY.md").read_text()
-MODULES = (curves, bends, ground, angles, steps, rests, whole, touch, measures, timing, beats, axes)
+MODULES = (curves, bends, ground, twists, steps, rests, whole, touch, measures, timing, beats, axes)
 
 
 def test_every_number_is_that_of_the_code():
