@@ -117,8 +117,9 @@ def minimum_jerk(share: Floats) -> Floats:
 
 
 def share_done(times: Floats, start: float, stop: float) -> Floats:
-    """Return the share done, (T,), with minimum jerk, of what fills a stretch of time."""
-    return minimum_jerk(np.clip((times - start) / max(stop - start, 1e-9), 0, 1))
+    """Return the share done, (T,), with minimum jerk, of what fills a stretch, or has no length."""
+    share = (times - start) / max(stop - start, 1e-9)
+    return minimum_jerk(np.where(times < stop, np.maximum(share, 0), 1))
 
 
 def dot(one: Floats, other: Floats) -> Floats:

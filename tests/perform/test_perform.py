@@ -70,6 +70,15 @@ def test_every_part_starts_where_it_is_told(part: str) -> None:
     assert pointing(motion, part, 4) == pytest.approx([-0.5, HALF, -0.5], abs=1e-3)
 
 
+def test_a_body_starts_with_the_twist_and_the_lean_it_is_told() -> None:
+    starts = "#unit0\ntwist torso_twist left 45 0 0\nincline head_incline forward 30 0 0\n"
+    motion = perform(lnd.read(f"#speed=60\n{starts}#unit1\ndirection r_arm right mid 1 2"))
+    first, second, still = motion.positions[[0, 1, 30]]
+    assert np.allclose(first, still, atol=1e-6)
+    assert np.allclose(second, still, atol=1e-6)
+    assert abs(pointing(motion, "head", 0)[2]) > 0.3
+
+
 def test_the_performer_faces_forward_and_stands_on_the_floor() -> None:
     motion = act("r_arm right mid 0 1")
     joints = dict(zip(motion.skeleton.names, motion.positions[0], strict=True))
