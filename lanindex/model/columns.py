@@ -330,5 +330,4 @@ def seen_of(known: Sequence[Span], frames: int) -> list[tuple[int, int]]:
 
 
 def _cells(directions: NDArray[np.int8], levels: NDArray[np.int8]) -> NDArray[np.uint8]:
-    cells: NDArray[np.uint8] = ((directions + 1) | (levels + 1) << 4).astype(np.uint8)
-    return cells
+    return ((directions + 1) | (levels + 1) << 4).astype(np.uint8)

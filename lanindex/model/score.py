@@ -14,29 +14,36 @@ from lanindex.errors import EncodeError, LanindexError, UsageError, extra
 from lanindex.model.symbol import FIELDS, SYMBOL, Span, Symbol, frozen, joined, listed
 
 
-def pandas_of(columns: Mapping[str, Any]) -> Any:
-    """Return columns as a ``pandas.DataFrame``."""
-    return _library("pandas").DataFrame(columns)
+class Tabular:
+    """What has columns, as a table; a `LanindexError` where its library is not installed."""
 
+    __slots__ = ()
 
-def arrow_of(columns: Mapping[str, Any]) -> Any:
-    """Return columns as a ``pyarrow.Table``."""
-    return _library("pyarrow").table(columns)
+    def columns(self) -> dict[str, Any]:
+        """Return the columns by name."""
+        raise NotImplementedError
 
+    def to_pandas(self) -> Any:
+        """Return it as a ``pandas.DataFrame``."""
+        return _library("pandas").DataFrame(self.columns())
 
-def frame_of(columns: Mapping[str, Any]) -> Any:
-    """Return columns as a data frame of pandas, or else of polars."""
-    for name in ("pandas", "polars"):
-        try:
-            return import_module(name).DataFrame(columns)
-        except ModuleNotFoundError as error:
-            if error.name != name:
-                raise
-    raise LanindexError(
-        "no library of data frames is installed",
-        wanted="pandas or polars",
-        remedy="Type: pip install pandas",
-    )
+    def to_arrow(self) -> Any:
+        """Return it as a ``pyarrow.Table``."""
+        return _library("pyarrow").table(self.columns())
+
+    def to_frame(self) -> Any:
+        """Return it as a data frame of pandas, or else of polars."""
+        for name in ("pandas", "polars"):
+            try:
+                return import_module(name).DataFrame(self.columns())
+            except ModuleNotFoundError as error:
+                if error.name != name:
+                    raise
+        raise LanindexError(
+            "no library of data frames is installed",
+            wanted="pandas or polars",
+            remedy="Type: pip install pandas",
+        )
 
 
 def _library(name: str) -> Any:
@@ -99,7 +106,7 @@ class Meter:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Score:
+class Score(Tabular):
     """A capture written down.
 
     Attributes
@@ -131,9 +138,9 @@ class Score:
     r_arm right high [32, 40)
     >>> list(score.columns())[:5], score.columns()["start"][1]
     (['part', 'direction', 'level', 'start_frame', 'end_frame'], 2.0)
-    >>> table = score.to_pandas()
-    >>> table.groupby("part").size()["r_arm"], score.to_arrow().num_rows == len(table)
-    (np.int64(15), True)
+    >>> table = score.to_frame()
+    >>> table.equals(score.to_pandas()), score.to_arrow().num_rows, len(table)
+    (True, 60, 60)
     """
 
     rate: Fraction
@@ -167,26 +174,6 @@ class Score:
             for end, name in (("start", "start"), ("end", "stop"))
         }
         return {"part": parts, **{name: (texts | seconds)[name] for name in _COLUMNS}}
-
-    def to_pandas(self) -> Any:
-        """Return the symbols as a ``pandas.DataFrame``, a row each.
-
-        Raises
-        ------
-        LanindexError
-            Where pandas is not installed.
-        """
-        return pandas_of(self.columns())
-
-    def to_arrow(self) -> Any:
-        """Return the symbols as a ``pyarrow.Table``, a row each.
-
-        Raises
-        ------
-        LanindexError
-            Where pyarrow is not installed.
-        """
-        return arrow_of(self.columns())
 
     def symbols(self, part: str | None = None) -> list[Symbol]:
         """Return the symbols of one part, or of all, as objects.

@@ -22,7 +22,7 @@ from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.model.capture import in_words, readable
 from lanindex.model.columns import GRADES
 from lanindex.model.derived import degree_of
-from lanindex.model.score import arrow_of, frame_of, pandas_of
+from lanindex.model.score import Tabular
 from lanindex.search.language.clauses import (
     CLIP,
     MATCH,
@@ -43,8 +43,6 @@ IntArray = NDArray[np.int64]
 FEW = 10  # hits that are shown of many
 TOGETHER = 512  # captures that are fetched at once where all hits are made objects
 
-_FIELDS = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
-
 
 class CaptureStore(Protocol):
     """Holds the captures of hits, by their places in the roster."""
@@ -59,7 +57,7 @@ class CaptureStore(Protocol):
         """Return the numbers of captures."""
 
 
-class Hits(Sequence[Hit]):
+class Hits(Sequence[Hit], Tabular):
     """The hits of a search, in order, and the pattern that was searched for.
 
     They are columns; a `Hit` object is made on access.
@@ -75,8 +73,10 @@ class Hits(Sequence[Hit]):
     ('greeting', Span(start=482, stop=602))
     >>> [span.start for _, span in hits.spans()], len(hits.arranged([0, 0])), hits.counts()[0][1]
     ([482], 2, 1)
-    >>> hits.to_arrow().num_rows, list(hits.to_pandas().columns)[:2], list(hits.to_frame())[2]
+    >>> hits.to_arrow().num_rows, list(hits.to_pandas())[:2], list(hits.to_frame())[2]
     (1, ['capture', 'capture_id'], 'label')
+    >>> hits.columns()["start_frame"]
+    [482]
     >>> hits.html_table().startswith("<table><caption>1 hit in 1 capture: ")
     True
     >>> hits.tally()
@@ -177,7 +177,8 @@ class Hits(Sequence[Hit]):
 
     def numpy(self) -> NDArray[Any]:
         """Return (H,) with the fields capture_id, start, stop (frames, half-open) and fit."""
-        rows = np.empty(len(self), _FIELDS)
+        fields = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
+        rows = np.empty(len(self), fields)
         rows["capture_id"] = self._store.numbers(self.place)
         rows["start"], rows["stop"], rows["fit"] = self.low, self.high, self.clear()
         return rows
@@ -225,24 +226,10 @@ class Hits(Sequence[Hit]):
         """Return the hits as dictionaries, as the command prints with ``--json``."""
         return [records.of_hit(hit, self.pattern) for hit in self]
 
-    def to_pandas(self) -> Any:
-        """Return the hits as a ``pandas.DataFrame``, as `to_frame`."""
-        return pandas_of(self._columns())
-
-    def to_arrow(self) -> Any:
-        """Return the hits as a ``pyarrow.Table``, as `to_frame`."""
-        return arrow_of(self._columns())
-
-    def _columns(self) -> dict[str, list[Any]]:
+    def columns(self) -> dict[str, list[Any]]:
+        """Return the columns of `dicts`, a row a hit."""
         rows = self.dicts()
         return {key: [row[key] for row in rows] for key in records.HIT}
-
-    def to_frame(self) -> Any:
-        """Return the columns of `dicts` as a data frame of pandas, else of polars.
-
-        Raises `LanindexError` where neither is installed.
-        """
-        return frame_of(self._columns())
 
 
 class ListedHits(Hits):

@@ -179,8 +179,7 @@ def lowest(owner: Numbers, value: NDArray[Any], most: int) -> Numbers:
     order = np.lexsort((value, owner))
     fresh = np.flatnonzero(np.diff(owner[order], prepend=-1))
     sizes = np.diff(fresh, append=len(order))
-    kept: Numbers = order[np.arange(len(order)) - np.repeat(fresh, sizes) < most]
-    return kept
+    return order[np.arange(len(order)) - np.repeat(fresh, sizes) < most]
 
 
 def pieces(counts: Numbers, most: int) -> Iterator[slice]:
@@ -534,8 +533,7 @@ def _most(moves: MoveTable) -> Floats:
     """
     farther = np.float32((1 - SUBSTITUTED) * _FARTHEST)
     starting = np.float32(STEP + _FARTHEST)
-    most: Floats = 2 * moves.sizes + np.where(moves.starts < moves.stops, farther, starting)
-    return most
+    return 2 * moves.sizes + np.where(moves.starts < moves.stops, farther, starting)
 
 
 def _stretches(
@@ -716,8 +714,7 @@ def signatures(clips: Clips) -> Floats:
     axes = np.random.default_rng(0).normal(size=(table.shape[1], _AXES)).astype(np.float32)
     for _ in range(_TURNS):
         axes, _ = np.linalg.qr(table.T @ (table @ axes))
-    vectors: Floats = table @ axes
-    return vectors
+    return table @ axes
 
 
 def linked(

@@ -201,7 +201,8 @@ class Pattern:
 
     def _followed_by(self, arrow: str, within: str, *words: str | Pattern) -> Pattern:
         texts = [str(it._unit()) if isinstance(it, Pattern) else it for it in words]
-        return self._read(f"{self._line()} {arrow}{_limit(within)} {' '.join(filter(None, texts))}")
+        arrow += within and f"[{within}]"
+        return self._read(f"{self._line()} {arrow} {' '.join(filter(None, texts))}")
 
     def _unit(self) -> Item:
         """Return the pattern as a step of another one."""
@@ -213,15 +214,12 @@ class Pattern:
         pattern = self.query.pattern
         first = f"({pattern})" if len(pattern.alternatives) > 1 else str(pattern)
         other._bare()
-        return self._read(f"{first} {relation}{_limit(within)} {other._line()}")
+        relation += within and f"[{within}]"
+        return self._read(f"{first} {relation} {other._line()}")
 
 
 def _parsed(text: str) -> Pattern:
     return Pattern(parse(text))
-
-
-def _limit(within: str) -> str:
-    return f"[{within}]" if within else ""
 
 
 def part(name: str) -> Pattern:
