@@ -1,5 +1,7 @@
 """Errors in patterns: the marked text and the message."""
 
+import re
+
 import pytest
 from effort import examples
 from hypothesis import example, given
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 from lanindex.alphabet import TRACKS
 from lanindex.errors import PatternError
 from lanindex.search.language import Query, parse
+from lanindex.search.language.lexer import RULES
 from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 
 # The text between « and » is what the caret points at.
@@ -500,6 +503,14 @@ def test_what_is_said_where_nothing_is_like_a_word():
         'I don\'t know "qqq". A movement has a direction (right, r_forward, forward, l_forward …) '
         "and a level (high, mid, low)."
     )
+
+
+def test_every_rule_has_a_sentence_and_is_named_somewhere(repository):
+    folder = repository / "lanindex" / "search" / "language"
+    source = "".join(path.read_text() for path in folder.glob("*.py"))
+    used = {literal for literal in re.findall(r'"([^"\n]+)"', source) if literal in RULES}
+    assert used == RULES.keys()
+    assert set(re.findall(r'\.fault\(\s*"([^"]+)"', source)) <= RULES.keys()
 
 
 @pytest.mark.slow

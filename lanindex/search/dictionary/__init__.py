@@ -7,14 +7,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from itertools import product
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from lanindex.errors import NotationError, PatternError, UsageError, quoted, shown
-from lanindex.notation.text import read_toml
+from lanindex.notation.text import read_toml, shipped
 
 FORM = 'name = {pattern = "...", sentence = "...", names = ["other name", ...]}'
 
@@ -77,13 +76,6 @@ class Entry:
     measured: Measured | None = None  # None: nobody has measured it
 
 
-@cache
-def _shipped(name: str) -> dict[str, Any]:
-    """Return a table that comes with the package."""
-    with resources.as_file(resources.files(__name__).joinpath(name)) as path:
-        return read_toml(path)
-
-
 def spelled(text: str) -> str:
     """Return a name as the dictionary spells it: ``@Hands up`` is ``hands_up``."""
     return "_".join(text.strip().removeprefix("@").replace("-", " ").lower().split())
@@ -91,7 +83,7 @@ def spelled(text: str) -> str:
 
 def load(extra: str | PathLike[str] | None = None) -> dict[str, Entry]:
     """Return all words by each of their names; those of the file `extra` come before ours."""
-    entries = _entries(_shipped("dictionary.toml"), "dictionary.toml")
+    entries = _entries(shipped("search/dictionary/dictionary.toml"), "dictionary.toml")
     entries += _read(Path(extra)) if extra is not None else []
     words = {entry.name: entry for entry in entries}
     also = {other: entry for entry in entries for other in entry.names}
@@ -117,7 +109,7 @@ def absent(text: str) -> Absent | None:
 @cache
 def _absent() -> Mapping[tuple[str, ...], Absent]:
     """Return what ``absent.toml`` has, each slot filled with each of its words."""
-    table = dict(_shipped("absent.toml"))
+    table = dict(shipped("search/dictionary/absent.toml"))
     slots = {
         slot: [(value, word) for value, also in values.items() for word in (value, *also)]
         for slot, values in table.pop("slots").items()

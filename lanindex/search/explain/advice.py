@@ -18,10 +18,13 @@ from typing import Any
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
 from lanindex.errors import counted
+from lanindex.notation.text import shipped
 from lanindex.search.language import query as tree
 from lanindex.search.language.times import Clock, Length, Time, decimal
 from lanindex.search.language.words import ANY, MOVING, RELATIVE, RESTS, UNITS, Mover, Vocabulary
 from lanindex.search.plan import NEGATIONS
+
+_SIMILAR = shipped("search/explain/similar.toml")
 
 SECONDS = 2.0  # how long the changes of a query may be tried
 MOST = 5  # patterns that are offered
@@ -322,39 +325,7 @@ _NEIGHBOURS: dict[str, tuple[str, ...]] = {
 }
 """By direction or level, its neighbours; those of forward and back are the absolute ones."""
 
-_TO_NEIGHBOUR = {"direction": 1.6, "level": 1.8}  # the cost by kind of word
-
-_RELATIVES = {
-    "arm": ("forearm", "upper_arm", "hand"),
-    "forearm": ("arm", "hand"),
-    "upper_arm": ("arm",),
-    "hand": ("arm", "forearm"),
-    "palm": ("hand", "forearm"),
-    "leg": ("thigh", "shank", "foot"),
-    "thigh": ("leg",),
-    "shank": ("leg",),
-    "foot": ("leg", "shank"),
-    "support": ("leg", "foot"),
-}
-"""By limb, its parts, or the limbs that it is a part of."""
-
-_RELATIONS: dict[str, tuple[tuple[float, dict[str, Any]], ...]] = {
-    **dict.fromkeys(
-        ("exactly with", "starting with", "ending with", "during", "overlapping"),
-        ((1.2, {"relation": "with"}),),
-    ),
-    "with": (
-        (1.4, {"within": Length("<", Time(Fraction(1), "s"))}),
-        (2.2, {"relation": "after"}),
-        (2.2, {"relation": "before"}),
-    ),
-}
-"""By relation, what replaces it, with the cost."""
-
 _OWN_SIDE = dict.fromkeys(("right", "left"), "side")
-_MANNERS = {"move": ((1.1, "via"), (1.4, "at")), "at": ((1.3, "move"),)}
-_MANNERS |= {"hold": ((1.3, "at"),), "still": ((1.0, "hold"),)}
-"""By manner, others that take the same words, with the cost."""
 
 
 def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
@@ -371,7 +342,7 @@ def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
             vocabulary = Vocabulary()
             for mover in dict.fromkeys(it for it in nodes if isinstance(it, Mover)):
                 others = [(1.5, "either", mover.members)] if mover.form == "both" else []
-                for limb in _RELATIVES.get(mover.members[0][2:], ()):
+                for limb in _SIMILAR["limbs"].get(mover.members[0][2:], ()):
                     others.append((2.0, mover.form, tuple(it[:2] + limb for it in mover.members)))
                 for cost, form, members in others:
                     if other := vocabulary.of(form, members):
@@ -389,8 +360,10 @@ def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
             for index, beside in enumerate(node.others):
                 yield LEFT_OUT, str(beside), _without(node, "others", index)
         case tree.Beside(within=None):
-            for cost, fields_changed in _RELATIONS.get(node.relation, ()):
-                yield cost, "", replace(node, **fields_changed)
+            for relation, cost in _SIMILAR["relations"].get(node.relation, {}).items():
+                yield cost, "", replace(node, relation=relation)
+            if node.relation == "with":
+                yield 1.4, "", replace(node, within=Length("<", Time(Fraction(1), "s")))
         case tree.Line():
             if node.start:
                 yield LEFT_OUT, f"start {node.start}", replace(node, start=None)
@@ -407,7 +380,8 @@ def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
         case tree.Arrow(later=False):
             yield 1.0, "", _later(node)
         case tree.Step():
-            for cost, manner in _MANNERS.get(node.manner, ()) if _says_where(node) else ():
+            manners = _SIMILAR["manners"].get(node.manner, {}) if _says_where(node) else {}
+            for manner, cost in manners.items():
                 yield cost, "", replace(node, manner=manner)
             own_side = tuple(
                 replace(it, values=tuple(dict.fromkeys(_OWN_SIDE.get(v, v) for v in it.values)))
@@ -422,9 +396,9 @@ def _variants(node: Any) -> Iterator[tuple[float, str, Any]]:
                     if not (rest.words or rest.named or rest.manner in RESTS):
                         rest = replace(rest, words=(tree.Word("direction", (ANY,)),))
                     yield LEFT_OUT, str(word), rest
-        case tree.Word(kind, (value,), False) if kind in _TO_NEIGHBOUR:
+        case tree.Word(kind, (value,), False) if kind in _SIMILAR["neighbours"]:
             for neighbour in _NEIGHBOURS.get(value, ()):
-                yield _TO_NEIGHBOUR[kind], "", replace(node, values=(neighbour,))
+                yield _SIMILAR["neighbours"][kind], "", replace(node, values=(neighbour,))
 
 
 def _without(node: Any, name: str, index: int) -> Any:
@@ -435,7 +409,7 @@ def _without(node: Any, name: str, index: int) -> Any:
 def _says_where(step: tree.Step) -> bool:
     """Return whether the words of a step fit a movement, a stay and a rest alike."""
     says = any(word.values != (ANY,) for word in step.words) or step.manner == "still"
-    return says and step.manner in _MANNERS and all(it.kind not in MOVING for it in step.words)
+    return says and step.manner != "via" and all(it.kind not in MOVING for it in step.words)
 
 
 def _later(node: Any) -> Any:

@@ -6,9 +6,9 @@ from fractions import Fraction
 from itertools import chain, islice
 
 from lanindex.alphabet import kind_of
+from lanindex.notation.text import shipped
 from lanindex.search.language import query as tree
 from lanindex.search.language.clauses import CLIP, MATCH, Comparison, Mirrors, Reference, Stage, Sum
-from lanindex.search.language.lexer import tables
 from lanindex.search.language.times import Length, Time, decimal, degrees
 from lanindex.search.language.words import AMOUNTS, RESTS, STILL, UNITS, WORD_KINDS, Mover
 from lanindex.search.match.batch import unavoidable
@@ -20,12 +20,7 @@ from lanindex.search.match.relations import FIRST, LAST, RELATIONS
 from lanindex.search.match.rewrites import ONLY, Rewrites, enough, enough_beside
 from lanindex.search.plan import NEGATIONS, Companion, Program, State, plan
 
-_ENGLISH = tables("english.toml")
-"""By table, what words are in English."""
-
-_RELATIONS: dict[str, list[str]] = _ENGLISH["relations"]
-"""By relation, what it says, and what with a limit."""
-
+_ENGLISH = shipped("search/language/english.toml")
 _COMPARED = {"=": "", "!=": "not", "<": "less than", "<=": "at most", ">": "more than"}
 _COMPARED |= dict.fromkeys((">=", "+"), "at least")
 
@@ -55,10 +50,10 @@ def _text(node: object, begins: bool = True) -> str:
         case tree.Lines(first, others):
             return "; ".join([_text(first, begins), *map(_text, others)])
         case tree.Beside(relation, line, None):
-            return _RELATIONS[relation][0].format(_text(line))
+            return str(_ENGLISH["relations"][relation][0].format(_text(line)))
         case tree.Beside(relation, line, Length(time=time) as within):
             limit = within if relation in ("after", "before") else time
-            return _RELATIONS[relation][1].format(_text(limit), _text(line))
+            return str(_ENGLISH["relations"][relation][1].format(_text(limit), _text(line)))
         case tree.Line():
             return _line(node, begins)
         case tree.Item(unit, length, repeat, label):
@@ -127,7 +122,8 @@ def _line(line: tree.Line, begins: bool) -> str:
 
 
 def _doing(mover: Mover) -> list[str] | None:
-    part, doings = mover.members[0], _ENGLISH["doings"]
+    part = mover.members[0]
+    doings: dict[str, list[str]] = _ENGLISH["doings"]
     return doings.get(part) or doings.get(kind_of(part))
 
 

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from lanindex.alphabet import MEASURES
 from lanindex.errors import PatternError, guess
-from lanindex.search.language.lexer import COUNT, Cursor, Token, remedies, unknown_word
+from lanindex.search.language.lexer import COUNT, RULES, Cursor, Token, remedies, unknown_word
 from lanindex.search.language.times import Time, decimal
 from lanindex.search.language.words import LANGUAGE, THINGS, UNITS, VALUES, WORD_KINDS, with_article
 
@@ -105,8 +105,6 @@ _ORDERED = ("time", "number", "level", "text", "clip")  # the types that can be 
 _COMPARABLE = [{"part", "text"}, {"clip", "text"}, {"clip", "number"}, {"clip", "part"}]
 _COLUMNS = ("label", "path", "format", "dataset", "fps", "frames", "seconds", "tempo")  # of a clip
 
-_TWO_LABELS = "Two labels: a mirrors b"
-
 
 def _type(term: Term) -> str:
     match term:
@@ -130,8 +128,7 @@ def stages_at(cursor: Cursor) -> Iterator[Stage]:
         begin = cursor.token
         stage = _stage_at(cursor, bar)
         if counted and stage.verb != "first":
-            found = 'After "count" there are no hits any more: only "first" may follow.'
-            raise cursor.error_since(begin, found)
+            raise cursor.fault("hits after count", begin, cursor.before)
         counted |= stage.verb == "count"
         yield stage
 
@@ -139,20 +136,19 @@ def stages_at(cursor: Cursor) -> Iterator[Stage]:
 def _stage_at(cursor: Cursor, bar: Token) -> Stage:
     word = cursor.take("word", "count", "sort", "first")
     if word is None:
-        found = 'A stage follows "|": count, count by clip.label, sort by match.start, first 10'
-        raise cursor.error(found, bar if cursor.stands("end") else cursor.token)
+        raise cursor.fault("no stage", bar if cursor.stands("end") else cursor.token)
     if word.text == "first":
         is_whole = cursor.stands("number") and cursor.token.text.isdecimal()
         number = int(cursor.number()) if is_whole else 0
         if not number:
-            raise cursor.error_since(word, "The first how many? first 10")
+            raise cursor.fault("first of none", word, cursor.before)
         return Stage(word.text, most=number)
     if cursor.take("word", "by"):
         return Stage(word.text, _reference_at(cursor))
     if word.text == "sort":
-        raise cursor.error("By what? sort by match.start", word)
+        raise cursor.fault("no by behind sort", word)
     if cursor.stands("word") and cursor.ahead(1).text == ".":
-        raise cursor.error('"by" is missing: count by clip.label', word)
+        raise cursor.fault("no by behind count", word)
     return Stage(word.text)
 
 
@@ -172,13 +168,12 @@ def _condition_at(cursor: Cursor) -> Condition:
     compare = cursor.take("compare") or cursor.take("mark", "=", "!=")
     if compare is None:
         if cursor.stands("word", "mirrors"):
-            raise cursor.error(_TWO_LABELS, begin, cursor.token)
+            raise cursor.fault("no two labels", begin, cursor.token)
         if cursor.stands("word") or cursor.token.text in ("*", "/"):
-            raise cursor.error("Here goes =, !=, <, <=, > or >=: a.level = high")
-        raise cursor.error_since(begin, "Compared with what? a.level = high")
+            raise cursor.fault("no comparison")
+        raise cursor.fault("compared with nothing", begin, cursor.before)
     if again := cursor.take("mark", "="):
-        remedy = "Write != once." if compare.text == "!=" else 'One "=" is enough.'
-        raise cursor.error(remedy, compare, again)
+        raise cursor.fault("two !=" if compare.text == "!=" else "two =", compare, again)
     right = _sum_at(cursor)
     types = [_type(side.terms[0][1]) for side in (left, right)]
     things = next((THINGS[it] for it in types if it in THINGS), {})
@@ -200,10 +195,10 @@ def _mirrors_at(cursor: Cursor) -> Mirrors:
     first = _label_at(cursor)
     cursor.advance()
     if cursor.token.kind != "word":
-        raise cursor.error("Another label follows: a mirrors b", cursor.before)
+        raise cursor.fault("mirrors nothing", cursor.before)
     second = _label_at(cursor)
     if first == second:
-        raise cursor.error(_TWO_LABELS, cursor.before)
+        raise cursor.fault("no two labels", cursor.before)
     return Mirrors(first, second)
 
 
@@ -212,9 +207,8 @@ def _label_at(cursor: Cursor, *others: str) -> str:
     name, labels = cursor.token.text, cursor.labels
     if name in labels or name in others:
         return cursor.advance().text
-    known = f"There is: {' '.join(labels)}"
-    known = known if labels else f"It stands before a step: {name}: r_arm high"
-    raise cursor.error(f'There is no label "{name}". {known}')
+    rule = "no such label" if labels else "no labels"
+    raise cursor.fault(rule, label=name, known=" ".join(labels))
 
 
 def _reference_at(cursor: Cursor) -> Reference:
@@ -223,18 +217,18 @@ def _reference_at(cursor: Cursor) -> Reference:
     name, names = token.text, (*cursor.labels, CLIP, MATCH)
     taken = name in (*LANGUAGE, *VALUES) and name not in (*names, *FIELDS)
     if token.kind != "word" or taken:
-        raise cursor.error("Of what? match.start, match.length, clip.label, or a label: a.start")
+        raise cursor.fault("no field")
     if cursor.ahead(1).text != ".":
         raise cursor.error(_no_reference(name, cursor.labels))
     _label_at(cursor, CLIP, MATCH)
     dot, field = cursor.advance(), cursor.token
     if field.kind != "word":
         known = " ".join(FIELDS) if name != CLIP else "clip.label, clip.path or another column"
-        raise cursor.error(f"A field follows: {known}", token, dot)
+        raise cursor.fault("no field behind dot", token, dot, known=known)
     if name != CLIP and field.text not in FIELDS:
         near = remedies("meant_field").get(field.text) or guess(field.text, FIELDS)
-        meant = f"Did you mean {name}.{near}?" if near else f"It has: {' '.join(FIELDS)}"
-        raise cursor.error(f'"{name}" has no "{field.text}". {meant}')
+        rule, known = "field misspelt" if near else "no such field", " ".join(FIELDS)
+        raise cursor.fault(rule, name=name, field=field.text, near=near, known=known)
     return Reference(name, cursor.advance().text)
 
 
@@ -259,8 +253,8 @@ def _sum_at(cursor: Cursor) -> Sum:
         terms.append((1 if sign.text == "+" else -1, term))
         for one in (first, term):
             if _type(one) not in ("time", "number", "clip"):
-                only = "only times and numbers have a sum."
-                raise cursor.error_since(begin, f'"{one}" is {_noun(_type(one))}: {only}')
+                noun = _noun(_type(one))
+                raise cursor.fault("no sum", begin, cursor.before, term=one, noun=noun)
         if {_type(term), _type(first)} == {"time", "number"}:
             raise cursor.error_since(begin, _unlike(first, term))
     return Sum(tuple(terms))
@@ -274,7 +268,7 @@ def _term_at(cursor: Cursor) -> Term:
     if token.kind == "string":
         text = cursor.text[token.start : token.stop]
         if len(text) < 2 or not text.endswith('"'):
-            raise cursor.error("These quotation marks are never closed.", token)
+            raise cursor.fault("open quotation", token)
         cursor.advance()
         return Constant("text", text[1:-1])
     if after.text == "." and token.kind == "word":
@@ -287,9 +281,7 @@ def _term_at(cursor: Cursor) -> Term:
         return Constant(kind, value)
     if mover := cursor.mover():
         if mover.form != "one":
-            right, left = mover.members
-            found = f'One part is meant: {right} or {left}. "{mover}" is none by itself.'
-            raise cursor.error(found, cursor.before)
+            raise cursor.fault("two parts", cursor.before, parts=mover.members, mover=mover)
         return Constant("text", mover.name)
     if any(token.text in known for known in THINGS.values()):
         return Constant("text", cursor.advance().text)
@@ -302,11 +294,8 @@ def _no_term(cursor: Cursor, token: Token) -> PatternError:
     if token.text in (*cursor.labels, *FIELDS, *_COLUMNS, CLIP, MATCH):
         return cursor.error(_no_reference(token.text, cursor.labels))
     if token.kind == "word" and token.text not in LANGUAGE and not COUNT.fullmatch(token.text):
-        text = cursor.excerpt(token)
-        meant = f'A text has quotation marks: clip.label = "{text}"'
-        return cursor.error(f'I don\'t know "{text}". {meant}')
-    sentence = 'A condition goes here: a.start > 2s, a.level = high, clip.label = "wave"'
-    return cursor.error(sentence, token if token.kind != "end" else cursor.before)
+        return cursor.fault("no quotation", text=cursor.excerpt(token))
+    return cursor.fault("no condition", token if token.kind != "end" else cursor.before)
 
 
 def _complaint(cursor: Cursor, comparison: Comparison) -> str | None:
@@ -315,13 +304,12 @@ def _complaint(cursor: Cursor, comparison: Comparison) -> str | None:
     types = [_type(left), _type(right)]
     terms = [term for _, term in (*comparison.left.terms, *comparison.right.terms)]
     if not any(isinstance(it, Reference) for it in terms):
-        return "Neither side speaks of a label, of match or of clip: a.start > 1s"
+        return RULES["no side speaks"]
     if types[0] != types[1] and set(types) not in _COMPARABLE:
         return _unlike(left, right)
     unordered = next((it for it in types if it not in _ORDERED), "")
     if comparison.compare not in ("=", "!=") and unordered:
-        noun = _noun(unordered).capitalize()
-        return f"{noun} is neither more nor less than another: use = or !="
+        return RULES["no order"].format(noun=_noun(unordered).capitalize())
     for term in (left, right):
         if isinstance(term, Constant) and set(types) == {"part", "text"}:
             mover = cursor.vocabulary.mover(str(term.value))
@@ -336,7 +324,7 @@ def _unlike(left: Term, right: Term) -> str:
     for term in (right, left):
         match term:
             case Constant(kind="number") if "time" in types:
-                return f"{term} what? {term}s is seconds, {term}b beats, {term}f frames."
+                return RULES["time without unit"].format(number=term)
             case Constant("text", text) if not {"direction", "level", "feet"}.isdisjoint(types):
                 return f"Take the quotation marks away: {text}"
             case Constant(kind=kind) if kind in WORD_KINDS and "clip" in types:

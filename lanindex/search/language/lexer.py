@@ -1,16 +1,14 @@
 """Pattern text → tokens, the cursor over them, and the errors about tokens in a wrong place."""
 
 import re
-import tomllib
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from importlib import resources
-from typing import Any
 
 from lanindex.alphabet import DIRECTIONS, SIXTHS
 from lanindex.errors import PatternError, shown
+from lanindex.notation.text import shipped
 from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import DEGREES, LANGUAGE, UNITS, VALUES, Mover, Vocabulary
 
@@ -33,6 +31,10 @@ _ALIASES = {"≤": "<=", "≥": ">=", "→": "->", "then": "->", "…": "..."}
 COUNT = re.compile(r"x(\d+)")  # a word that counts: x3
 _LONGEST_NUMBER = 9
 _QUOTED = re.compile(r'"([^"]*)"')
+
+
+RULES: dict[str, str] = shipped("search/language/remedies.toml")["rules"]
+"""What is said where a rule of the grammar is broken, by a name for what is wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +124,12 @@ class Cursor:
         sentence = _QUOTED.sub(lambda quoted: f'"{shown(quoted[1])}"', sentence)
         return PatternError(sentence, text=self.text, start=first.start, stop=(last or first).stop)
 
+    def fault(
+        self, rule: str, first: Token | None = None, last: Token | None = None, **said: object
+    ) -> PatternError:
+        """Return the error of a broken rule, about the same; `said` goes into its sentence."""
+        return self.error(RULES[rule].format(**said), first, last)
+
     def error_since(self, first: Token, sentence: str) -> PatternError:
         """Return an error about all that was read since a token."""
         return self.error(sentence, first, self.before)
@@ -140,7 +148,7 @@ class Cursor:
         """Return the digits of a number; refuse too many."""
         digits = digits or number.text
         if len(digits) > _LONGEST_NUMBER:
-            raise self.error(f"No more than {_LONGEST_NUMBER} digits, please.", number)
+            raise self.fault("too many digits", number, most=_LONGEST_NUMBER)
         return digits
 
     def number(self) -> Fraction:
@@ -156,13 +164,12 @@ class Cursor:
         """Read a time: ``0.3s``, ``300ms``, ``9f``, ``2b``; or a number with another unit."""
         number = self.take("number")
         if number is None:
-            raise self.error("A time goes here: 0.3s, 300ms, 9f, 2b", self.before)
+            raise self.fault("no time", self.before)
         digits = self.checked(number)
         if not self.stands("word", *units):
             often = {"1": "once", "2": "twice"}.get(digits, f"{digits} times")
-            counted = f"; x{digits} means {often}" if digits.isdecimal() else ""
-            units_are = f"{digits}s is seconds, {digits}b beats, {digits}f frames{counted}."
-            raise self.error(f"{digits} what? {units_are}", number)
+            rule = "time or count" if digits.isdecimal() else "time without unit"
+            raise self.fault(rule, number, number=digits, often=often)
         return Time(Fraction(digits), self.advance().text)
 
     def length(self, units: Collection[str] = UNITS) -> Length | None:
@@ -181,7 +188,7 @@ class Cursor:
             return Length("~", first)
         last = value()
         if last.unit == first.unit and last.number < first.number:
-            raise self.error_since(begin, f"From more to less: write {last}..{first}")
+            raise self.fault("more to less", begin, self.before, right=f"{last}..{first}")
         return Length("..", first, last)
 
     def sixths(self) -> str:
@@ -196,8 +203,7 @@ class Cursor:
         is_whole = token.kind == "number" and token.text.isdecimal()
         if is_whole and len(token.text) <= _LONGEST_NUMBER and int(token.text) <= SIXTHS:
             return Time(Fraction(token.text), "")
-        known = f"by 0, straight, to {SIXTHS} degrees, 3 being a right angle: bend 3+"
-        raise self.error(f"A limb is bent {known}", token)
+        raise self.fault("no such bend", token, most=SIXTHS)
 
 
 _FEW = 6
@@ -208,16 +214,9 @@ _NO_STEPS = ("start", "let", "count", "sort", "first", "by", "mirrors", "clip", 
 
 
 @cache
-def tables(file: str) -> dict[str, dict[str, Any]]:
-    """Return the tables of a TOML file of this package."""
-    path = resources.files("lanindex.search.language").joinpath(file)
-    return tomllib.loads(path.read_text("utf-8"))
-
-
-@cache
 def remedies(table: str) -> dict[str, str]:
     """Return a table of ``remedies.toml`` by each word or mark of its keys."""
-    rows = tables("remedies.toml")[table].items()
+    rows = shipped("search/language/remedies.toml")[table].items()
     return {word: remedy for words, remedy in rows for word in words.split()}
 
 
@@ -284,37 +283,33 @@ def no_step(cursor: Cursor, after: str) -> PatternError:
         return unknown(cursor, part_expected=True)
     if token.kind in ("arrow", "dots"):
         if arrow:
-            return cursor.error("Two arrows, and no movement between them.")
-        return cursor.error("Nothing before the arrow. Name a part first: r_arm low -> high")
+            return cursor.fault("two arrows")
+        return cursor.fault("arrow first")
     if token.kind in ("unknown", "string"):
         return cursor.error(remedy) if remedy else unknown(cursor)
     if token.text in _NO_STEPS:
         return cursor.error(remedy)
     if after:
-        what = "the arrow" if arrow else f'"{after}"'
-        return cursor.error(f"Nothing after {what}: a movement follows it.", cursor.before)
+        return cursor.fault("arrow last" if arrow else "nothing after", cursor.before, after=after)
     if token.kind == "end":
-        return cursor.error("Nothing follows this bracket.", cursor.before)
-    return cursor.error(f'Nothing before "{cursor.excerpt(token)}". Name a part first: r_arm high')
+        return cursor.fault("bracket last", cursor.before)
+    return cursor.fault("nothing before", text=cursor.excerpt(token))
 
 
 def stray(cursor: Cursor) -> PatternError:
     """Return the error of what follows a line that is complete."""
     token = cursor.token
     if cursor.at_label:
-        found = "A label goes before a step, behind the arrow: r_arm low -> a: high"
-        return cursor.error(found, token, cursor.ahead(1))
+        return cursor.fault("label behind a step", token, cursor.ahead(1))
     remedy = remedies("stray").get(token.text)
     if is_unknown(cursor) or (token.kind in ("unknown", "string") and not remedy):
         return unknown(cursor)
     if token.kind == "word" and cursor.vocabulary.mover(token.text):
-        found = 'Another part: "with" sets it beside, "->" puts it after, "or" is either of them.'
-        return cursor.error(found)
+        return cursor.fault("another part")
     if cursor.before.text == "end":
-        return cursor.error('After "end" the line does not go on.')
+        return cursor.fault("behind end")
     if remedy:
         return cursor.error(remedy)
     if token.text in VALUES:
-        order = "Direction and level stand before length and count: r_arm high <1s x2."
-        return cursor.error(f"{order} The next movement has an arrow: -> {token.text}")
-    return cursor.error(f'"{cursor.excerpt(token)}" says nothing here.')
+        return cursor.fault("word too late", word=token.text)
+    return cursor.fault("nothing said", text=cursor.excerpt(token))

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 from lanindex.errors import PatternError
 from lanindex.model.columns import GRADES
+from lanindex.notation.text import shipped
 from lanindex.search.dictionary import absent
-from lanindex.search.language.lexer import tables
 from lanindex.search.language.query import Query
 from lanindex.search.language.words import VALUES, Vocabulary
 
@@ -85,7 +85,7 @@ def _phrases() -> Mapping[tuple[str, ...], tuple[str, str]]:
         **{(word,): ("phrases", word) for word in VALUES},
         **{(name,): ("movers", name) for name in _movers()},
     }
-    for table, meanings in tables("natural.toml").items():
+    for table, meanings in shipped("search/language/natural.toml").items():
         for meaning, phrases in meanings.items():
             for phrase in phrases:
                 known[tuple(phrase.replace(",", " , ").split())] = (table, meaning)
@@ -103,7 +103,8 @@ def _plain(text: str) -> list[str]:
     """Return the words without articles, hyphens and the stop at the end."""
     text = re.sub(r"(?<=\w)-(?=\w)", " ", text.lower()).strip()
     text = _HALF.sub(r"\1 \2_\3", text)
-    verbs, fillers = (tables("natural.toml")[name] for name in ("verbs", "fillers"))
+    tables = shipped("search/language/natural.toml")
+    verbs, fillers = tables["verbs"], tables["fillers"]
     ends = {*verbs["raise"], *verbs["lower"]}  # they say where it ends by themselves
     if (match := _FROM.fullmatch(text)) and ends.isdisjoint(text.split()):
         text = f"{match[1]} {match[2]} ... {match[3]}"

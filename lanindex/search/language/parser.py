@@ -11,6 +11,7 @@ from lanindex.search.language import query as tree
 from lanindex.search.language.clauses import conditions_at, stages_at
 from lanindex.search.language.lexer import (
     COUNT,
+    RULES,
     Cursor,
     Token,
     is_unknown,
@@ -103,15 +104,13 @@ class _Parser(Cursor):
         while let := self.take("word", "let"):
             self.let(let)
         if self.stands("end"):
-            raise self.error("Nothing to look for. Name a part first: r_arm right mid")
+            raise self.fault("no pattern")
         pattern = self.pattern(frozenset())
         if self.strict and not self.timed:
-            found = "Only the timing of pasted LND can be strict, and there is none here."
-            raise self.error_since(begin, found)
+            raise self.fault("nothing timed", begin, self.before)
         query = self.clauses(_without_brackets(pattern) if self.timed else pattern)
         if self.words_named and (length := len(str(query))) > _LONGEST:
-            found = f"With all names written out it has {length} characters;"
-            raise self.error_since(begin, f"{found} {_LONGEST} is the most.")
+            raise self.fault("too long", begin, self.before, length=length, most=_LONGEST)
         return query
 
     def pattern(self, carried: frozenset[Mover], after: str = "") -> tree.Choice:
@@ -138,7 +137,7 @@ class _Parser(Cursor):
             return None
         relation = RELATIONS[word.text]
         if relation != word.text and not self.take("word", "with"):
-            raise self.error(f'"with" follows: r_arm high {relation} l_arm high', word)
+            raise self.fault("no with", word, relation=relation)
         return relation
 
     def limit(self, relation: str) -> Length | None:
@@ -146,37 +145,35 @@ class _Parser(Cursor):
         begin, opening = self.before, self.take("mark", "[")
         plain = relation in ("with", "without")
         example = f"{relation}[{'1s' if plain else '<1s'}]"
-        if opening is None and self.at_length:
-            raise self.error(f"A time goes into square brackets: {example}")
         if opening is None:
+            if self.at_length:
+                raise self.fault("time without brackets", example=example)
             return None
         if reason := remedies("unlimited").get(relation.split()[0]):
-            found = f'No time goes with "{relation}": {reason}'
-            raise self.error(found, begin, opening)
+            raise self.fault("unlimited", begin, opening, relation=relation, reason=reason)
         if not self.at_length:
-            raise self.error(f"A time goes into the brackets: {example}", opening)
+            raise self.fault("no time in brackets", opening, example=example)
         if not plain:
             length = self.length()
             self.close(opening)
             return length
         time = None if self.stands("compare") else self.time()
         if time is None or self.stands("mark", "+") or self.stands("range"):
-            raise self.error(f"A plain time: {relation}[1s] is less than 1s between.")
+            raise self.fault("no plain time", relation=relation)
         self.close(opening)
         if not time.number:
-            alone = f'"{relation}" alone is about sharing a frame.'
-            raise self.error_since(opening, f"Nothing is less than no time between. {alone}")
+            raise self.fault("no time between", opening, self.before, relation=relation)
         return Length("<", time)
 
     def close(self, opening: Token) -> None:
         if not self.take("mark", "]"):
-            raise self.error('This bracket is never closed: a "]" is missing.', opening)
+            raise self.fault("never closed", opening, mark="]")
 
     def line(self, carried: frozenset[Mover], after: str) -> tree.Line:
         begin = self.token
         start = None
         if self.take("word", "start") and (start := self.arrow()) is None:
-            raise self.error('An arrow follows "start": start -> r_arm high', begin)
+            raise self.fault("no arrow behind start", begin)
         items = [self.item(carried, "start" if start else after)]
         arrows: list[tree.Arrow] = []
         end = None
@@ -187,8 +184,7 @@ class _Parser(Cursor):
             arrows.append(arrow)
             items.append(self.item(tree.last_movers(items[-1].unit), "->"))
         if all(item.optional for item in items):
-            found = "All of this line may be left out, so there is nothing to find:"
-            raise self.error_since(begin, f'{found} take a "?" or an "x0" away.')
+            raise self.fault("all optional", begin, self.before)
         return tree.Line(tuple(items), tuple(arrows), start, end)
 
     def arrow(self) -> tree.Arrow | None:
@@ -203,13 +199,10 @@ class _Parser(Cursor):
         skips = self.skips()
         length = None if skips else self.length()
         if skips is None and length is None:
-            limits = "[<2s] of the time between, ...[<=2] of the movements skipped."
-            raise self.error(f"A limit goes into the brackets: {limits}", opening)
+            raise self.fault("no limit in brackets", opening)
         self.close(opening)
         if skips and not later:
-            found = "The arrow -> skips nothing: it leads to the next movement."
-            remedy = f"...[{skips}] counts what is skipped, ->[{skips}s] is a time."
-            raise self.error_since(begin, f"{found} {remedy}")
+            raise self.fault("nothing skipped", begin, self.before, skips=skips)
         return tree.Arrow(later, length, skips)
 
     def skips(self) -> Length | None:
@@ -219,8 +212,7 @@ class _Parser(Cursor):
             return None
         compare, token = self.take("compare"), self.advance()
         if not number.isdecimal():
-            found = "Movements are counted in whole numbers; a time has a unit."
-            raise self.error(found, token)
+            raise self.fault("part of a movement", token)
         return Length(compare.text if compare else "", Time(Fraction(self.checked(token)), ""))
 
     def item(self, carried: frozenset[Mover], after: str) -> tree.Item:
@@ -230,14 +222,13 @@ class _Parser(Cursor):
         unit, timed = self.unit(carried, after)
         length = self.length()
         if length and (token := self.token) and self.length():
-            raise self.error_since(token, "Two lengths. From 1s to 2s is 1s..2s")
+            raise self.fault("two lengths", token, self.before)
         item = tree.Item(unit, length or timed, self.repeat(), label)
         if item.repeat != tree.ONCE:
             self.refuse_after_count(first)
             self.refuse_labels(labelled + bool(label), "a repeat: put it before all of it.")
         if (steps := tree.steps_taken(item)) > _MOST_STEPS:
-            found = f"This asks for {steps} movements in a row; {_MOST_STEPS} is the most."
-            raise self.error_since(begin, f"{found} x3+ leaves the number open.")
+            raise self.fault("too many steps", begin, self.before, steps=steps, most=_MOST_STEPS)
         return item
 
     def label(self) -> str:
@@ -247,9 +238,9 @@ class _Parser(Cursor):
         label = self.name()
         colon = self.advance()
         if self.at_label:
-            raise self.error("One label is enough.", self.token, self.ahead(1))
+            raise self.fault("two labels", self.token, self.ahead(1))
         if label.text in self.labels:
-            raise self.error(f'The label "{label.text}" stands once.', label, colon)
+            raise self.fault("label again", label, colon, label=label.text)
         self.labels[label.text] = (label, colon)
         return label.text
 
@@ -257,10 +248,10 @@ class _Parser(Cursor):
         """Read a name, which goes here."""
         token = self.token
         if token.kind != "word":
-            raise self.error("A name goes here, such as a or reach_up.", self.before)
+            raise self.fault("no name", self.before)
         count = "a count" if COUNT.fullmatch(token.text) else ""
         if means := count or self.vocabulary.meaning_of(token.text):
-            raise self.error(f'"{self.excerpt(token)}" is {means}: choose another name.')
+            raise self.fault("no free name", name=self.excerpt(token), means=means)
         return self.advance()
 
     def refuse_labels(self, before: int, where: str) -> None:
@@ -284,27 +275,21 @@ class _Parser(Cursor):
         if self.take("range"):
             number = self.take("number")
             if number is None or not number.text.isdecimal():
-                raise self.error_since(begin, "From how often to how often? x2..3")
+                raise self.fault("no second count", begin, self.before)
             most = int(self.checked(number))
             if most < least:
-                raise self.error_since(begin, f"From more to less: write x{most}..{least}")
+                raise self.fault("more to less", begin, self.before, right=f"x{most}..{least}")
         if most == 0:
-            found = '"x0" is never. To say that it does not happen: without'
-            raise self.error_since(begin, found)
+            raise self.fault("x0", begin, self.before)
         return tree.Repeat(least, most)
 
     def refuse_after_count(self, begin: Token) -> None:
         """Refuse a length or another count after a count, since it is ambiguous."""
         counted, token = self.excerpt(begin, self.before), self.token
-        if self.length():
-            more, of, each = "length", "time", "; to time each, length first."
-        elif self.repeat() != tree.ONCE:
-            more, of, each = "count", "repeat", ""
-        else:
-            return
-        bracketed = f"({counted}) {self.excerpt(token, self.before)}{each}"
-        found = f"A {more} after a count: to {of} all of it, bracket it: {bracketed}"
-        raise self.error_since(token, found)
+        rule = "length after count" if self.length() else "count after count"
+        if self.token is not token or self.repeat() != tree.ONCE:
+            again = self.excerpt(token, self.before)
+            raise self.fault(rule, token, self.before, counted=counted, again=again)
 
     def unit(
         self, carried: frozenset[Mover], after: str
@@ -312,7 +297,7 @@ class _Parser(Cursor):
         """Read a step or a bracket, with the length that a line of LND has."""
         if word := self.take("word", "mirror"):
             if not self.stands("mark", "("):
-                raise self.error("Brackets follow: mirror(r_arm right)", word)
+                raise self.fault("no bracket behind mirror", word)
             # who carries into the bracket stays who it is: mirrored twice
             return tree.mirrored(self.bracket(frozenset(it.mirrored() for it in carried))), None
         if self.stands("mark", "("):
@@ -328,10 +313,10 @@ class _Parser(Cursor):
         opening = self.advance()
         self.deepen(opening)
         if self.stands("mark", ")"):
-            raise self.error("Nothing between these brackets.", opening, self.token)
+            raise self.fault("empty brackets", opening, self.token)
         pattern = self.pattern(carried)
         if self.stands("end"):
-            raise self.error('This bracket is never closed: a ")" is missing.', opening)
+            raise self.fault("never closed", opening, mark=")")
         if not self.take("mark", ")"):
             raise stray(self)
         self.depth -= 1
@@ -340,23 +325,22 @@ class _Parser(Cursor):
     def deepen(self, opening: Token) -> None:
         self.depth += 1
         if self.depth > _DEEPEST:
-            raise self.error(f"More than {_DEEPEST} brackets inside each other.", opening)
+            raise self.fault("too deep", opening, most=_DEEPEST)
 
     def let(self, let: Token) -> None:
         """Read ``let NAME = pattern ;``; each use reads it again, as a part may carry into it."""
         token = self.name()
         name = token.text
         if name in self.lets:
-            raise self.error(f'"{name}" has a pattern already: choose another name.', token)
+            raise self.fault("let again", token, name=name)
         if not self.take("mark", "="):
-            raise self.error(f"An = follows: let {name} = mid -> high;", let, token)
+            raise self.fault("no = in let", let, token, name=name)
         begin = self.token
         self.open_names.append(name)
         self.pattern(frozenset((_ANYONE,)), "=")
         self.open_names.pop()
         if self.stands("end"):
-            found = 'A ";" ends it, and the pattern follows: let up = mid -> high; r_arm low -> @up'
-            raise self.error_since(let, found)
+            raise self.fault("no ; behind let", let, self.before)
         if not self.stands("mark", ";"):
             raise stray(self)
         self.lets[name] = self.text[begin.start : self.before.stop]
@@ -379,12 +363,12 @@ class _Parser(Cursor):
         except PatternError as error:
             self.text, self.tokens, self.index = outside
             quote = self.excerpt(at, self.before)
-            found = f"{quote}: {error.found}"
-            if error.found == _NO_PART:
-                found = (
-                    f"{quote} begins without a part. Let one carry into it: r_arm low -> {quote}"
-                )
-            raise self.error_since(at, found) from error
+            rule = (
+                "pattern without a part"
+                if error.found == RULES["no part"]
+                else "fault in a pattern"
+            )
+            raise self.fault(rule, at, self.before, quote=quote, found=error.found) from error
         self.text, self.tokens, self.index = outside
         self.open_names.pop()
         for label in list(self.labels)[labelled:]:
@@ -396,23 +380,20 @@ class _Parser(Cursor):
         """Read a name behind ``@``, and return it with the text of its pattern."""
         token = self.token
         if token.kind != "word":
-            raise self.error("The name of a pattern follows: @reach_up", at)
+            raise self.fault("no name behind @", at)
         name = self.advance().text
         if name in self.open_names:
-            raise self.error(f'"@{name}" speaks of itself.', at, token)
+            raise self.fault("pattern in itself", at, token, name=name)
         if self.stands("mark", ".") and self.ahead(1).text in ("lq", "lnd"):
-            found = "A pattern in a file stands alone: search @raise.lq"
-            raise self.error(found, at, self.ahead(1))
+            raise self.fault("file in a pattern", at, self.ahead(1))
         if text := self.lets.get(name) or self.names.get(name):
             self.words_named += len(tokens(text))
             if self.words_named > _MOST_WORDS:
-                found = f"With all names written out this has more than {_MOST_WORDS} words."
-                raise self.error(found, at, token)
+                raise self.fault("too many words", at, token, most=_MOST_WORDS)
             return name, text
         near = guess(name, [*self.lets, *self.names])
-        remedy = f"A let before gives one its name: let {shown(name, 20)} = mid -> high;"
-        remedy = f'Did you mean "@{near}"?' if near else remedy
-        raise self.error(f'There is no pattern "@{name}". {remedy}', at, token)
+        rule = "pattern misspelt" if near else "no such pattern"
+        raise self.fault(rule, at, token, name=name, near=near, short=shown(name, 20))
 
     def clauses(self, pattern: tree.Choice) -> tree.Query:
         """Read the clauses and stages, and return the query."""
@@ -421,8 +402,7 @@ class _Parser(Cursor):
         while word := self.take("word", "either", "rhythm", "where"):
             name = "either side" if word.text == "either" else word.text
             if name in seen:
-                more = ': "and" joins conditions' if name == "where" else ""
-                raise self.error(f'"{name}" stands once{more}.', word)
+                raise self.fault("where again" if name == "where" else "again", word, name=name)
             seen.append(name)
             if name == "where":
                 query = replace(query, where=conditions_at(self))
@@ -431,36 +411,35 @@ class _Parser(Cursor):
             elif self.take("word", "side"):
                 query = replace(query, either_side=True)
             else:
-                raise self.error('"either side": the pattern or its mirror image.', word)
+                raise self.fault("either without side", word)
         query = replace(query, stages=tuple(stages_at(self)))
         token = self.token
         if token.kind == "end":
             return query
         if query.stages:
-            raise self.error('Behind a stage comes another one, with a "|", or nothing.')
+            raise self.fault("behind a stage")
         remedy = remedies("behind_condition").get(token.text)
         if seen[-1:] == ["where"] and remedy:
             raise self.error(remedy)
         if not seen or is_unknown(self) or token.kind in ("unknown", "string"):
             raise stray(self)
-        raise self.error(f'"{seen[-1]}" ends the pattern: steps and lines stand before it.')
+        raise self.fault("behind a clause", clause=seen[-1])
 
     def rhythm(self, begin: Token, pattern: tree.Choice) -> tuple[Fraction, ...]:
         numbers: list[Fraction] = []
         while not numbers or self.take("mark", ":"):
             token = self.token
             if token.kind != "number":
-                raise self.error("Numbers go here, one a step: rhythm 1:1:2", self.before)
+                raise self.fault("no rhythm", self.before)
             numbers.append(self.number())
             if not numbers[-1]:
-                raise self.error("No step lasts for nothing: a number above 0.", token)
+                raise self.fault("step of no length", token)
         if len(numbers) == 1:
-            raise self.error_since(begin, "A rhythm has two numbers or more: 1:2")
+            raise self.fault("rhythm of one", begin, self.before)
         counts = [tree.steps_in(lines.first) for lines in pattern.alternatives]
         if not any(least <= len(numbers) <= most for least, most in counts):
             steps = " or ".join(dict.fromkeys(_number_of_steps(*count) for count in counts))
-            found = f"{len(numbers)} numbers, but the first line has {steps}: one number each."
-            raise self.error_since(begin, found)
+            raise self.fault("other rhythm", begin, self.before, numbers=len(numbers), steps=steps)
         return tuple(numbers)
 
 
@@ -480,7 +459,6 @@ def _without_brackets(pattern: tree.Choice) -> tree.Choice:
 # Steps: who moves, how, and the words, which must agree with each other.
 
 _STAYING = {"at": "at is being there"} | dict.fromkeys(RESTS, "hold is staying put")
-_NO_PART = "Name the part first: r_arm high"
 _EXAMPLES = {"feet": "jump", "bend": "r_arm"}  # by kind of words, a part to name
 
 
@@ -503,9 +481,9 @@ def _step_at(cursor: Cursor, carried: frozenset[Mover], after: str) -> tree.Step
     token = cursor.take("word", *MANNERS)
     manner = token.text if token else "move"
     if manner == "at" and not THINGS.keys().isdisjoint(_kind(mover).words):
-        raise cursor.error(f"It lasts as long as its movement does: {mover} 1s+", cursor.before)
+        raise cursor.fault("no stay", cursor.before, mover=mover)
     if manner == STILL and _kind(mover).name != "gesture":
-        raise cursor.error(f"Only of limbs swings are counted: {mover} hold", cursor.before)
+        raise cursor.fault("no swings", cursor.before, mover=mover)
     words = _words(cursor, mover, manner)
     remedy = remedies("no_words").get(manner)
     if remedy and not words:
@@ -529,7 +507,7 @@ def _check_meant(cursor: Cursor, carried: frozenset[Mover]) -> None:
     goes_on |= cursor.vocabulary.mover(word, after.text) is not None
     if word in _values(*carried) and cursor.vocabulary.mover(word) and not goes_on:
         (mover, *_) = carried
-        raise cursor.error(f"Which is meant? {mover} {word}, or the part: {word} any")
+        raise cursor.fault("word or part", mover=mover, word=word)
 
 
 def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
@@ -538,13 +516,12 @@ def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
     word = cursor.token.text
     if carried:
         names = ", ".join(sorted(mover.name for mover in carried))
-        found = f"The alternatives before end with different parts ({names}). Name the part here."
-    elif part := _EXAMPLES.get(VALUES.get(word, ("", ""))[0]):
-        found = f"Name the part first: {part} {word}"
-    else:
-        remedy = f'Name the part here: nothing carries over "{after}".' if after else _NO_PART
-        found = remedies("no_part").get(after, remedy)
-    raise cursor.error(found)
+        raise cursor.fault("several parts before", names=names)
+    if part := _EXAMPLES.get(VALUES.get(word, ("", ""))[0]):
+        raise cursor.error(f"Name the part first: {part} {word}")
+    if remedy := remedies("no_part").get(after):
+        raise cursor.error(remedy)
+    raise cursor.fault("no part carried" if after else "no part", after=after)
 
 
 def _bending(cursor: Cursor, mover: Mover) -> Mover | None:
@@ -566,7 +543,7 @@ def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[tree.Word, ...]:
         begin = cursor.token
         negated = cursor.take("word", "not") is not None
         if not _at_value(cursor, mover):
-            raise _no_value(cursor, "Not what? A direction or level follows: not low")
+            raise _no_value(cursor, "not without a word")
         words.append(_word(cursor, mover, negated))
         if not (negated and words[-1] in checked):
             checked.append(words[-1])
@@ -574,12 +551,11 @@ def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[tree.Word, ...]:
                 raise cursor.error_since(begin, found)
     number, unit = cursor.number_and_unit()
     if number and unit not in UNITS and "degrees" in _kind(mover).words:
-        units = f"{number}deg is degrees, {number}s seconds, {number}b beats, {number}f frames."
-        raise cursor.error(f"{number} what? {units}")
+        raise cursor.fault("angle without unit", number=number)
     for kind in THINGS.keys() & _kind(mover).words:
         if not words and is_unknown(cursor):
-            word, known = cursor.token.text, " ".join(WORD_KINDS[kind].codes)
-            raise cursor.error(f'No {WORD_KINDS[kind].noun} "{word}". There is: {known}')
+            noun, known = WORD_KINDS[kind].noun, " ".join(WORD_KINDS[kind].codes)
+            raise cursor.fault("no such thing", noun=noun, word=cursor.token.text, known=known)
     return tuple(words)
 
 
@@ -603,23 +579,22 @@ def _word(cursor: Cursor, mover: Mover, negated: bool) -> tree.Word:
     values = [value]
     while cursor.take("mark", "/"):
         if not _at_value(cursor, mover):
-            raise _no_value(cursor, 'Or what? A word of the same kind follows "/": high/low')
+            raise _no_value(cursor, "/ without a word")
         first = cursor.token
         other, value = _value(cursor, mover)
         if other != kind:
             both = f"{begin.text} {cursor.excerpt(first, cursor.before)}"
-            one_kind = '"/" joins words of one kind: right/left, high/low.'
-            raise cursor.error_since(begin, f'{one_kind} Both at once have no "/": {both}')
+            raise cursor.fault("/ of two kinds", begin, cursor.before, both=both)
         values.append(value)
     return tree.Word(kind, tuple(values), negated)
 
 
-def _no_value(cursor: Cursor, sentence: str) -> PatternError:
+def _no_value(cursor: Cursor, rule: str) -> PatternError:
     if is_unknown(cursor):
         return unknown(cursor)
     if cursor.token.kind == "word" and cursor.vocabulary.mover(cursor.token.text):
-        return cursor.error('Here goes a direction or a level. "or" joins lines of other parts.')
-    return cursor.error(sentence, cursor.before)
+        return cursor.fault("part for a word")
+    return cursor.fault(rule, cursor.before)
 
 
 def _complaint(words: tuple[tree.Word, ...], mover: Mover, manner: str) -> str | None:

@@ -105,20 +105,19 @@ class _Score:
         numbered = name[:4] == "unit" and name[4:].isdecimal()
         if not (name in _HEADINGS or numbered):
             known = " ".join(f"#{heading}" for heading in _HEADINGS)
-            raise cursor.error(f"No such heading. LND has: {known}", begin, word or begin)
+            raise cursor.fault("no such heading", begin, word or begin, known=known)
         cursor.take("mark", "=")
         if not numbered and not cursor.take("number"):
-            raise cursor.error_since(begin, "A number follows this heading.")
+            raise cursor.fault("no number in heading", begin, cursor.before)
         if cursor.take("mark", "/") and not cursor.take("number"):
-            raise cursor.error_since(begin, "A rhythm is like 4/4.")
+            raise cursor.fault("no rhythm in heading", begin, cursor.before)
         self.in_units |= numbered or name == "unit"
         text = " ".join(cursor.text[begin.start : cursor.before.stop].split())
         if name == "speed" and self.speed is None:
             try:
                 self.speed = Fraction(text.replace("=", " ").split()[-1])
             except (ValueError, ZeroDivisionError) as error:  # thousands of digits, or 1/0
-                found = "A speed is beats a minute: #speed=120"
-                raise cursor.error_since(begin, found) from error
+                raise cursor.fault("no speed", begin, cursor.before) from error
         return text
 
     def symbol(self, begin: Token) -> str:
@@ -127,22 +126,22 @@ class _Score:
         if part is None:
             raise unknown(cursor, True) if is_unknown(cursor) else self.incomplete(begin)
         if part.form != "one":
-            right, left = part.members
-            raise cursor.error(f"LND names one part: {right} or {left}", cursor.before)
+            raise cursor.fault("two parts in LND", cursor.before, parts=part.members)
         words = tuple(self.word(begin, kind) for kind in LINES[begin.text].names)
         times = [self.number(begin) for _ in range(2)]
         start, stop = map(Fraction, times)
         if stop < start:
-            raise cursor.error_since(begin, f"An end at {times[1]} lies before the start.")
+            raise cursor.fault("end before start", begin, cursor.before, end=times[1])
         self.tracks.setdefault(part, []).append(_Symbol(words, start, stop))
         spelled = [word.values[0].removesuffix(DEGREES).replace(" ", "") for word in words]
         return " ".join([begin.text, part.name, *spelled, *times])
 
     def incomplete(self, begin: Token) -> PatternError:
         names = LINES[begin.text].names
-        count = {1: "four", 2: "five"}[len(names)]
-        known = f"A line of LND has {count} words behind {begin.text}: part"
-        return self.cursor.error_since(begin, f"{known} {' '.join(names)} start end")
+        said = {"count": {1: "four", 2: "five"}[len(names)], "names": " ".join(names)}
+        return self.cursor.fault(
+            "no line of LND", begin, self.cursor.before, line=begin.text, **said
+        )
 
     def word(self, begin: Token, kind: str) -> tree.Word:
         cursor = self.cursor
@@ -161,13 +160,12 @@ class _Score:
         if number is None:
             raise self.incomplete(begin)
         if len(number.text) > 40:
-            raise self.cursor.error("No more than 40 digits, please.", number)
+            raise self.cursor.fault("too many digits", number, most=40)
         return number.text
 
-    def error(self, sentence: str) -> PatternError:
-        """Return an error about all lines."""
-        (_, first, _), (_, _, last) = self.lines[0], self.lines[-1]
-        return self.cursor.error(sentence, first, last)
+    def fault(self, rule: str, **said: object) -> PatternError:
+        """Return the error of a broken rule, about all lines."""
+        return self.cursor.fault(rule, self.lines[0][1], self.lines[-1][2], **said)
 
     def length(self, symbol: _Symbol) -> Length | None:
         return Length("~", self.time(symbol.length)) if self.strict and symbol.length else None
@@ -186,7 +184,7 @@ class _Score:
     def side_by_side(self) -> tree.Lines:
         """Return a line for each part: those that move first, in order of appearance."""
         if not self.tracks:
-            raise self.error("A score without symbols: there is nothing to find.")
+            raise self.fault("no symbols")
         tracks = self.tracks_in_units() if self.in_units else self.tracks
         movers = sorted(tracks, key=lambda mover: _stays(tracks[mover]))
         first, *others = [self.line(mover, tracks[mover]) for mover in movers]
@@ -201,10 +199,8 @@ class _Score:
         except NotationError as error:
             number = error.place.rpartition(":")[2]
             found = f"{error.found}{f', wanted {error.wanted}' if error.wanted else ''}."
-            if not number.isdecimal():
-                raise self.error(found) from error
-            _, first, last = self.lines[int(number) - 2]
-            raise self.cursor.error(found, first, last) from error
+            lines = self.lines[int(number) - 2 :][:1] if number.isdecimal() else self.lines
+            raise self.cursor.error(found, lines[0][1], lines[-1][2]) from error
         beat = Fraction(score.meter.beats, score.meter.division)
         tracks: dict[Mover, list[_Symbol]] = {mover: [] for mover in self.tracks}
         for mover, symbols in tracks.items():
@@ -220,12 +216,9 @@ class _Score:
         """Return the movements of one part, or that it stays in its starting position."""
         for before, after in pairwise(symbols):
             if not after.length:
-                found = f"{mover} has a symbol without length in the middle: it was not seen before"
-                unknown = "no pattern goes over a time in which a part is unknown."
-                raise self.error(f"{found} that, and {unknown}")
+                raise self.fault("unknown in the middle", mover=mover)
             if self.strict and after.start < before.stop:
-                remedy = "lines like #unit1 between would tell the time."
-                raise self.error(f"{mover} goes back in time: {remedy}")
+                raise self.fault("back in time", mover=mover)
         if _stays(symbols):
             return tree.Line((tree.Item(tree.Step(mover, True, "at", symbols[0].words)),))
         items = tuple(
