@@ -38,11 +38,11 @@ support l_support forward mid 16.5 17.5
 jump jump forward leap 17.5 18.5
 support r_support forward low 18.5 19.5
 jump jump place assemble 20 21
-stance r_stance mid 21 28
-stance l_stance mid 21 25
+stance r_stance mid 21 31
+stance l_stance mid 21 31
 rotation body_turn right 90 16 17.5
 rotation body_turn left 180 18 19.5
-rotation body_turn right 360 20 21.5
+rotation body_turn right 360 28.5 30
 twist torso_twist right 45 16 17.5
 twist torso_twist left 30 18 19.5
 twist torso_twist place 0 20 21
@@ -74,7 +74,7 @@ def signs() -> bytes:
         lines += [f"direction {part} {cell} {when}" for part in LIMBS]
         lines.append(f"support {'rl'[at % 2]}_support {cell} {when}")
     score = lnd.read("\n".join(lines) + "\n" + OTHERS)
-    return rendered(draw(score, title="signs", bars=4, legend=True), "png")
+    return rendered(draw(score, title="signs", bars=4, legend=True), "png", 1.5)
 
 
 if __name__ == "__main__":

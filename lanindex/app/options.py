@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -138,9 +138,11 @@ Part = Annotated[list[str] | None, option(..., "PART", "Only this part; repeatab
 FromSeconds = Annotated[float | None, option(..., "SECONDS", "Where to begin.", "--from", min=0.0)]
 ToSeconds = Annotated[float | None, option(..., "SECONDS", "Where to end.", "--to", min=0.0)]
 Bars = Annotated[
-    int | None, option(..., "N", "Bars (or five-second stretches) per staff: 4.", min=1)
+    int | None, option(..., "N", "Bars (or five-second stretches) per staff: 4, in a PDF 2.", min=1)
 ]
-Scale = Annotated[float | None, option(..., "N", "Magnification: 1.", min=0.1, max=20.0)]
+Scale = Annotated[
+    float | None, option(..., "N", "Magnification: 1.5, in a PDF 1.", min=0.1, max=20.0)
+]
 Words = Annotated[
     Path | None,
     option(
@@ -295,7 +297,7 @@ def capture_id(text: str) -> int | str:
     return int(text) if text.isdecimal() else text
 
 
-def ending(path: Path, allowed: Sequence[str]) -> str:
+def ending(path: Path, allowed: Collection[str]) -> str:
     """Return the ending of a file to write, without its dot."""
     form = path.suffix.lower().removeprefix(".")
     if form not in allowed:

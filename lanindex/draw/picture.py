@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 from lanindex.alphabet import KINDS, kind_of
 from lanindex.model import Symbol
-from lanindex.model.derived import STRETCHES, degree_of
+from lanindex.model.derived import degree_of
 
 C = 140  # units of the width of a symbol: all else is measured by it
 PIXEL = 10  # units of a pixel, at scale 1
@@ -193,31 +193,55 @@ def _strokes(outline: Points) -> tuple[Points, ...]:
     return tuple(strokes)
 
 
-SMALL = round(0.5 * C)  # the size of numbers, and of narrow signs
+SMALL = round(0.5 * C)  # the size of numbers
+GAP = C // 16  # left free below and above each symbol
+_PINNED = round(3.2 * SMALL)  # room for a pin above its number
 BOW = round(0.3 * C)  # how deep bows are
-_CURVES = 45  # degrees from which on a way is drawn as one that goes round
 # Draws a symbol from the middle of its column, its lower end and its height
 Sign = Callable[[Symbol, int, int, int], list[Mark]]
 
 
 def turn(symbol: Symbol, x: int, y: int, height: int, half: int = C // 2) -> list[Mark]:
-    """Return a box that slants up to the side of a turn, and its amount: a pin, and degrees."""
-    left = symbol.direction == "left"
-    slant = 0 if symbol.direction == "place" else min(height // 3, C // 2)
-    low, high = (0, slant) if left else (slant, 0)
-    foot = height - slant
-    corners = ((-half, low), (half, high), (half, high + foot), (-half, low + foot))
-    marks: list[Mark] = [Polyline(x, y - height, (corners,), True)]
-    room, middle = height - 2 * slant, y - height // 2
-    if symbol.amount and room >= 2.2 * SMALL:  # the pin points ahead at 0, then clockwise
-        way, pin = radians(symbol.amount * (-1 if left else 1)), middle - SMALL // 2
-        across, down = round(SMALL * sin(way)), round(-SMALL * cos(way))
-        end = x + across // 2, pin + down // 2
-        marks += [line(x - across // 2, pin - down // 2, *end), Circle(*end, C // 12, "solid")]
-        marks.append(_number(symbol, x, middle + SMALL))
-    elif symbol.amount and height - slant >= SMALL:
-        marks.append(_number(symbol, x, middle + SMALL // 3))
-    return marks
+    """Return a box that slants up to the side of a turn, and its amount, beside a centre line."""
+    slant = _slant(symbol, height)
+    low, high = max(-slant, 0), max(slant, 0)
+    foot = height - abs(slant)
+    corners = ((-half, high), (half, low), (half, low + foot), (-half, high + foot))
+    aside = half // 2 * (-1 if slant < 0 else 1) if half > C // 2 else 0
+    told = _amount(symbol, x + aside, y - height // 2, foot)
+    return [Polyline(x, y - height, (corners,), True), *told]
+
+
+def circle(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
+    """Return a circular path: a line between two bars that slant up to its side, and its amount."""
+    slant, half, middle = _slant(symbol, height) // 2, C // 3, y - height // 2
+    low, high = y - abs(slant), y - height + abs(slant)
+    told = _amount(symbol, x, middle, low - high)
+    gap = min(len(told), 2) * SMALL * 11 // 20
+    bars = [line(x - half, at + slant, x + half, at - slant) for at in (low, high)]
+    return [*bars, line(x, low, x, middle + gap), line(x, high, x, middle - gap), *told]
+
+
+def _slant(symbol: Symbol, height: int) -> int:
+    """Return how far the right of a sign lies above its left."""
+    size = min(height // 3, C // 2)
+    return {"left": -size, "right": size}.get(symbol.direction or "", 0)
+
+
+def _amount(symbol: Symbol, x: int, middle: int, room: int) -> list[Mark]:
+    """Return degrees and, in room enough, a pin that points ahead at 0, then to the side."""
+    if not symbol.amount or room < SMALL:
+        return []
+    if room < _PINNED:
+        return [_number(symbol, x, middle + SMALL // 3)]
+    way, pin = (
+        radians(symbol.amount * (-1 if symbol.direction == "left" else 1)),
+        middle - SMALL // 2,
+    )
+    across, down = round(SMALL * sin(way)), round(-SMALL * cos(way))
+    end = x + across // 2, pin + down // 2
+    shaft = line(x - across // 2, pin - down // 2, *end)
+    return [_number(symbol, x, middle + SMALL), shaft, Circle(*end, C // 12, "solid")]
 
 
 def _number(symbol: Symbol, x: int, y: int) -> Label:
@@ -233,32 +257,32 @@ def incline(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
 
 
 def travel(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
-    """Return a path: a line between two bars, slanting if it curves, with its direction."""
-    slant = min(C // 3, height // 4) if (symbol.amount or 0) >= _CURVES else 0
-    ends = tuple(((-C // 3, -at), (C // 3, -at - slant)) for at in (0, height - slant))
+    """Return a path: a line between two bars, with its direction."""
+    ends = tuple(((-C // 3, -at), (C // 3, -at)) for at in (0, height))
     size = min(height * 3 // 5, C)
     low, width = (height - size) // 2, C * 3 // 5
-    stem = (((0, -slant // 2), (0, -low)), ((0, -low - size), (0, slant // 2 - height)))
+    stem = (((0, 0), (0, -low)), ((0, -low - size), (0, -height)))
     where = sign(x - width // 2, y - low, symbol.direction, None, size, width=width)
     return [Polyline(x, y, (*ends, *stem)), *where]
 
 
+_CROSS = round(0.36 * C)  # width and height of the signs of bends
+
+
 def bend(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
-    """Return a narrow sign, a cross to bend or posts to stretch, its degree and how long."""
-    size = min(height, SMALL)
-    half, amount = size // 2, symbol.amount or 0
-    strokes: tuple[tuple[tuple[int, int], ...], ...]
-    if amount < STRETCHES:
-        strokes = (((-half, 0), (half, -size)), ((-half, -size), (half, 0)))
-    else:
-        strokes = (((-half, -size), (-half, 0), (half, -size), (half, 0)),)
-    numbered = height >= 2.2 * SMALL
-    top = round(2.2 * SMALL) if numbered else size
-    if height > top:
-        strokes += (((0, -top), (0, -height)),)
+    """Return a cross and the degree of a bend, or posts for a straight limb, and how long."""
+    size, degree = min(height, _CROSS), degree_of(symbol.amount or 0)
+    half, at = size // 2, -size // 2 * bool(degree)
+    cross = (((-half, 0), (half, -size)), ((-half, -size), (half, 0)))
+    posts = (((-half, -size), (-half, 0), (half, -size), (half, 0)),)
+    strokes = tuple(
+        tuple((at + right, up) for right, up in it) for it in (cross if degree else posts)
+    )
+    if height > size + 2 * GAP:
+        strokes += (((0, -size - 2 * GAP), (0, -height)),)
     marks: list[Mark] = [Polyline(x, y, strokes)]
-    if numbered:
-        marks.append(Label(x, y - size - SMALL // 4, str(degree_of(amount)), SMALL))
+    if degree and height >= _CROSS:
+        marks.append(Label(x + half + SMALL // 5, y, str(degree), SMALL))
     return marks
 
 
@@ -283,10 +307,11 @@ def bow(x: int, to_x: int, y: int) -> Polyline:
 
 SIGNS: dict[str, Sign] = {
     "turn": turn,
+    "circle": circle,
     "twist": turn,
     "incline": incline,
     "travel": travel,
     "bend": bend,
     "carrier": carrier,
 }
-"""What draws the symbols of a kind; all others have a direction and a level."""
+"""What draws the symbols of a kind, and turns by steps; all others have a direction and a level."""

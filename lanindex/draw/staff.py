@@ -1,7 +1,7 @@
 """A score as a picture: where things stand on the paper, and the marks of its staff."""
 
 from bisect import bisect_right
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, pairwise
 from math import ceil, floor
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, KINDS, kind_of
 from lanindex.draw.picture import (
     BOW,
+    GAP,
     SIGNS,
     C,
     Circle,
@@ -27,7 +28,7 @@ from lanindex.draw.picture import (
 )
 from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
-from lanindex.model.derived import STEP
+from lanindex.model.derived import STEP, STRETCHES, SUPPORTS
 from lanindex.model.symbol import blank, listed
 
 PITCH = round(1.2 * C)  # from one column to the next
@@ -179,13 +180,11 @@ class TimeAxis:
 
     def number(self, count: float) -> str:
         """Return the label of a bar that begins at a count: its number, or the second."""
-        bar = floor(count / self.bar + 1e-9)
-        return str(bar * FIVE) if self.seconds else str(bar + 1)
+        return f"{count:g}" if self.seconds else str(floor(count / self.bar + 1e-9) + 1)
 
 
 BEAT = 4 * C  # default height of a beat or a second: a quarter is as tall as a symbol is wide
 LEAST = C // 2  # height of a symbol, at least: it shows its shading
-GAP = C // 16  # left free below and above each symbol
 MARGIN = round(0.6 * C)  # round the picture, and between starting position and double line
 NUMBERS = round(1.3 * C)  # width left of each staff, for the numbers of bars
 START = BEAT  # height of the starting position
@@ -257,12 +256,14 @@ class PageLayout:
                 return
             if top > low:
                 start, stop = max(low, bottom), min(high, top)
+                if stop - start < min(C // 4, high - low):  # what is left of it says nothing
+                    continue
                 y = self.base - (start - bottom)
                 yield Piece(self.centre(staff), y, start - low, stop - low)
 
 
 def spread_heights(
-    spans: Sequence[tuple[int, int]], least: int, kept: Collection[int] = ()
+    spans: Sequence[tuple[int, int]], least: int, kept: Collection[int] = (), top: int = 1 << 60
 ) -> list[tuple[int, int] | None]:
     """Return heights of successive symbols, none lower than `least` where there is room.
 
@@ -270,7 +271,7 @@ def spread_heights(
     would end before it begins is too short to be drawn, unless its number is one of the `kept`.
     """
     heights: list[tuple[int, int] | None] = []
-    below = spans[-1][1] + least if spans else 0
+    below = min(spans[-1][1] + least, top) if spans else 0
     for index in range(len(spans) - 1, -1, -1):
         low, high = spans[index]
         end = min(max(high, low + least), below)
@@ -308,6 +309,8 @@ def draw(
     drawn, missing = _chosen(score, parts, {it.part for it in marked} - {STEP})
     clock = TimeAxis(score, seconds)
     ends = clock.at(start), clock.at(last)
+    if parts is None:  # what says nothing in this stretch has no column
+        drawn = [it for it in drawn if _tells(clock, it, *ends)] or drawn
     layout, marks, (symbols,) = _staves([clock], [drawn], [marked], ends, bars, beat, len(heading))
     lines = [
         Label(MARGIN, MARGIN + _LINE * row, text, _HEADING, "begin")
@@ -381,6 +384,12 @@ def _chosen(
     return [part for part in score.tracks if part in parts or part in marked], []
 
 
+def _tells(clock: TimeAxis, part: str, start: float, stop: float) -> bool:
+    """Return whether a track says something of a stretch, from count to count."""
+    begins, ends = clock.symbols(clock.score.tracks[part].symbols)
+    return bool(((begins < stop) & ((ends > start) | KINDS[kind_of(part)].lasts)).any())
+
+
 def _staves(
     clocks: Sequence[TimeAxis],
     parts: Sequence[Sequence[str]],
@@ -410,7 +419,7 @@ def _staves(
         part
         for clock, drawn in zip(clocks, parts, strict=True)
         for part in drawn
-        if part != TURN or len(pivots(clock.score)) < len(clock.score.tracks[TURN])
+        if part != TURN or len(turns(clock.score)[0]) < len(clock.score.tracks[TURN])
     )
     marks, counts, stop = list[Mark](), list[str](), start + max(stop - start, 1.0)
     for number, (clock, drawn, symbols) in enumerate(zip(clocks, parts, marked, strict=True)):
@@ -419,7 +428,7 @@ def _staves(
         )
         painter = SymbolPainter(layout, keys_of(clock.score, symbols))
         groups = [it for part in drawn if part not in STANCES for it in painter.track(part)]
-        held = _holds(layout) if STANCES & {*drawn} else []
+        held = _holds(layout, painter.tops) if STANCES & {*drawn} else []
         letters = [
             Label(layout.centre(staff), head + MARGIN + C // 4, LETTERS[number], C // 2)
             for staff in range(len(edges) - 1 if len(clocks) > 1 else 0)
@@ -443,27 +452,25 @@ def _lines(layout: PageLayout) -> list[Mark]:
     """Return lines of all staves, ticks of beats, numbers of bars, and names of columns."""
     marks, clock = list[Mark](), layout.clock
     last, inner, base = len(layout.edges) - 2, layout.columns.inner, layout.base
+    roof = layout.head + 2 * MARGIN  # of all staves: the last one is as tall, if shorter in time
     bars = ceil(C / (clock.bar * layout.beat))  # that share a number, where they stand close
     for staff in range(last + 1):
         x, (low, high) = layout.centre(staff), layout.edges[staff : staff + 2]
         top, foot = base - (high - low), base + (MARGIN + START if staff == 0 else 0)
-        marks += [line(x + side, foot, x + side, top, "staff") for side in (-inner, 0, inner)]
+        marks += [line(x + side, foot, x + side, roof, "staff") for side in (-inner, 0, inner)]
         ends = [base, *[base + _DOUBLE] * (staff == 0), top, *[top + _DOUBLE] * (staff == last)]
         marks += [line(x - inner, y, x + inner, y, "staff") for y in ends]
         first = ceil(layout.start + low / layout.beat - _EPS)
         for number in range(first, floor(layout.start + high / layout.beat + _EPS) + 1):
             y = base - (round((number - layout.start) * layout.beat) - low)
             within = top < y < base
-            if number % clock.bar:
-                if within and layout.beat >= _TICKS:
-                    marks.append(line(x - C // 4, y, x + C // 4, y, "staff"))
-                continue
-            if number // clock.bar % bars:
-                continue
-            if within:
+            begins = number % clock.bar == 0 and number // clock.bar % bars == 0
+            if number % clock.bar and within and layout.beat >= _TICKS:
+                marks.append(line(x - C // 4, y, x + C // 4, y, "staff"))
+            if begins and within:
                 style = "light" if clock.seconds else "staff"
                 marks.append(line(x - inner, y, x + inner, y, style))
-            if y > top:
+            if (begins and y > top) or (clock.seconds and y == base):
                 at = x - layout.columns.left - GAP * 4
                 marks.append(Label(at, y + C // 5, clock.number(number), C // 2 + 10, "end"))
         foot = base + MARGIN + (MARGIN + START if staff == 0 else 0)
@@ -484,20 +491,26 @@ def name_of(part: str) -> str:
 
 # How wide the circle is that keeps the weight on one foot, or on both
 ONE, BOTH = round(0.55 * C), round(0.8 * C)
+# What tells the weight beside stances: supports stand for themselves, others beside the feet
+_CARRYING = {"support": "+", "jump": "+", "turn": "+", "carrier": "c"}
 _LASTS = 0.25  # least counts without a symbol of support that are drawn as a hold of weight
 
 
-def _holds(layout: PageLayout) -> list[MarkGroup]:
-    """Return a circle wherever feet hold the weight and supports have no symbol."""
+def _holds(layout: PageLayout, tops: Mapping[int, int]) -> list[MarkGroup]:
+    """Return a circle wherever feet hold the weight and supports have no symbol.
+
+    `tops`: by the height at which supports end, that at which they end on paper.
+    """
     changes: list[tuple[float, str, int]] = []
     for part, track in layout.clock.score.tracks.items():
-        key = {"stance": part[0], "support": "+", "jump": "+", "carrier": "c"}.get(kind_of(part))
-        if key:
-            for start, stop in zip(*layout.clock.symbols(track.symbols), strict=True):
+        rows = turns(layout.clock.score)[0] if part == TURN else track.symbols
+        if key := part[0] if part in STANCES else _CARRYING.get(kind_of(part)):
+            for start, stop in zip(*layout.clock.symbols(rows), strict=True):
                 if start < stop:
                     changes += [(start, key, 1), (stop, key, -1)]
     changes.sort()
     circles, state, since, feet = [], {"+": 0, "r": 0, "l": 0, "c": 0}, 0.0, ""
+    low = 0  # where a hold begins: where the support before it ends on paper
     for index, (time, key, change) in enumerate(changes):
         state[key] += change
         if index + 1 < len(changes) and changes[index + 1][0] <= time:
@@ -505,15 +518,15 @@ def _holds(layout: PageLayout) -> list[MarkGroup]:
         now = "" if state["+"] else "".join(it for it in "rlc" if state[it])
         if now == feet:
             continue
-        held, start = feet.removesuffix("c"), since  # told anew where other support comes or goes
-        since, feet = time, now
+        held, start, foot = feet.removesuffix("c"), since, low  # anew where other support comes
+        since, feet, low = time, now, tops.get(layout.up(time), layout.up(time))
         if not held or time - start < _LASTS or time <= layout.start:
             continue
         both = len(held) == 2
-        size, low = BOTH if both else ONE, layout.up(start)
+        size = BOTH if both else ONE
         at = 0 if both else layout.columns.places.get(f"{held}_support", 0)
         sides = "both feet" if both else {"r": "the right foot", "l": "the left foot"}[held]
-        for piece in layout.pieces(low, layout.up(time)):  # on each staff anew
+        for piece in layout.pieces(foot, layout.up(time)):  # on each staff anew
             if piece.high - piece.low >= size + GAP:
                 circle = Circle(piece.x + at, piece.y - GAP - size // 2, size // 2)
                 circles.append(MarkGroup((circle,), f"stands on {sides}"))
@@ -523,13 +536,22 @@ def _holds(layout: PageLayout) -> list[MarkGroup]:
 TURN = "body_turn"
 
 
-def pivots(score: Score) -> set[int]:
-    """Return the first frames of turns of the body in which no foot steps."""
-    turns, steps = (
-        score.tracks[part].symbols if part in score.tracks else blank(0) for part in (TURN, STEP)
-    )
-    later, sooner = turns["start"][:, None] < steps["stop"], steps["start"] < turns["stop"][:, None]
-    return {*turns["start"][~(later & sooner).any(axis=1)].tolist()}
+def turns(score: Score) -> tuple[NDArray[np.void], NDArray[np.void]]:
+    """Return the turns of the body while no foot takes the weight, and those by steps."""
+    own = rows_of(score, TURN)
+    step, right, left = (_meet(own, rows_of(score, part)) for part in (STEP, *SUPPORTS))
+    return own[~np.logical_or(right, left)], own[step]
+
+
+def rows_of(score: Score, part: str) -> NDArray[np.void]:
+    """Return the symbols of a part, none where it has no track."""
+    return score.tracks[part].symbols if part in score.tracks else blank(0)
+
+
+def _meet(rows: NDArray[np.void], others: NDArray[np.void]) -> NDArray[np.bool_]:
+    """Return which rows share frames with any of others."""
+    later, sooner = rows["start"][:, None] < others["stop"], others["start"] < rows["stop"][:, None]
+    return np.asarray((later & sooner).any(axis=1))
 
 
 Key = tuple[str, int, int]  # identifies a symbol of a score: its part, first frame and end
@@ -563,8 +585,9 @@ class SymbolPainter:
 
     def __init__(self, layout: PageLayout, marked: frozenset[Key]) -> None:
         self.layout, self.marked, self.score = layout, marked, layout.clock.score
-        self.pivots = pivots(self.score)
+        self.pivots, self.circles = ({*it["start"].tolist()} for it in turns(self.score))
         self.bands: list[Mark] = []
+        self.tops: dict[int, int] = {}  # Where supports end on paper, by where they would
         jump = self.score.tracks.get("jump")
         self.flights = layout.clock.symbols(jump.symbols if jump is not None else blank(0))
 
@@ -594,8 +617,10 @@ class SymbolPainter:
             groups.append(_group(symbol, self.score, marks))
             self._band(symbol, centre + self._across(symbol), base + START, base)
         kept = {at for at, it in enumerate(symbols) if kind.name == "support" or self._lit(it)}
-        spread = spread_heights(heights, LEAST, kept)
+        spread = spread_heights(heights, LEAST, kept, layout.edges[-1])
         for symbol, (low, high), own in zip(symbols, heights, spread, strict=True):
+            if own and kind.name == "support":
+                self.tops[high] = max(own[1], self.tops.get(high, 0))
             if own is None:
                 groups.append(_group(symbol, self.score, []))
             else:
@@ -650,7 +675,8 @@ class SymbolPainter:
         x = centre + self._across(symbol)
         if x == centre:
             return turn(symbol, x, y, max(seen[1] - seen[0], 1), PITCH)
-        if own := SIGNS.get(kind_of(symbol.part)):
+        circles = symbol.part == TURN and symbol.start in self.circles
+        if own := SIGNS.get("circle" if circles else kind_of(symbol.part)):
             return own(symbol, x, y, max(seen[1] - seen[0], 1))
         direction, level = symbol.direction, symbol.level
         return sign(x - C // 2, y, direction, level, max(height, 1), seen, left=x < centre)
@@ -704,15 +730,17 @@ _LEVELS = {
     "low": "low; a support: knees bent",
 }
 
-_SAMPLES = {
-    "turn": ("body_turn", "right", 90, "turns, so many degrees"),
-    "twist": ("torso_twist", "left", 45, "is twisted, so many degrees"),
-    "incline": ("torso_incline", "forward", 45, "leans, so many degrees"),
-    "travel": ("body_travel", "forward", 0, "goes somewhere"),
-    "bend": ("r_arm_bend", None, 3, "bends so far (6: all); posts: stretches"),
-    "carrier": ("other_support", None, 1, "carries, beside the feet or alone"),
-}
-"""By kind with a sign of its own: track, direction and amount of a sample, and its meaning."""
+_SAMPLES = (
+    ("turn", "body_turn", "right", 90, "turns, degrees; in supports: on the spot"),
+    ("circle", "body_turn", "right", 90, "turns by its steps, degrees"),
+    ("twist", "torso_twist", "left", 45, "is twisted, degrees"),
+    ("incline", "torso_incline", "forward", 45, "leans, degrees"),
+    ("travel", "body_travel", "forward", 0, "goes somewhere"),
+    ("bend", "r_arm_bend", None, 3, "is bent; a number for the degree, of 6"),
+    ("bend", "r_arm_bend", None, STRETCHES, "is straight"),
+    ("carrier", "other_support", None, 1, "carries, beside the feet or alone"),
+)
+"""Sign, track, direction and amount of samples, and what they mean."""
 
 
 def legend_rows(kinds: Collection[str], x: int, y: int, *, marked: bool = False) -> list[MarkGroup]:
@@ -724,12 +752,12 @@ def legend_rows(kinds: Collection[str], x: int, y: int, *, marked: bool = False)
         rows.append((sign(left, next(bases), name, None, C), words))
     for level, words in _LEVELS.items():
         rows.append((sign(left, next(bases), "place", level, C), words))
-    for kind, (part, direction, amount, words) in _SAMPLES.items():
-        if kind in kinds:
+    for name, part, direction, amount, words in _SAMPLES:
+        if kind_of(part) in kinds:
             row = blank(1)
             row["direction"] = -1 if direction is None else DIRECTION_CODES[direction]
             row["amount"] = amount
-            rows.append((SIGNS[kind](listed(part, row)[0], middle, next(bases), C), words))
+            rows.append((SIGNS[name](listed(part, row)[0], middle, next(bases), C), words))
     if "stance" in kinds:
         circle = Circle(middle, next(bases) - C // 2, ONE // 2)
         rows.append(([circle], "stands, while supports are silent"))

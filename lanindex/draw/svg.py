@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from lanindex.draw.picture import PIXEL, Circle, Label, Mark, MarkGroup, Picture, Points, Polyline
-from lanindex.draw.staff import MARGIN
+from lanindex.draw.staff import BARS, MARGIN
 from lanindex.errors import ExportError, extra
 
 _INK = "currentColor"  # the colour of ink: that of the text around, so that dark pages work
@@ -155,7 +155,8 @@ def _piece(mark: Mark, low: float, high: float) -> Mark | None:
     return mark if low <= x < high else None
 
 
-FORMS = ("svg", "png", "pdf")  # what a picture can be written as
+# What a picture can be written as, and of what size: bars of a staff, which fit a page, and scale
+FORMS = {"svg": (BARS, 1.5), "png": (BARS, 1.5), "pdf": (2, 1.0)}
 INK, PAPER = "#000", "#fff"  # colours of images
 MOST = 100_000_000  # pixels of an image, at most: it takes four bytes each, more than once
 

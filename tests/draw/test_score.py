@@ -146,6 +146,48 @@ def test_short_symbols_are_as_tall_as_their_shading_needs_and_late_ones_win() ->
     ]
 
 
+def test_what_ends_with_the_staff_grows_downwards() -> None:
+    assert spread_heights([(0, 100), (290, 300)], 50, top=300) == [(0, 100), (250, 300)]
+
+
+def drawn_lnd(*lines: str, **options):
+    return draw(lanindex.read_lnd("\n".join(("#unit1", *lines)) + "\n"), seconds=True, **options)
+
+
+def test_staves_are_of_equal_height_and_each_begins_with_its_second() -> None:
+    picture = drawn_lnd("direction r_arm left low 0 13", bars=1)
+    tops = Counter(
+        mark.y + mark.lines[0][1][1]
+        for mark in picture.marks
+        if isinstance(mark, Polyline) and mark.lines[0][1][0] == 0
+    )
+    assert [*tops.values()] == [9]
+    labels = [it.text for it in picture.marks if isinstance(it, Label) and it.style == "end"]
+    assert labels == ["0", "5", "6", "10", "12", "15"]  # of staves of 6, 6 and 4 seconds
+
+
+def test_what_is_left_of_a_symbol_on_another_staff_is_no_sliver() -> None:
+    picture = drawn_lnd("direction r_arm left low 3 4.05", "direction l_arm left low 0 7", bars=1)
+    by_part = {it.data["part"]: len(it.marks) for it in picture.groups()}
+    assert by_part == {"r_arm": 1, "l_arm": 2}
+
+
+def test_what_says_nothing_in_a_stretch_has_no_column() -> None:
+    lines = "travel body_travel forward 0 0 1", "direction r_arm left low 0 9"
+    for start, names in ((0, ["travel"]), (2, [])):
+        labels = [it.text for it in drawn_lnd(*lines, start=start).marks if isinstance(it, Label)]
+        assert [it for it in labels if it == "travel"] == names
+
+
+def test_a_bend_has_its_degree_and_a_straight_limb_none() -> None:
+    bends = drawn_lnd("bend r_arm_bend bend3 0 0.1", "bend r_arm_bend stretch2 1 2",
+                      "bend r_arm_bend stretch0 3 4")  # fmt: skip
+    texts = [[it.text for it in group.marks if isinstance(it, Label)] for group in bends.groups()]
+    assert texts == [["3"], ["2"], []]
+    strokes = [len(group.marks[0].lines) for group in bends.groups()]
+    assert strokes == [2, 3, 2]  # a cross; and a line for how long; posts, and that line
+
+
 def test_odd_names_are_well_formed() -> None:
     score = sample_score()
     title = 'a <b> & "c" \x00\x1b ü \ud800'

@@ -54,7 +54,7 @@ def score(
     exclusive("--strip", strip, {"--bars": bars})
     choice("--detail", detail, ("plain", "full"))
     from lanindex.draw.plain import plain
-    from lanindex.draw.staff import BARS, draw, settled
+    from lanindex.draw.staff import draw, settled
     from lanindex.draw.svg import FORMS, rendered
     from lanindex.encoding.profile import METHOD
     from lanindex.model.derived import SUPPORTS
@@ -77,13 +77,13 @@ def score(
         parts=options.names(parts),
         start=named.seconds[0] if start is None else start,
         stop=named.seconds[1] if stop is None else stop,
-        bars=None if strip else bars or BARS,
+        bars=None if strip else bars or FORMS[form][0],
         seconds=not named.counted,
         marked=marked,
         legend=legend,
     )
     out.notes(picture.warnings, named.title)
-    content = rendered(picture, form, scale or 1.0)
+    content = rendered(picture, form, scale or FORMS[form][1])
     if target == options.STDOUT:
         out.content(content.decode())
     else:
@@ -216,7 +216,7 @@ def diff(
     compared = compare(*scores, parts=options.names(parts), tolerance=tolerance)
     differences = compared.differences
     if output is not None:
-        from lanindex.draw.staff import BARS, draw_pair
+        from lanindex.draw.staff import draw_pair
         from lanindex.draw.svg import FORMS, rendered
 
         form = options.ending(output, FORMS)
@@ -229,11 +229,11 @@ def diff(
             ],
             titles=[it.title for it in named],
             parts=options.names(parts),
-            bars=bars or BARS,
+            bars=bars or FORMS[form][0],
             seconds=not beats,
         )
         out.notes(picture.warnings)
-        content = rendered(picture, form, scale or 1.0)
+        content = rendered(picture, form, scale or FORMS[form][1])
         write_all([(output, content)], force=force, sources=[it.path for it in named])
     if differences:
         rows = ((it.part, *_cells(it.one), *_cells(it.other), _change(it)) for it in differences)
