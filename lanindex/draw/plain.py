@@ -1,6 +1,7 @@
 """The reduction of a score that is drawn by default: what its reader takes for granted is left out.
 
-The rules are told in ``guide/looking.md``. What is drawn keeps its frames; nothing is added.
+The rules are told in ``guide/looking.md``. What is drawn keeps its frames, or begins with what lay
+on the way to it; nothing is added.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -9,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import LEVEL_CODES, PLACE, SIXTHS, kind_of
-from lanindex.draw.staff import group_of, keys_of
+from lanindex.alphabet import HIGH, LOW, MID, PLACE, SIXTHS, kind_of
+from lanindex.draw.staff import group_of, keys_of, rows_of, turns
 from lanindex.model import Score, Symbol, Track
 from lanindex.model.derived import STEP, degree_of
 from lanindex.model.symbol import blank
@@ -18,13 +19,24 @@ from lanindex.model.symbol import blank
 Rows = NDArray[np.void]
 Mask = NDArray[np.bool_]
 
-_LOW, _HIGH = LEVEL_CODES["low"], LEVEL_CODES["high"]
 _PAUSE = 0.5  # seconds between steps of one walk, at most
 _LONG = 2.5  # in lengths of its step: a foot that is free for longer makes a gesture
 _CHANGE = 2  # degrees by which a bend differs from the one that is drawn last, at least
 _SWINGING = 3  # the same of an arm that swings with a walk; knees of steps are not drawn
-_ALONE = 2  # movements of a finer part alone that give it a column, at least
-_FINER = {"forearm": "upper_arm", "hand": "forearm", "palm": "forearm"}
+_UNDONE = 0.5  # seconds: a bend that is undone sooner is not drawn
+_UPRIGHT = 22.5  # degrees: an incline below this is nearer to upright than to the next direction
+_GRID = 0.25  # beats: what is shorter cannot be read
+_DETOUR = 45.0  # degrees by which a position on the way may lie off it
+_ELBOW = 3  # degrees of a bent arm that swings as a runner's does, at least
+_TWIST = 45  # degrees by which shoulders that swing with a walk stay below
+_KNEES = 2  # movements of a thigh that give it a column, at least
+_FINER = {
+    "forearm": ("upper_arm", "arm", 2),
+    "hand": ("forearm", "forearm", 4),
+    "palm": ("forearm", "forearm", 2),
+}
+"""What a part hangs on, what tells of it otherwise, and how many movements give it a column."""
+
 _IN_DEGREES = {"torso": "torso_incline", "head": "head_incline"}
 
 
@@ -34,11 +46,16 @@ def plain(score: Score, marked: Iterable[Symbol] = ()) -> Score:
     for part, track in score.tracks.items():
         rows = track.symbols[~track.symbols["passing"]]
         spans = zip(rows["start"].tolist(), rows["stop"].tolist(), strict=True)
-        told = np.array([(part, *span) in keys for span in spans], bool)
-        told |= _RULES.get(group_of(part), _all)(score, part, rows)
-        found[part] = replace(track, symbols=rows[told])
+        lit = np.array([(part, *span) in keys for span in spans], bool)
+        rule = _RULES.get(group_of(part))
+        told = lit | (rule is None or rule(score, part, rows))
+        rows = rows[told]
+        if kind_of(part) == "gesture":
+            rows = _merged(score, rows, lit[told])
+        found[part] = replace(track, symbols=rows)
     left_out = _left_out(found, _walks(score)) - {part for part, *_ in keys}
-    return replace(score, tracks={it: found[it] for it in found if it not in left_out})
+    kept = {it: found[it] for it in found if it not in left_out}
+    return replace(score, tracks=kept or score.tracks)
 
 
 def _left_out(tracks: Mapping[str, Track], walks: Rows) -> set[str]:
@@ -46,14 +63,14 @@ def _left_out(tracks: Mapping[str, Track], walks: Rows) -> set[str]:
     rows = {part: track.symbols for part, track in tracks.items()}
     left_out = {part for part in rows if not len(rows[part])}
     for side in ("r_", "l_"):
-        alone = {it for it in _FINER if _moves_alone(rows, side + it, side + _FINER[it], walks)}
+        alone = {it for it in _FINER if _moves_alone(rows, side, it, walks)}
         left_out |= {side + it for it in ("hand", "palm") if it not in alone}
         if f"{side}arm" in rows:
             elbow = ("arm", "arm_bend") if "forearm" in alone else ("upper_arm", "forearm")
             left_out |= {side + it for it in elbow}
         if f"{side}leg" in rows:
-            lifted = int((rows.get(f"{side}thigh", blank(0))["level"] > _LOW).sum())
-            knee = lifted >= max(_ALONE, len(rows[f"{side}leg"]) + 1)  # it is lifted bent
+            lifted = int((rows.get(f"{side}thigh", blank(0))["level"] > LOW).sum())
+            knee = lifted >= max(_KNEES, len(rows[f"{side}leg"]) + 1)  # it is lifted bent
             left_out |= {side + it for it in ("leg" if knee else "thigh", "shank", "foot")}
     for part, degrees in _IN_DEGREES.items():
         both = [it for it in (degrees, part) if it in rows and it not in left_out]
@@ -61,58 +78,82 @@ def _left_out(tracks: Mapping[str, Track], walks: Rows) -> set[str]:
     return left_out
 
 
-def _moves_alone(rows: Mapping[str, Rows], part: str, whole: str, walks: Rows) -> bool:
-    """Return whether a part moves while the one that it hangs on rests, as often as not.
+def _moves_alone(rows: Mapping[str, Rows], side: str, part: str, walks: Rows) -> bool:
+    """Return whether a part moves while the one that it hangs on rests, or twice as often.
 
     What swings with a walk does not count.
     """
-    if part not in rows or whole not in rows:
-        return part in rows
-    moves = rows[part][rows[part]["start"] < rows[part]["stop"]]
-    alone = int((~_during(moves, rows[whole]) & ~_during(moves, walks)).sum())
-    return alone >= max(_ALONE, len(moves) / 2)
+    base, whole, least = _FINER[part]
+    if side + part not in rows or side + base not in rows:
+        return side + part in rows
+
+    def moving(part: str) -> Rows:
+        own = rows.get(side + part, blank(0))
+        return own[(own["start"] < own["stop"]) & ~_during(own, walks)]
+
+    moves = moving(part)
+    if not (moves["level"] > LOW).any():
+        return False  # it hangs
+    alone = int((~_during(moves, rows[side + base])).sum())
+    return alone >= max(least, len(moves) / 2) or len(moves) >= max(least, 2 * len(moving(whole)))
 
 
 def _during(rows: Rows, others: Rows) -> Mask:
-    """Return which rows lie in the time of others, one after another, by half or as one moment."""
-    if not len(others):
-        return np.zeros(len(rows), bool)
-    begins, ends = others["start"].astype(np.int64), others["stop"].astype(np.int64)
-    over = np.cumsum(ends - begins)  # how much of them is over at the end of each
-    last, shared = [], []
-    for name in ("start", "stop"):
-        at = np.searchsorted(begins, rows[name], "right") - 1
-        shared.append(np.where(at < 0, 0, over[at] - np.clip(ends[at] - rows[name], 0, None)))
-        last.append(at)
-    inside = (last[0] >= 0) & (rows["start"] <= ends[last[0]])
-    lengths = rows["stop"].astype(np.int64) - rows["start"]
-    return np.where(lengths > 0, 2 * (shared[1] - shared[0]) >= lengths, inside)
+    """Return which rows lie by half in the time of others, which follow one another."""
+    edges = np.concatenate([[0], np.stack([others["start"], others["stop"]], axis=1).ravel()])
+    over = np.cumsum(np.diff(edges, prepend=0) * (np.arange(len(edges)) % 2 == 0))  # of them
+    lengths = np.maximum(rows["stop"] - rows["start"], 1)
+    shared = [np.interp(rows["start"] + it, edges, over) for it in (0, lengths)]
+    return np.asarray(2 * (shared[1] - shared[0]) >= lengths)
 
 
-def _rows(score: Score, part: str) -> Rows:
-    return score.tracks[part].symbols if part in score.tracks else blank(0)
+def _merged(score: Score, rows: Rows, marked: Mask) -> Rows:
+    """Return movements; what is too short to be read, and on the way, is part of the next one."""
+    grid = float(score.rate * 60 / score.meter.speed) * _GRID
+    rows, told, before = rows.copy(), np.ones(len(rows), bool), 0
+    points, fixed = _points(rows), marked | (rows["start"] == rows["stop"])
+    for at in range(1, len(rows) - 1):
+        row, after = rows[at], rows[at + 1]
+        joined = row["stop"] - row["start"] < grid and row["stop"] >= after["start"]
+        if joined and not fixed[at : at + 2].any():
+            along = points[before], points[at], points[at + 1]
+            if _angle(*along[:2]) + _angle(*along[1:]) <= _angle(*along[::2]) + _DETOUR:
+                after["ticks"] += after["tick"] - row["tick"]
+                after["start"], after["tick"], told[at] = row["start"], row["tick"], False
+                continue
+        before = at
+    return rows[told]
+
+
+def _points(rows: Rows) -> NDArray[np.float64]:
+    """Return where rows point to, (S, 3); at nothing, where a limb is folded."""
+    place, around = rows["direction"] == PLACE, np.radians(45.0 * rows["direction"])
+    up = np.radians(np.where(place, 90.0, 45.0) * (rows["level"] - 1.0))
+    flat = np.cos(up) * ~place
+    return np.stack([flat * np.cos(around), np.sin(up), flat * np.sin(around)], axis=-1)
+
+
+def _angle(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    return float(np.degrees(np.arccos(np.clip(one @ other, -1.0, 1.0))))
 
 
 def _walks(score: Score) -> Rows:
     """Return the stretches of steps that follow each other."""
-    steps, pause = _rows(score, STEP), float(score.rate) * _PAUSE
+    steps, pause = rows_of(score, STEP), float(score.rate) * _PAUSE
     ends = np.maximum.accumulate(steps["stop"])
     apart = steps["start"][1:] > ends[:-1] + pause
     walks = blank(int(apart.sum()) + 1 if len(steps) else 0)
     walks["start"] = steps["start"][np.append(True, apart)[: len(steps)]]
-    walks["stop"] = ends[np.append(apart, True)[: len(steps)]]
+    walks["stop"] = ends[np.append(apart, True)[: len(steps)]] + pause  # the last step swings out
     return walks
-
-
-def _all(score: Score, part: str, rows: Rows) -> Mask:
-    return np.ones(len(rows), bool)
 
 
 def _gestures(score: Score, part: str, rows: Rows) -> Mask:
     """Return the movements of a free leg that are more than the swing of its step."""
-    stances, steps = _rows(score, f"{part[:2]}stance"), _rows(score, f"{part[:2]}support")
+    stances, steps = rows_of(score, f"{part[:2]}stance"), rows_of(score, f"{part[:2]}support")
+    flights, walk = rows_of(score, "jump"), rows_of(score, STEP)
     if not len(stances):
-        return _all(score, part, rows)
+        return np.ones(len(rows), bool)
     told = ~_during(rows, stances)
     for at in np.flatnonzero(told):
         row = rows[at]
@@ -124,46 +165,59 @@ def _gestures(score: Score, part: str, rows: Rows) -> Mask:
             continue
         step = step[-1]
         swing = landed - free <= _LONG * max(step["stop"] - step["start"], 1)
-        turned = (row["direction"] - step["direction"]) % 4
-        across = PLACE not in (row["direction"], step["direction"]) and turned == 2
-        lifted = row["level"] > _LOW and (row["direction"] - step["direction"]) % 8 != 4
-        told[at] = not swing or across or lifted
+        flown = ((flights["start"] < landed) & (flights["stop"] > free)).any()
+        way, toward = int(row["direction"]), int(step["direction"])
+        turned = 0 if PLACE in (way, toward) else (way - toward) % 8
+        both = not (walk["stop"] == step["stop"]).any()
+        aside = both and way != PLACE == toward and way % 4 != 2  # legs that open together
+        least = MID if flown and part[2:] == "thigh" else LOW  # knees of runners
+        lifted = row["level"] > least and turned != 4
+        told[at] = not swing or turned in (2, 6) or aside or lifted
     return told
 
 
 def _swings(score: Score, part: str, rows: Rows) -> Mask:
-    """Return the movements of an arm but those that swing low with a walk."""
-    told: Mask = ~_during(rows, _walks(score)) | (rows["level"] != _LOW)
-    last = -1
-    for at, level in enumerate(rows["level"].tolist()):
-        told[at] |= last != _LOW  # what comes down is drawn
-        last = level if told[at] else last
+    """Return the movements of an arm but those that swing with a walk, low or bent."""
+    swings = (rows["level"] == LOW) | (rows["level"] == MID) & (rows["amount"] >= _ELBOW)
+    told: Mask = ~_during(rows, _walks(score)) | ~swings
+    last = False
+    for at, swing in enumerate(swings.tolist()):
+        told[at] |= not last  # what comes down is drawn
+        last = swing if told[at] else last
     return told
 
 
 def _bends(score: Score, part: str, rows: Rows) -> Mask:
     """Return the bends that differ from the one before by degrees that are seen."""
-    told, last = np.zeros(len(rows), bool), 0
+    told, last, hold = np.zeros(len(rows), bool), 0, float(score.rate) * _UNDONE
     degrees = degree_of(rows["amount"])
     walks = _during(rows, _walks(score))
     swinging = _SWINGING if part[2:] == "arm_bend" else SIXTHS + 1
     least = np.where(walks, swinging, _CHANGE)
     for at, degree in enumerate(degrees.tolist()):
         if abs(degree - last) >= (least[at] if degree >= _CHANGE else _CHANGE):
-            told[at], last = True, degree
+            undone = abs(degrees[at + 1 : at + 2] - last) < _CHANGE
+            if not (undone & (rows["start"][at + 1 : at + 2] < rows["start"][at] + hold)).any():
+                told[at], last = True, degree
     return told
 
 
 def _leans(score: Score, part: str, rows: Rows) -> Mask:
-    """Return all symbols of what ever leaves its rest."""
+    """Return what leaves its rest, and comes back to it; it rests where it hardly leans."""
     rest = rows["direction"] == PLACE
     if kind_of(part) == "gesture":
-        rest &= rows["level"] == _HIGH
-    return np.full(len(rows), not rest.all())
+        rest &= rows["level"] == HIGH
+    elif kind_of(part) == "incline":
+        rest |= rows["amount"] < _UPRIGHT
+    elif part == "torso_twist":
+        rest |= (rows["amount"] < _TWIST) & _during(rows, _walks(score))
+    told: Mask = ~rest | np.append(False, ~rest)[:-1]
+    return told
 
 
 def _ways(score: Score, part: str, rows: Rows) -> Mask:
-    told: Mask = rows["direction"] != PLACE
+    """Return ways that lead somewhere, but those that a turn by steps tells."""
+    told: Mask = (rows["direction"] != PLACE) & ~_during(rows, turns(score)[1])
     return told
 
 

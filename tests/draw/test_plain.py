@@ -4,7 +4,7 @@ import pytest
 
 import lanindex
 from lanindex.draw import draw
-from lanindex.draw.picture import MarkGroup
+from lanindex.draw.picture import Label, MarkGroup, Polyline
 from lanindex.draw.plain import plain
 from lanindex.model import Score
 
@@ -117,14 +117,109 @@ def test_weight_is_held_from_the_starting_position_on_and_on_every_staff() -> No
     assert len({it.marks[0].y for it in held}) == 1
 
 
-def test_who_turns_on_the_spot_turns_across_the_supports() -> None:
-    lines = ["rotation body_turn right 90 {} {}".format(*it) for it in ((0.5, 1.5), (2, 3))]
-    way, spot = (
-        it.marks[0] for it in draw(score(*lines)).groups() if it.data["part"] == "body_turn"
+def test_a_turn_is_a_pivot_a_circular_way_or_a_turn_in_the_air() -> None:
+    lines = [f"rotation body_turn right 90 {at} {at + 1}" for at in (0.5, 2.5, 5)]
+    landing = [f"support {side}_support place mid 5 6" for side in ("r", "l")]
+    turned = score(
+        *lines, *landing, "jump jump place spring 5 6", "travel body_travel forward 0 0 1"
     )
-    (left, right), (begin, end) = (
-        (it.x + min(x for x, _ in it.lines[0]), it.x + max(x for x, _ in it.lines[0]))
-        for it in (spot, way)
+    picture = draw(plain(turned))
+    way, spot, flown = (it for it in picture.groups() if it.data["part"] == "body_turn")
+    foot = next(it for it in picture.groups() if it.data["part"] == "l_support")
+    lefts, rights = zip(
+        *((min(xs), max(xs)) for xs in map(across, (way, spot, flown))), strict=True
     )
-    assert right < begin
-    assert right - left > end - begin
+    assert lefts[1] <= min(across(foot)) < rights[1] < min(lefts[0], lefts[2])
+    assert [len(it.marks[0].lines[0]) for it in (way, spot, flown)] == [2, 4, 4]  # a bar, boxes
+    assert "body_travel" not in {it.data["part"] for it in picture.groups()}  # the circle tells it
+    assert "90" in [it.text for it in way.marks if isinstance(it, Label)]
+
+
+def across(group: MarkGroup) -> list[int]:
+    return [it.x + x for it in group.marks if isinstance(it, Polyline) for x, _ in it.lines[0]]
+
+
+def test_a_pivot_stands_for_the_weight_and_a_hold_is_told_behind_it() -> None:
+    turns = score("rotation body_turn left 90 1 2", walk="#unit1\nstance r_stance mid 0 4\n")
+    picture = draw(turns)
+    before, after = (
+        it.marks[0] for it in picture.marks if getattr(it, "title", "")[:6] == "stands"
+    )
+    pivot = next(it for it in picture.groups()).marks[0]
+    assert after.y < pivot.y < pivot.y + pivot.lines[0][3][1] < before.y
+
+
+RAISE = [
+    f"direction r_arm {cell} {at / 10} {(at + 1) / 10}"
+    for at, cell in enumerate(("forward low", "forward mid", "forward high", "r_forward mid"))
+]
+
+
+def test_what_lies_on_the_way_is_part_of_the_movement_that_it_leads_to() -> None:
+    raised = score("direction r_arm place low 0 0", *RAISE, walk="#unit1\n")
+    _, up, down = plain(raised).symbols("r_arm")
+    assert [up.words, (up.start, up.stop)] == ["forward high", (0, round(0.3 * raised.rate))]
+    assert (up.tick, up.tick + up.ticks) == (0, down.tick)
+    marked = plain(raised, [raised.symbols("r_arm")[2]]).symbols("r_arm")
+    assert [it.words for it in marked[1:4]] == ["forward low", "forward mid", "forward high"]
+
+
+def test_swings_are_kept_however_short() -> None:
+    cells = ["left high", "right high"] * 4
+    waves = [f"direction r_arm {it} {at / 8} {(at + 1) / 8}" for at, it in enumerate(cells)]
+    assert told(score(*waves, walk="#unit1\n"), "r_arm") == cells
+
+
+@pytest.mark.parametrize(
+    ("lines", "drawn"),
+    [
+        (["bend r_arm_bend bend3 0 0.2", "bend r_arm_bend stretch0 0.2 0.4"], []),
+        (["bend r_arm_bend bend3 0 0.2", "bend r_arm_bend stretch0 1 1.2"], ["3", "7"]),
+        (["incline torso_incline forward 20 0 1"], []),
+        (
+            ["incline torso_incline forward 40 0 1", "incline torso_incline place 0 2 3"],
+            ["forward 40", "place 0"],
+        ),
+    ],
+)
+def test_what_is_undone_at_once_and_what_hardly_leans_is_left_out(
+    lines: list[str], drawn: list[str]
+) -> None:
+    part = lines[0].split()[1]
+    still = "direction r_leg place low 0 0"
+    assert told(score(still, *lines, walk="#unit1\n"), part) == drawn
+
+
+def test_what_a_runner_does_with_knees_arms_and_shoulders_is_taken_for_granted() -> None:
+    flights = [f"jump jump forward leap {at} {at + 0.25}" for at in (0.5, 1)]
+    lines = [
+        *("direction r_thigh forward mid 0.5 0.75", "direction r_thigh forward high 0.75 1"),
+        "direction r_thigh forward high 3.5 4",
+        *("twist torso_twist left 40 0.5 1", "twist torso_twist left 60 1 1.5"),
+        *("bend r_arm_bend bend4 0 0.25", "direction r_arm forward mid 0.5 1"),
+    ]
+    run = score(*flights, *lines, walk=WALK[: WALK.index("direction r_arm forward")])
+    assert told(run, "r_thigh") == ["forward high"] * 2
+    assert told(run, "torso_twist") == ["left 60"]
+    assert told(run, "r_arm") == ["place low"]
+
+
+def test_legs_that_open_together_are_drawn() -> None:
+    lines = ["stance r_stance mid 0 1", "support r_support place mid 1 1.5"]
+    lines += ["stance r_stance mid 1.5 2", "direction r_leg right low 1 1.5"]
+    for feet, drawn in (([], []), (["support l_support place mid 1 1.5"], ["right low"])):
+        assert told(score(*lines, *feet, walk="#unit1\n"), "r_leg") == drawn
+
+
+def test_a_finer_part_that_moves_more_often_or_hangs() -> None:
+    def cells(part: str, level: str, count: int) -> list[str]:
+        ways = ("left", "right") * count
+        return [
+            f"direction {part} {it} {level} {at} {at + 1}" for at, it in enumerate(ways[:count])
+        ]
+
+    slow = cells("r_arm", "mid", 2) + cells("r_upper_arm", "low", 8)
+    waving = score(*slow, *cells("r_forearm", "high", 8), walk="#unit1\n")
+    hanging = score(*slow, *cells("r_forearm", "low", 8), walk="#unit1\n")
+    assert {*plain(waving).tracks} == {"r_upper_arm", "r_forearm"}
+    assert {*plain(hanging).tracks} == {"r_arm"}
