@@ -23,17 +23,8 @@ from lanindex.model.capture import in_words, readable
 from lanindex.model.columns import GRADES
 from lanindex.model.derived import degree_of
 from lanindex.model.score import Tabular
-from lanindex.search.language.clauses import (
-    CLIP,
-    MATCH,
-    Comparison,
-    Condition,
-    Mirrors,
-    Reference,
-    Stage,
-    Sum,
-    Term,
-)
+from lanindex.search.language import clauses
+from lanindex.search.language.clauses import CLIP, MATCH, Reference
 from lanindex.search.language.query import Query, Step, Word, nodes_in
 from lanindex.search.language.times import Clock, Time
 from lanindex.search.language.words import AMOUNTS, STILL
@@ -335,7 +326,7 @@ class Counts(Sequence[Counted]):
         return [{"by": by, "value": one.value, "count": one.count} for one in self._counts]
 
 
-def piped(stages: Sequence[Stage], result: Hits | Counts) -> Hits | Counts:
+def piped(stages: Sequence[clauses.Stage], result: Hits | Counts) -> Hits | Counts:
     """Return what the stages of a pipe make of hits, which come by capture, start and end."""
     for stage in stages:
         if stage.verb == "first":
@@ -407,9 +398,9 @@ _EIGHTH = 45  # degrees of an eighth of a turn
 Amount = TypeVar("Amount", int, IntArray)
 
 
-def names_in(conditions: Collection[Condition]) -> frozenset[str]:
+def names_in(conditions: Collection[clauses.Condition]) -> frozenset[str]:
     """Return the names that conditions speak of: labels, ``clip`` and ``match``."""
-    mirrored = ((it.first, it.second) for it in conditions if isinstance(it, Mirrors))
+    mirrored = ((it.first, it.second) for it in conditions if isinstance(it, clauses.Mirrors))
     return frozenset().union(*mirrored, (it.name for it in nodes_in(tuple(conditions), Reference)))
 
 
@@ -484,7 +475,7 @@ def order(reference: Reference, value: Value) -> tuple[bool, bool, str | Fractio
     return False, True, value
 
 
-def meets(capture: Capture, condition: Comparison) -> bool:
+def meets(capture: Capture, condition: clauses.Comparison) -> bool:
     """Return whether a capture meets a condition on it alone."""
     left, right = (_sum(side, capture) for side in (condition.left, condition.right))
     if left is None or right is None:
@@ -498,7 +489,7 @@ def meets(capture: Capture, condition: Comparison) -> bool:
     return bool(COMPARE[condition.compare](left, right))
 
 
-def _sum(side: Sum, capture: Capture) -> Value:
+def _sum(side: clauses.Sum, capture: Capture) -> Value:
     clock = Clock(capture.rate, capture.meter.speed / 60)
     values = [constant(term, clock, capture) for _, term in side.terms]
     if len(values) == 1:
@@ -511,7 +502,7 @@ def _sum(side: Sum, capture: Capture) -> Value:
     return total
 
 
-def constant(term: Term, clock: Clock, capture: Capture | None) -> Value:
+def constant(term: clauses.Term, clock: Clock, capture: Capture | None) -> Value:
     """Return the value of a term without a label: a field of the capture, a time, a word."""
     match term:
         case Reference():

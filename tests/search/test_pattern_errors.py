@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from lanindex.alphabet import TRACKS
 from lanindex.errors import PatternError
+from lanindex.notation.text import shipped
 from lanindex.search.language import Query, parse
-from lanindex.search.language.lexer import RULES
 from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 
 # The text between « and » is what the caret points at.
@@ -507,10 +507,11 @@ def test_what_is_said_where_nothing_is_like_a_word():
 
 def test_every_rule_has_a_sentence_and_is_named_somewhere(repository):
     folder = repository / "lanindex" / "search" / "language"
+    rules = shipped("search/language/remedies.toml")["rules"]
     source = "".join(path.read_text() for path in folder.glob("*.py"))
-    used = {literal for literal in re.findall(r'"([^"\n]+)"', source) if literal in RULES}
-    assert used == RULES.keys()
-    assert set(re.findall(r'\.fault\(\s*"([^"]+)"', source)) <= RULES.keys()
+    used = {literal for literal in re.findall(r'"([^"\n]+)"', source) if literal in rules}
+    assert used == rules.keys()
+    assert set(re.findall(r'\.fault\(\s*"([^"]+)"', source)) <= rules.keys()
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from lanindex.alphabet import MEASURES
 from lanindex.errors import PatternError, guess
-from lanindex.search.language.lexer import COUNT, RULES, Cursor, Token, remedies, unknown_word
+from lanindex.search.language.lexer import COUNT, Cursor, Token, broken, remedies, unknown_word
 from lanindex.search.language.times import Time, decimal
 from lanindex.search.language.words import LANGUAGE, THINGS, UNITS, VALUES, WORD_KINDS, with_article
 
@@ -179,7 +179,7 @@ def _condition_at(cursor: Cursor) -> Condition:
     things = next((THINGS[it] for it in types if it in THINGS), {})
     comparison = Comparison(_with_things(left, things), compare.text, _with_things(right, things))
     if found := _complaint(cursor, comparison):
-        raise cursor.error_since(begin, found)
+        raise cursor.error(found, begin, cursor.before)
     return comparison
 
 
@@ -256,7 +256,7 @@ def _sum_at(cursor: Cursor) -> Sum:
                 noun = _noun(_type(one))
                 raise cursor.fault("no sum", begin, cursor.before, term=one, noun=noun)
         if {_type(term), _type(first)} == {"time", "number"}:
-            raise cursor.error_since(begin, _unlike(first, term))
+            raise cursor.error(_unlike(first, term), begin, cursor.before)
     return Sum(tuple(terms))
 
 
@@ -304,12 +304,12 @@ def _complaint(cursor: Cursor, comparison: Comparison) -> str | None:
     types = [_type(left), _type(right)]
     terms = [term for _, term in (*comparison.left.terms, *comparison.right.terms)]
     if not any(isinstance(it, Reference) for it in terms):
-        return RULES["no side speaks"]
+        return broken("no side speaks")
     if types[0] != types[1] and set(types) not in _COMPARABLE:
         return _unlike(left, right)
     unordered = next((it for it in types if it not in _ORDERED), "")
     if comparison.compare not in ("=", "!=") and unordered:
-        return RULES["no order"].format(noun=_noun(unordered).capitalize())
+        return broken("no order", noun=_noun(unordered).capitalize())
     for term in (left, right):
         if isinstance(term, Constant) and set(types) == {"part", "text"}:
             mover = cursor.vocabulary.mover(str(term.value))
@@ -324,7 +324,7 @@ def _unlike(left: Term, right: Term) -> str:
     for term in (right, left):
         match term:
             case Constant(kind="number") if "time" in types:
-                return RULES["time without unit"].format(number=term)
+                return broken("time without unit", number=term)
             case Constant("text", text) if not {"direction", "level", "feet"}.isdisjoint(types):
                 return f"Take the quotation marks away: {text}"
             case Constant(kind=kind) if kind in WORD_KINDS and "clip" in types:

@@ -33,10 +33,6 @@ _LONGEST_NUMBER = 9
 _QUOTED = re.compile(r'"([^"]*)"')
 
 
-RULES: dict[str, str] = shipped("search/language/remedies.toml")["rules"]
-"""What is said where a rule of the grammar is broken, by a name for what is wrong."""
-
-
 @dataclass(frozen=True, slots=True)
 class Token:
     """A word, number or mark of a pattern."""
@@ -128,11 +124,7 @@ class Cursor:
         self, rule: str, first: Token | None = None, last: Token | None = None, **said: object
     ) -> PatternError:
         """Return the error of a broken rule, about the same; `said` goes into its sentence."""
-        return self.error(RULES[rule].format(**said), first, last)
-
-    def error_since(self, first: Token, sentence: str) -> PatternError:
-        """Return an error about all that was read since a token."""
-        return self.error(sentence, first, self.before)
+        return self.error(broken(rule, **said), first, last)
 
     def mover(self) -> Mover | None:
         """Read who moves, if a name of up to three words stands here: ``r_arm``, ``right arm``."""
@@ -218,6 +210,12 @@ def remedies(table: str) -> dict[str, str]:
     """Return a table of ``remedies.toml`` by each word or mark of its keys."""
     rows = shipped("search/language/remedies.toml")[table].items()
     return {word: remedy for words, remedy in rows for word in words.split()}
+
+
+def broken(rule: str, **said: object) -> str:
+    """Return the sentence about a rule of the grammar that is broken."""
+    sentence: str = shipped("search/language/remedies.toml")["rules"][rule]
+    return sentence.format(**said)
 
 
 def unknown_word(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:

@@ -8,12 +8,13 @@ from lanindex.alphabet import BENDS, DIRECTIONS, KINDS, Kind, amounts_of, kind_o
 from lanindex.errors import PatternError, guess, shown
 from lanindex.search.dictionary import named_patterns
 from lanindex.search.language import query as tree
+from lanindex.search.language import words as language
 from lanindex.search.language.clauses import conditions_at, stages_at
 from lanindex.search.language.lexer import (
     COUNT,
-    RULES,
     Cursor,
     Token,
+    broken,
     is_unknown,
     no_step,
     remedies,
@@ -24,26 +25,7 @@ from lanindex.search.language.lexer import (
 from lanindex.search.language.natural import offer_reading
 from lanindex.search.language.score import FilePattern, is_lnd, score_at
 from lanindex.search.language.times import Length, Time
-from lanindex.search.language.words import (
-    ANY,
-    BEND_MOVES,
-    DEGREES,
-    MANNERS,
-    MOVING,
-    RELATIONS,
-    RELATIVE,
-    RESTS,
-    STILL,
-    THINGS,
-    UNITS,
-    VALUES,
-    WORD_KINDS,
-    Mover,
-    Vocabulary,
-    values_for,
-    values_of,
-    with_article,
-)
+from lanindex.search.language.words import Mover, Vocabulary
 
 _LONGEST = 10_000
 _DEEPEST = 40
@@ -132,10 +114,10 @@ class _Parser(Cursor):
         return tree.Lines(first, tuple(others))
 
     def relation(self) -> str | None:
-        word = self.take("word", *RELATIONS)
+        word = self.take("word", *language.RELATIONS)
         if word is None:
             return None
-        relation = RELATIONS[word.text]
+        relation = language.RELATIONS[word.text]
         if relation != word.text and not self.take("word", "with"):
             raise self.fault("no with", word, relation=relation)
         return relation
@@ -208,7 +190,7 @@ class _Parser(Cursor):
     def skips(self) -> Length | None:
         """Read a number of movements, if one stands here: a number that no unit follows."""
         number, unit = self.number_and_unit()
-        if not number or unit in UNITS:
+        if not number or unit in language.UNITS:
             return None
         compare, token = self.take("compare"), self.advance()
         if not number.isdecimal():
@@ -365,7 +347,7 @@ class _Parser(Cursor):
             quote = self.excerpt(at, self.before)
             rule = (
                 "pattern without a part"
-                if error.found == RULES["no part"]
+                if error.found == broken("no part")
                 else "fault in a pattern"
             )
             raise self.fault(rule, at, self.before, quote=quote, found=error.found) from error
@@ -458,7 +440,7 @@ def _without_brackets(pattern: tree.Choice) -> tree.Choice:
 
 # Steps: who moves, how, and the words, which must agree with each other.
 
-_STAYING = {"at": "at is being there"} | dict.fromkeys(RESTS, "hold is staying put")
+_STAYING = {"at": "at is being there"} | dict.fromkeys(language.RESTS, "hold is staying put")
 _EXAMPLES = {"feet": "jump", "bend": "r_arm"}  # by kind of words, a part to name
 
 
@@ -472,17 +454,17 @@ def _step_at(cursor: Cursor, carried: frozenset[Mover], after: str) -> tree.Step
     named = cursor.mover()
     if named:
         mover = named
-    elif cursor.stands("word", *MANNERS, "not", *_values(*carried)) or cursor.at_angle:
+    elif cursor.stands("word", *language.MANNERS, "not", *_values(*carried)) or cursor.at_angle:
         mover = _carried(cursor, carried, after)
     else:
         raise no_step(cursor, after)
     bending = _bending(cursor, mover)
     mover = bending or mover
-    token = cursor.take("word", *MANNERS)
+    token = cursor.take("word", *language.MANNERS)
     manner = token.text if token else "move"
-    if manner == "at" and not THINGS.keys().isdisjoint(_kind(mover).words):
+    if manner == "at" and not language.THINGS.keys().isdisjoint(_kind(mover).words):
         raise cursor.fault("no stay", cursor.before, mover=mover)
-    if manner == STILL and _kind(mover).name != "gesture":
+    if manner == language.STILL and _kind(mover).name != "gesture":
         raise cursor.fault("no swings", cursor.before, mover=mover)
     words = _words(cursor, mover, manner)
     remedy = remedies("no_words").get(manner)
@@ -497,13 +479,13 @@ def _kind(mover: Mover) -> Kind:
 
 def _values(*movers: Mover) -> Mapping[str, tuple[str, str]]:
     """Return the words that are understood of some movers, as in `VALUES`."""
-    return values_for({kind for mover in movers for kind in _kind(mover).words})
+    return language.values_for({kind for mover in movers for kind in _kind(mover).words})
 
 
 def _check_meant(cursor: Cursor, carried: frozenset[Mover]) -> None:
     """Refuse a bare word that may name a part, or the thing that a carried part touches."""
     word, after = cursor.token.text, cursor.ahead(1)
-    goes_on = after.kind == "word" and after.text in (*MANNERS, "not", *VALUES)
+    goes_on = after.kind == "word" and after.text in (*language.MANNERS, "not", *language.VALUES)
     goes_on |= cursor.vocabulary.mover(word, after.text) is not None
     if word in _values(*carried) and cursor.vocabulary.mover(word) and not goes_on:
         (mover, *_) = carried
@@ -517,7 +499,7 @@ def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
     if carried:
         names = ", ".join(sorted(mover.name for mover in carried))
         raise cursor.fault("several parts before", names=names)
-    if part := _EXAMPLES.get(VALUES.get(word, ("", ""))[0]):
+    if part := _EXAMPLES.get(language.VALUES.get(word, ("", ""))[0]):
         raise cursor.error(f"Name the part first: {part} {word}")
     if remedy := remedies("no_part").get(after):
         raise cursor.error(remedy)
@@ -526,11 +508,11 @@ def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
 
 def _bending(cursor: Cursor, mover: Mover) -> Mover | None:
     """Return the elbow or knee that the words are about: ``r_arm bend``, ``r_arm at bent``."""
-    manner = cursor.token.text if cursor.stands("word", *MANNERS) else ""
+    manner = cursor.token.text if cursor.stands("word", *language.MANNERS) else ""
     ahead = int(bool(manner))
     ahead += cursor.ahead(ahead).text == "not"
-    kind, value = VALUES.get(cursor.ahead(ahead).text, ("", ""))
-    moves = manner in _STAYING or value.split(" ")[0] in BEND_MOVES
+    kind, value = language.VALUES.get(cursor.ahead(ahead).text, ("", ""))
+    moves = manner in _STAYING or value.split(" ")[0] in language.BEND_MOVES
     if kind != "bend" or not moves or cursor.ahead(1).text == ":":
         return None
     return cursor.vocabulary.of(mover.form, tuple(BENDS.get(it, "") for it in mover.members))
@@ -548,13 +530,13 @@ def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[tree.Word, ...]:
         if not (negated and words[-1] in checked):
             checked.append(words[-1])
             if found := _complaint(tuple(checked), mover, manner):
-                raise cursor.error_since(begin, found)
+                raise cursor.error(found, begin, cursor.before)
     number, unit = cursor.number_and_unit()
-    if number and unit not in UNITS and "degrees" in _kind(mover).words:
+    if number and unit not in language.UNITS and "degrees" in _kind(mover).words:
         raise cursor.fault("angle without unit", number=number)
-    for kind in THINGS.keys() & _kind(mover).words:
+    for kind in language.THINGS.keys() & _kind(mover).words:
         if not words and is_unknown(cursor):
-            noun, known = WORD_KINDS[kind].noun, " ".join(WORD_KINDS[kind].codes)
+            noun, known = language.WORD_KINDS[kind].noun, " ".join(language.WORD_KINDS[kind].codes)
             raise cursor.fault("no such thing", noun=noun, word=cursor.token.text, known=known)
     return tuple(words)
 
@@ -567,7 +549,7 @@ def _at_value(cursor: Cursor, mover: Mover) -> bool:
 def _value(cursor: Cursor, mover: Mover) -> tuple[str, str]:
     """Read a word or an angle: its kind, and its own spelling."""
     if cursor.at_angle:
-        return "degrees", str(cursor.length((DEGREES,)))
+        return "degrees", str(cursor.length((language.DEGREES,)))
     kind, value = _values(mover)[cursor.advance().text]
     degree = cursor.sixths() if kind == "bend" and value in ("bend", "stretch", "bent") else ""
     return kind, f"{value} {degree}".rstrip()
@@ -599,12 +581,12 @@ def _no_value(cursor: Cursor, rule: str) -> PatternError:
 
 def _complaint(words: tuple[tree.Word, ...], mover: Mover, manner: str) -> str | None:
     """Return what is wrong with the last word, or None."""
-    word, noun = words[-1], WORD_KINDS[words[-1].kind].noun
+    word, noun = words[-1], language.WORD_KINDS[words[-1].kind].noun
     kind, part = _kind(mover), mover.members[0]
-    bends = word.kind == "bend" and word.values[0].split()[0] in BEND_MOVES
+    bends = word.kind == "bend" and word.values[0].split()[0] in language.BEND_MOVES
     cannot = f'"{word}" cannot be said of {mover.name}:'
-    if word.kind not in kind.words and word.values != (ANY,):
-        return f"{cannot} {with_article(kind.name)} has no {noun}."
+    if word.kind not in kind.words and word.values != (language.ANY,):
+        return f"{cannot} {language.with_article(kind.name)} has no {noun}."
     if word.kind == "bend" and not {*mover.members} <= {*BENDS, *BENDS.values()}:
         return f"{cannot} only arms and legs bend and stretch."
     if bends and kind.name == "gesture":
@@ -622,15 +604,15 @@ def _complaint(words: tuple[tree.Word, ...], mover: Mover, manner: str) -> str |
         either = f'One movement has one {noun}. "{first}/{word}" means either'
         then = f'; "{first} -> {word}" means one after the other.'
         return f"{either}{then if word.kind != 'change' else '.'}"
-    if manner in _STAYING and word.kind in MOVING:
+    if manner in _STAYING and word.kind in language.MOVING:
         return f'{_STAYING[manner]}: say a direction or a level, not "{word.values[0]}".'
     if manner in _STAYING and bends:
         return f'{_STAYING[manner]}: say bent, bent 3+ or straight, not "{word}".'
-    sideless = {it for it in RELATIVE if kind.name == "gesture" or it.startswith("across")}
+    sideless = {it for it in language.RELATIVE if kind.name == "gesture" or it.startswith("across")}
     if not mover.sided and sideless.intersection(word.values):
         return f"The {mover.name} has no side of its own: say right or left."
     limited = word.kind == "direction" and kind.directions != DIRECTIONS
-    reached = (values_of("direction", value, part) for value in word.values)
+    reached = (language.values_of("direction", value, part) for value in word.values)
     if limited and any(it.isdisjoint(kind.directions) for it in reached):
         return f"{cannot} it goes {' or '.join(kind.directions)}."
     if not tree.meaning(words, word.kind, part):
