@@ -277,7 +277,8 @@ def duration(seconds: float) -> str:
 
 def cut_note(shown: int, total: int) -> str:
     """Return the end of a summary that says how many results are shown, if not all."""
-    return f"; {shown} are shown, --limit shows more" if shown < total else ""
+    verb = "is" if shown == 1 else "are"
+    return f"; {shown} {verb} shown, --limit shows more" if shown < total else ""
 
 
 def end_progress() -> None:

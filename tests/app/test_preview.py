@@ -41,7 +41,7 @@ def test_hits_are_shown_in_a_file(run, place: Path) -> None:
     assert "hits.html: exists already" in again.stderr
     one = run("search", "r_arm place high", "--preview", "hits.html", "--force", "--limit", "1")
     assert one.returncode == 0
-    assert one.stderr.endswith("3 hits in 3 captures; 1 are shown, --limit shows more\n")
+    assert one.stderr.endswith("3 hits in 3 captures; 1 is shown, --limit shows more\n")
 
 
 def test_nothing_found_is_no_file(run, place: Path) -> None:

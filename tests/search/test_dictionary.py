@@ -206,3 +206,9 @@ def test_what_may_be_asked_in_place_of_an_absent_word_is_understood() -> None:
 
 def test_nothing_is_said_of_a_word_that_nobody_thought_of() -> None:
     assert absent("yodel") is None
+
+
+def test_hops_and_leaps_are_jumps_of_their_kind() -> None:
+    asked = {text: absent(text) for text in ("hopping", "leap", "jumping")}
+    said = {text: it and it.instead for text, it in asked.items()}
+    assert said == {"hopping": "jump hop", "leap": "jump leap", "jumping": "jump"}

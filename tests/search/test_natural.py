@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from lanindex.errors import PatternError
 from lanindex.search.language import parse
-from lanindex.search.language.natural import reading
+from lanindex.search.language.natural import offer_reading, reading
 
 SAID = {
     # A limb, and up or down
@@ -205,3 +205,10 @@ def test_whatever_is_read_is_a_pattern(words: list[str]) -> None:
     read = reading(" ".join(words))
     if read is not None:  # "hand touch arm" is written hand_touch arm
         assert parse(str(parse(read))) == parse(read)
+
+
+def test_what_an_error_says_already_is_not_offered_again():
+    with pytest.raises(PatternError) as error:
+        parse("hop")
+    offer_reading(error.value, parse, {"jump"})
+    assert error.value.found == "Name the part first: jump hop"

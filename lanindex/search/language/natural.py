@@ -65,6 +65,8 @@ def offer_reading(
             return
     except PatternError:
         return
+    if error.found.endswith(f": {meant}"):  # it is said already
+        return
     found = _SPELLING.sub("", error.found)
     stop = "" if found.endswith((".", "?")) else "."
     error.found = f"{found}{stop} Did you mean:  {meant}"
