@@ -41,6 +41,10 @@ class Library:
     A capture is named by its number, or by its path: as ingested, absolute, or the end of it. What
     captures and symbols there are is the matter of its `store`.
 
+    A pattern that is not understood raises a `PatternError`, a capture that is not there or a
+    library that cannot be read a `LibraryError`, what takes longer than its `timeout` a
+    `LanindexError`.
+
     Attributes
     ----------
     store : lanindex.library.store.Store
@@ -252,15 +256,6 @@ class Library:
             when it is looked at. Counts if it ends in ``| count``. Captures that are too rich for
             the pattern, or for the memory, are left out: `refused` has an error for each.
 
-        Raises
-        ------
-        PatternError
-            Where the pattern is not understood.
-        LibraryError
-            Where the library cannot be read.
-        LanindexError
-            Where it takes longer than `timeout`.
-
         Examples
         --------
         >>> import lanindex
@@ -311,11 +306,6 @@ class Library:
             In plain English; the symbols that each step alone would match; the order of work.
             Or the plan.
 
-        Raises
-        ------
-        PatternError
-            Where the pattern is not understood.
-
         Examples
         --------
         >>> import lanindex
@@ -354,13 +344,6 @@ class Library:
             What is found without each condition, and the nearest patterns that find something;
             what has been looked at after some two seconds. Captures that are too rich for one of
             them are left out: `refused` has an error for each.
-
-        Raises
-        ------
-        PatternError
-            Where the pattern is not understood.
-        LibraryError
-            Where the library cannot be read.
 
         Examples
         --------
@@ -404,13 +387,6 @@ class Library:
         Trace
             The hits with the symbols that matched each step; where there are none, the furthest
             beginning that is found, and what came there instead; or why it cannot be told.
-
-        Raises
-        ------
-        PatternError
-            Where the pattern is not understood.
-        LibraryError
-            Where there is no such capture, or it cannot be read.
 
         Examples
         --------
@@ -463,8 +439,6 @@ class Library:
             Where there is no such clip, nothing moves in it, or `rerank` finds no joints of it.
         CaptureError, NotationError
             Where its file cannot be read.
-        LanindexError
-            Where it takes longer than `timeout`.
 
         Examples
         --------
@@ -514,8 +488,6 @@ class Library:
         ------
         UsageError
             Where a number makes no sense.
-        LanindexError
-            Where it takes longer than `timeout`.
 
         Examples
         --------
@@ -567,8 +539,6 @@ class Library:
         ------
         UsageError
             Where a number makes no sense, or the library has no such part.
-        LanindexError
-            Where it takes longer than `timeout`.
 
         Examples
         --------

@@ -14,6 +14,7 @@ from lanindex.app import options
 from lanindex.app.options import argument, option
 from lanindex.app.output import Output, cut, duration, print_hits, room
 from lanindex.errors import LanindexError, UsageError, counted, did_you_mean
+from lanindex.notation.text import shipped
 
 if TYPE_CHECKING:
     from lanindex.search.dictionary import Entry
@@ -25,25 +26,8 @@ SEARCHES = (
 )
 """Patterns, and what each means."""
 
-TOPICS = {
-    "first-steps": ("guide/first-steps.md", "Ingest a folder, search it, export clips"),
-    "asking": ("guide/asking.md", "Patterns, words, and search by example"),
-    "looking": ("guide/looking.md", "Symbols, staves, scores, sheets of hits, films"),
-    "labels": ("guide/labels.md", "Evaluate patterns; compare groups of captures"),
-    "programs": ("guide/programs.md", "Blender, OpenSim, ELAN, LabanotationSuite, pandas"),
-    "formats": ("guide/formats.md", "What can be read, and what clips keep"),
-    "data-sets": ("guide/data-sets.md", "Write hits as arrays for training"),
-    "profile": ("guide/profile.md", "Change the numbers of the method"),
-    "lnd": ("guide/lnd.md", "Write a score by hand"),
-    "python": ("guide/python.md", "Use LanIndex from Python and Jupyter"),
-    "json": ("guide/json.md", "The keys that --json prints"),
-    "language": ("search/LANGUAGE.md", "Reference: the language of patterns"),
-    "method": ("encoding/METHOD.md", "Reference: how movement becomes symbols"),
-    "body": ("encoding/BODY.md", "Reference: steps, jumps, turns, touches, bends"),
-    "notations": ("notation/NOTATIONS.md", "Reference: LND, ELAN, Praat and other notations"),
-    "architecture": ("ARCHITECTURE.md", "For developers: modules, data, glossary"),
-}
-"""Topics: page in the package, and what it is about."""
+TOPICS: dict[str, list[str]] = shipped("guide/topics.toml")
+"""Topics of the guide: the page in the package, and what it is about."""
 
 
 def demo(
