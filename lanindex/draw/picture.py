@@ -204,11 +204,10 @@ Sign = Callable[[Symbol, int, int, int], list[Mark]]
 def turn(symbol: Symbol, x: int, y: int, height: int, half: int = C // 2) -> list[Mark]:
     """Return a box that slants up to the side of a turn, and its amount, beside a centre line."""
     slant = _slant(symbol, height)
-    low, high = max(-slant, 0), max(slant, 0)
-    foot = height - abs(slant)
-    corners = ((-half, high), (half, low), (half, low + foot), (-half, high + foot))
+    left, right = max(slant, 0), max(-slant, 0)  # how far its upper corners lie below its top
+    corners = ((-half, left), (half, right), (half, height - left), (-half, height - right))
     aside = half // 2 * (-1 if slant < 0 else 1) if half > C // 2 else 0
-    told = _amount(symbol, x + aside, y - height // 2, foot)
+    told = _amount(symbol, x + aside, y - height // 2, height - abs(slant))
     return [Polyline(x, y - height, (corners,), True), *told]
 
 

@@ -29,7 +29,7 @@ from lanindex.draw.picture import (
 from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
 from lanindex.model.derived import STEP, STRETCHES, SUPPORTS
-from lanindex.model.symbol import blank, listed
+from lanindex.model.symbol import blank, joined, listed
 
 PITCH = round(1.2 * C)  # from one column to the next
 NARROW = round(0.8 * C)  # the same for narrow signs
@@ -167,11 +167,9 @@ class TimeAxis:
         if self.seconds:
             return seconds
         score, meter = self.score, self.score.meter
-        rows = [track.symbols for track in score.tracks.values()]
-        frames = np.concatenate([[0], *(it[name] for it in rows for name in ("start", "stop"))])
-        ticks = np.concatenate(
-            [[0], *(part for it in rows for part in (it["tick"], it["tick"] + it["ticks"]))]
-        )
+        rows = joined(track.symbols for track in score.tracks.values())
+        frames = np.concatenate([[0], rows["start"], rows["stop"]])
+        ticks = np.concatenate([[0], rows["tick"], rows["tick"] + rows["ticks"]])
         frames, first = np.unique(frames, return_index=True)
         ticks, frame = np.maximum.accumulate(ticks[first]), seconds * float(score.rate)
         rate = float(meter.tick_rate / score.rate)
