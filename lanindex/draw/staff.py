@@ -489,17 +489,23 @@ def name_of(part: str) -> str:
 
 # How wide the circle is that keeps the weight on one foot, or on both
 ONE, BOTH = round(0.55 * C), round(0.8 * C)
+_HELD = {
+    **{"r": (ONE, "stands on the right foot"), "l": (ONE, "stands on the left foot")},
+    **{"rl": (BOTH, "stands on both feet"), "?": (ONE, "what carries is not known")},
+}
+"""By what holds the weight: size and meaning of what is drawn."""
+
 # What tells the weight beside stances: supports stand for themselves, others beside the feet
 _CARRYING = {"support": "+", "jump": "+", "turn": "+", "carrier": "c"}
 _LASTS = 0.25  # least counts without a symbol of support that are drawn as a hold of weight
 
 
 def _holds(layout: PageLayout, tops: Mapping[int, int]) -> list[MarkGroup]:
-    """Return a circle wherever feet hold the weight and supports have no symbol.
+    """Return a circle wherever feet hold the weight and supports have no symbol, else a question.
 
     `tops`: by the height at which supports end, that at which they end on paper.
     """
-    changes: list[tuple[float, str, int]] = []
+    changes: list[tuple[float, str, int]] = [(layout.stop, "+", 1)]
     for part, track in layout.clock.score.tracks.items():
         rows = turns(layout.clock.score)[0] if part == TURN else track.symbols
         if key := part[0] if part in STANCES else _CARRYING.get(kind_of(part)):
@@ -507,28 +513,29 @@ def _holds(layout: PageLayout, tops: Mapping[int, int]) -> list[MarkGroup]:
                 if start < stop:
                     changes += [(start, key, 1), (stop, key, -1)]
     changes.sort()
-    circles, state, since, feet = [], {"+": 0, "r": 0, "l": 0, "c": 0}, 0.0, ""
+    found, state, since, feet = [], {"+": 0, "r": 0, "l": 0, "c": 0}, 0.0, ""
     low = 0  # where a hold begins: where the support before it ends on paper
     for index, (time, key, change) in enumerate(changes):
         state[key] += change
         if index + 1 < len(changes) and changes[index + 1][0] <= time:
             continue
-        now = "" if state["+"] else "".join(it for it in "rlc" if state[it])
+        now = "+" if state["+"] else "".join(it for it in "rlc" if state[it]) or "?"
         if now == feet:
             continue
         held, start, foot = feet.removesuffix("c"), since, low  # anew where other support comes
         since, feet, low = time, now, tops.get(layout.up(time), layout.up(time))
-        if not held or time - start < _LASTS or time <= layout.start:
+        if held not in _HELD or time - start < _LASTS or time <= layout.start:
             continue
-        both = len(held) == 2
-        size = BOTH if both else ONE
-        at = 0 if both else layout.columns.places.get(f"{held}_support", 0)
-        sides = "both feet" if both else {"r": "the right foot", "l": "the left foot"}[held]
+        size, words = _HELD[held]
+        at = layout.columns.places.get(f"{held}_support", 0)
         for piece in layout.pieces(foot, layout.up(time)):  # on each staff anew
             if piece.high - piece.low >= size + GAP:
-                circle = Circle(piece.x + at, piece.y - GAP - size // 2, size // 2)
-                circles.append(MarkGroup((circle,), f"stands on {sides}"))
-    return circles
+                x, y = piece.x + at, piece.y - GAP
+                marks: list[Mark] = [Circle(x, y - size // 2, size // 2)]
+                if held == "?":
+                    marks = [Label(x + side, y, held, size) for side in (-PITCH // 2, PITCH // 2)]
+                found.append(MarkGroup(tuple(marks), words))
+    return found
 
 
 TURN = "body_turn"
@@ -758,7 +765,7 @@ def legend_rows(kinds: Collection[str], x: int, y: int, *, marked: bool = False)
             rows.append((SIGNS[name](listed(part, row)[0], middle, next(bases), C), words))
     if "stance" in kinds:
         circle = Circle(middle, next(bases) - C // 2, ONE // 2)
-        rows.append(([circle], "stands, while supports are silent"))
+        rows.append(([circle], "stands; ?: what carries is not known"))
     if "touch" in kinds:
         rows.append(([bow(left, left + C, next(bases) - C // 2 + BOW // 2)], "touches"))
     if "jump" in kinds:

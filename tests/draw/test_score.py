@@ -297,6 +297,14 @@ def test_weight_is_held_where_supports_are_silent() -> None:
     assert held == ["stands on both feet", "stands on the left foot"]
 
 
+def test_a_blank_support_is_a_jump_and_a_question_that_nobody_knows() -> None:
+    lines = ["stance r_stance mid 0 1", "stance l_stance mid 2 3", "jump jump place hop 3 4"]
+    held = [it for it in drawn_lnd(*lines).marks if isinstance(it, MarkGroup) and not it.data]
+    said = [[mark.text for mark in it.marks if isinstance(mark, Label)] for it in held]
+    assert said == [[], ["?", "?"], []]
+    assert held[1].title == "what carries is not known"
+
+
 def test_a_long_score_has_staves_beside_each_other() -> None:
     score = lanindex.read_lnd("#unit99\ndirection r_arm left low 0 1\n")
     tall, wide = draw(score, bars=None), draw(score, bars=1)
