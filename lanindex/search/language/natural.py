@@ -1,7 +1,7 @@
 """Plain English → a pattern, by the words and phrases of ``natural.toml``, without a grammar."""
 
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import pairwise
@@ -55,14 +55,13 @@ def reading(text: str) -> str | None:
         return None
 
 
-def offer_reading(
-    error: PatternError, read: Callable[[str], Query], known: Collection[str]
-) -> None:
-    """Add the pattern that was probably meant to an error, if it parses and has a `known` part."""
+def offer_reading(error: PatternError, read: Callable[[str], Query]) -> None:
+    """Add the pattern that was probably meant to an error, if it parses."""
     meant = reading(error.text)
+    if meant is None:
+        return
     try:
-        if meant is None or read(meant).parts.isdisjoint(known):
-            return
+        read(meant)
     except PatternError:
         return
     if error.found.endswith(f": {meant}"):  # it is said already

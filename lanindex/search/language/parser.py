@@ -62,7 +62,7 @@ def parse(
             raise PatternError(found, text=f"{text[:60]}…", start=60, stop=61)
         return read(str(text))
     except PatternError as error:
-        offer_reading(error, read, vocabulary.parts)
+        offer_reading(error, read)
         if isinstance(text, FilePattern):
             error.place = text.place(error.start)
         raise
