@@ -89,6 +89,13 @@ def test_it_never_falls_and_ends_at_its_end(place: Path, job: Callable[[Library]
         assert counts[-1] == total
 
 
+def test_the_clips_of_a_folder_are_counted_not_the_labels(place: Path) -> None:
+    (place / "labels.csv").write_text("file,label\none.bvh,a\ntwo.bvh,b\nfar/three.bvh,a\n")
+    words = ["evaluate", ".", "--labels", "labels.csv", "--patterns", "up.toml"]
+    seen = start_on_terminal([sys.executable, "-c", MAIN, *words], place)
+    assert "2/2 clips" in seen
+
+
 def test_columns_that_are_made_anew_show_it(place: Path) -> None:
     with (
         open_library(place / "lanindex.db") as library,

@@ -298,15 +298,16 @@ def evaluate(
     """
     from lanindex.encoding.profile import load
     from lanindex.evaluate import evaluate, read_clips, read_patterns, summary
-    from lanindex.pipeline.ingest import discover, read_labels, unfitting
+    from lanindex.pipeline.ingest import discover, key_of, read_labels, unfitting
     from lanindex.pipeline.prepare import processes
     from lanindex.pipeline.search import too_rich
 
     expectations, table = read_patterns(patterns, words), read_labels(labels)
     if not any(label for label, _ in table.values()):
         raise UsageError("no labels", place=labels, wanted='a column "label"')
-    reader = read_clips(folder, table, load(profile), jobs=processes(len(table), jobs))
-    clips = list(out.progress(reader, len(table), "clips"))
+    count = sum(key_of(path) in table for path in discover([folder]))
+    reader = read_clips(folder, table, load(profile), jobs=processes(count, jobs))
+    clips = list(out.progress(reader, count, "clips"))
     unused_rows = unfitting(table, [it.capture.path for it in clips] or discover([folder]))
     if not clips:
         raise UsageError(unused_rows, place=labels, wanted=f"files in {folder}")
