@@ -171,8 +171,9 @@ def motifs(
         )
     motifs = result.found
     shown = motifs[: limit or (MOTIFS_ON_TERMINAL if out.terminal else None)]
+    folder = out.folder(motif.first.capture.path for motif in shown)
     for motif in shown:
-        _motif(out, motif, result)
+        _motif(out, motif, result, folder)
     out.notes(result.notes)
     _note_sample(out, result, "were looked through: --all looks through all")
     cut, captures = cut_note(len(shown), len(motifs)), counted(result.captures, "capture")
@@ -187,8 +188,8 @@ def _note_sample(out: Output, result: Motifs | Groups, remedy: str) -> None:
         out.note(f"{sample}, taken at random, {remedy}")
 
 
-def _motif(out: Output, motif: Recurring, result: Motifs) -> None:
-    path, span = motif.first.capture.path, motif.first.span
+def _motif(out: Output, motif: Recurring, result: Motifs, folder: str) -> None:
+    path, span = motif.first.capture.path.removeprefix(folder), motif.first.span
     frames = f"[{span.start}, {span.stop})"
     if out.terminal:
         times = f"{counted(motif.hits, 'hit')} in {counted(motif.captures, 'capture')}"
@@ -252,7 +253,8 @@ def similar(
             for number, group in enumerate(shown, 1)
         )
         head = ("captures", "alike", "labels", "most like all", "others")
-        out.table(head, (_group(out, group) for group in shown), group_records)
+        folder = out.folder(capture.path for group in shown for capture in group.captures)
+        out.table(head, (_group(out, group, folder) for group in shown), group_records)
     out.detail(f"{result.pairs:,} pairs were compared: {'all' if result.every else 'the nearest'}")
     _note_sample(out, result, "were compared: --all compares all")
     if not result.every:
@@ -265,11 +267,11 @@ def similar(
     return not result.groups
 
 
-def _group(out: Output, group: Similar) -> tuple[str, ...]:
+def _group(out: Output, group: Similar, folder: str) -> tuple[str, ...]:
     """Return a group's row; on a terminal, its first labels and captures only."""
     labels = Counter(capture.label or "-" for capture in group.captures).most_common()
     counts = [f"{count} {label}" for label, count in labels]
-    first, *others = [capture.path for capture in group.captures]
+    first, *others = [capture.path.removeprefix(folder) for capture in group.captures]
     if out.terminal:
         counts[3:] = [] if len(counts) <= 3 else ["…"]
         others[2:] = [] if len(others) <= 2 else ["…"]
