@@ -113,7 +113,7 @@ class Result:
 
     def obstacle(self, miss: Miss) -> str:
         """Return why a pattern missed a capture."""
-        from lanindex.search.explain import trace
+        from lanindex.search.explain.why import trace
 
         return trace(self.expectation.query, miss.capture, miss.tracks).obstacle
 

@@ -13,7 +13,8 @@ import pytest
 from conftest import REPOSITORY
 
 import lanindex
-from lanindex.search.explain import Advice, Trace
+from lanindex.search.explain.advice import Advice
+from lanindex.search.explain.why import Trace
 from lanindex.search.hits import Counts, Hits
 
 PACKAGE = REPOSITORY / "lanindex"

@@ -43,7 +43,7 @@ from lanindex.pipeline.layouts import SPLITS, Clip, layout_of
 from lanindex.pipeline.named import Request, from_hits
 from lanindex.records import of_name
 from lanindex.search.dictionary import named_patterns
-from lanindex.search.explain import sentence as english
+from lanindex.search.explain.english import sentence as english
 from lanindex.search.hits import Hits
 from lanindex.search.language import parse
 

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from lanindex.pipeline.motifs import Motifs
     from lanindex.pipeline.movement import Movement
     from lanindex.pipeline.prepare import Outcome
-    from lanindex.search.explain import Advice, Trace
+    from lanindex.search.explain.advice import Advice
+    from lanindex.search.explain.why import Trace
     from lanindex.search.hits import Counts
     from lanindex.search.language.builder import Pattern
     from lanindex.search.language.query import Query
@@ -313,7 +314,7 @@ class Library:
         ...     print(library.explain("torso forward high -> hold 1s+").splitlines()[0])
         The torso moves forward, high (or begins there), then stays where it is, for at least 1 s.
         """
-        from lanindex.search.explain import explanation, planned
+        from lanindex.search.explain.english import explanation, planned
 
         query, numbers = self._query(pattern, selection, strict)
         if plan:
@@ -397,7 +398,7 @@ class Library:
         'torso forward high [482, 524) takes 1.40 s, wanted <0.5s'
         """
         from lanindex.pipeline.search import SearchOptions
-        from lanindex.search.explain import trace
+        from lanindex.search.explain.why import trace
 
         options = SearchOptions.read(tolerance, overlaps, near)
         query = replace(self._query(pattern, ALL, strict)[0], near=options.near)

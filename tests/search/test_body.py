@@ -17,7 +17,7 @@ from lanindex.model.derived import steps
 from lanindex.pipeline.library import open_library
 from lanindex.pipeline.search import entry_of_query
 from lanindex.search.dictionary import load
-from lanindex.search.explain import sentence
+from lanindex.search.explain.english import sentence
 from lanindex.search.explain.why import away
 from lanindex.search.language import parse
 

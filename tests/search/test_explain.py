@@ -9,8 +9,8 @@ from plain_matcher import find
 from query_cases import cases, recordings_of
 
 from lanindex.errors import PatternError
-from lanindex.search.explain import explanation, sentence, trace
-from lanindex.search.explain.english import order, step_counts
+from lanindex.search.explain.english import explanation, order, sentence, step_counts
+from lanindex.search.explain.why import trace
 from lanindex.search.language import parse
 
 FOUND = [case for case in cases() if not case.error]

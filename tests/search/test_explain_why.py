@@ -9,8 +9,7 @@ from plain_matcher import find
 from query_cases import cases, recordings_of, track
 
 from lanindex.model import Symbol
-from lanindex.search.explain import trace
-from lanindex.search.explain.why import away, doubts, nearest, records_of
+from lanindex.search.explain.why import away, doubts, nearest, records_of, trace
 from lanindex.search.language import parse
 
 (RECORDING,) = recordings_of(

@@ -10,7 +10,7 @@ from query_cases import track
 from lanindex import alphabet
 from lanindex.errors import PatternError
 from lanindex.model import Capture, Track
-from lanindex.search.explain import sentence
+from lanindex.search.explain.english import sentence
 from lanindex.search.language import parse, words
 
 CAPTURE = Capture(1, "", "", "0" * 64, "", Fraction(10), 100)

@@ -13,7 +13,7 @@ from lanindex.library import rows
 from lanindex.library.store import Store
 from lanindex.model.columns import columns_of
 from lanindex.pipeline.library import open_library
-from lanindex.search.explain import sentence
+from lanindex.search.explain.english import sentence
 from lanindex.search.explain.why import away
 from lanindex.search.hits import measures_in
 from lanindex.search.language import parse

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lanindex.search.explain import planned
+from lanindex.search.explain.english import planned
 from lanindex.search.language import parse
 
 

@@ -9,7 +9,7 @@ import pytest
 from query_cases import recordings_of
 
 import lanindex.search
-from lanindex.search.explain import planned
+from lanindex.search.explain.english import planned
 from lanindex.search.language import parse
 from lanindex.search.match.backward import NONE, Backwards, end_of, ending_values
 from lanindex.search.match.batch import Batch

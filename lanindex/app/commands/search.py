@@ -17,7 +17,7 @@ from lanindex.errors import UsageError, counted, shown
 if TYPE_CHECKING:
     from lanindex.library.selection import Selection
     from lanindex.pipeline.library import Library
-    from lanindex.search.explain import Trace
+    from lanindex.search.explain.why import Trace
     from lanindex.search.hits import Counts, Hits
 
 ON_TERMINAL = 20  # hits that a terminal shows without --limit

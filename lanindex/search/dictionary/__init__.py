@@ -23,12 +23,7 @@ _EITHER = "either side"
 _SIDED = re.compile(r"(?<![a-z])(?:right|left|[rl](?=_))(?![a-z])")
 _SWAPPED = {"right": "left", "left": "right", "r": "l", "l": "r"}
 
-_LEFT_OUT = {  # what may stand between the words of a name and says nothing
-    *("a", "an", "the", "his", "her", "their", "he", "she", "they", "someone", "somebody"),
-    *("person", "dancer", "man", "woman", "is", "are", "with"),
-    *("to", "towards", "on", "onto", "in", "of", "floor", "ground"),
-}
-
+_ABSENT = "search/dictionary/absent.toml"
 _SLOT = re.compile(r"{(\w+)}")  # in a name of absent.toml
 _ENDING = re.compile(r"(?<=...)(?:ing|es|ed|s)\Z")
 
@@ -109,7 +104,8 @@ def absent(text: str) -> Absent | None:
 @cache
 def _absent() -> Mapping[tuple[str, ...], Absent]:
     """Return what ``absent.toml`` has, each slot filled with each of its words."""
-    table = dict(shipped("search/dictionary/absent.toml"))
+    table = dict(shipped(_ABSENT))
+    del table["left_out"]
     slots = {
         slot: [(value, word) for value, also in values.items() for word in (value, *also)]
         for slot, values in table.pop("slots").items()
@@ -179,7 +175,7 @@ def entry_named(text: str, words: Mapping[str, Entry]) -> Entry | None:
 
 def _stems(words: list[str]) -> list[str]:
     """Return words without endings, in order: ``clap`` of ``clapping``, ``wav`` of ``waves``."""
-    return sorted(_stem(word) for word in words if word not in _LEFT_OUT)
+    return sorted(_stem(word) for word in words if word not in shipped(_ABSENT)["left_out"])
 
 
 def _stem(word: str) -> str:

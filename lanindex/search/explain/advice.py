@@ -270,7 +270,7 @@ def changes(query: tree.Query) -> list[Change]:
         variants += [
             Change(put(it), cost, condition, step) for cost, condition, it in _variants(node)
         ]
-        for name, form, text in _LIMITS.get(type(node), ()):
+        for name, form, text in _SIMILAR["limits"].get(type(node).__name__, ()):
             limit = getattr(node, name)
             if isinstance(limit, tree.Repeat):
                 excludes = limit.least > 1
@@ -301,20 +301,6 @@ def _put(node: Any, put: _Put, name: str, index: int, other: Any) -> Any:
     if isinstance(value, tuple):
         other = (*value[:index], other, *value[index + 1 :])
     return put(replace(node, **{name: other}))
-
-
-_LIMITS: dict[type, tuple[tuple[str, str, str], ...]] = {
-    tree.Beside: (("within", "[{}]", "the nearest lies {} away"),),
-    tree.Arrow: (
-        ("length", "[{}]", "the nearest comes after {}"),
-        ("skips", "[{}]", "the nearest skips {}"),
-    ),
-    tree.Item: (
-        ("length", "{}", "the nearest takes {}"),
-        ("repeat", "{}", "{} in a row are the most"),
-    ),
-}
-"""By node: the fields with a limit, how it is written, and the text about the nearest number."""
 
 
 _OF_A_LIMB = {direction: name for name, direction in RELATIVE.items()}

@@ -16,14 +16,12 @@ from lanindex.search.match.conditions import Clauses
 from lanindex.search.match.finder import Recording, find_in
 from lanindex.search.match.leading import SHORT, SOON
 from lanindex.search.match.mirror_runs import repeats
-from lanindex.search.match.relations import FIRST, LAST, RELATIONS
-from lanindex.search.match.rewrites import ONLY, Rewrites, enough, enough_beside
+from lanindex.search.match.relations import RELATIONS
+from lanindex.search.match.rewrites import Rewrites, enough, enough_beside
 from lanindex.search.plan import NEGATIONS, Companion, Program, State, plan
 
 _ENGLISH = shipped("search/language/english.toml")
-_COMPARED = {"=": "", "!=": "not", "<": "less than", "<=": "at most", ">": "more than"}
-_COMPARED |= dict.fromkeys((">=", "+"), "at least")
-
+_COMPARED: dict[str, str] = _ENGLISH["compared"]
 _AT_ONCE = 200  # captures in which steps are counted together
 
 
@@ -275,13 +273,6 @@ def _alone(query: tree.Query) -> Iterator[tree.Item]:
 
 # The plan.
 
-_ENDS = {
-    FIRST: "the first end from each beginning is enough",
-    LAST: "the last end from each beginning is enough",
-    ONLY: "runs on: the longest match from each beginning is enough",
-    None: "all ends from each beginning are tried",
-}
-
 
 def planned(query: tree.Query) -> str:
     """Return the lines of a query, each side and alternative on its own, and how they are searched.
@@ -352,7 +343,7 @@ def _searched(program: Program, rewrites: Rewrites, clauses: Clauses) -> Iterato
     if wanted := dict.fromkeys(_state(state) for line in lines for state in unavoidable(line)):
         yield "prefilter", f"captures with {', '.join(wanted)}"
     end = enough(program)
-    yield "ends", _ENDS[end]
+    yield "ends", _ENGLISH["ends"][end or "all"]
     one_by_one = bool(clauses or program.brackets or rewrites.contested.get(program) or not end)
     if not one_by_one:
         yield "best end", f"looked up from {_numbered('state', range(len(program.states)))}"
@@ -370,8 +361,8 @@ def _join(companion: Companion, standing: list[int]) -> str:
         kind = "anti-join"
     else:
         kind = "join" if RELATIONS[companion.relation].adds_frames else "semi-join"
-    end = _ENDS[enough_beside(companion.programs[0], companion)]
-    return f"{kind} with {_numbered('line', standing)}; {end}"
+    end = enough_beside(companion.programs[0], companion) or "all"
+    return f"{kind} with {_numbered('line', standing)}; {_ENGLISH['ends'][end]}"
 
 
 def _numbered(what: str, numbers: Sequence[int]) -> str:
