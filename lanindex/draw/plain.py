@@ -52,6 +52,8 @@ def plain(score: Score, marked: Iterable[Symbol] = ()) -> Score:
         rows = rows[told]
         if kind_of(part) == "gesture":
             rows = _merged(score, rows, lit[told])
+        elif kind_of(part) == "travel":
+            rows = _straight(rows, lit[told])
         found[part] = replace(track, symbols=rows)
     left_out = _left_out(found, _walks(score)) - {part for part, *_ in keys}
     kept = {it: found[it] for it in found if it not in left_out}
@@ -123,6 +125,23 @@ def _merged(score: Score, rows: Rows, marked: Mask) -> Rows:
                 continue
         before = at
     return rows[told]
+
+
+def _straight(rows: Rows, marked: Mask) -> Rows:
+    """Return ways; those that swerve by 45 degrees at most are one, as they go most of the time."""
+    told, first, whole = ~np.zeros(len(rows), bool), 0, rows.copy()
+    for at in range(1, len(rows)):
+        ways, way = rows["direction"][first : at + 1], whole[first]
+        joined = rows["start"][at] <= rows["stop"][at - 1] and not marked[at - 1 : at + 1].any()
+        if joined and np.isin((ways[:, None] - ways) % 8, (0, 1, 7)).all():
+            lengths = (rows["stop"] - rows["start"])[first : at + 1]
+            way["direction"] = np.bincount(ways, lengths).argmax()
+            way["stop"] = rows["stop"][at]
+            way["ticks"] = rows["tick"][at] + rows["ticks"][at] - way["tick"]
+            told[at] = False
+        else:
+            first = at
+    return whole[told]
 
 
 def _points(rows: Rows) -> NDArray[np.float64]:

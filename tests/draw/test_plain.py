@@ -164,6 +164,26 @@ def test_what_lies_on_the_way_is_part_of_the_movement_that_it_leads_to() -> None
     assert [it.words for it in marked[1:4]] == ["forward low", "forward mid", "forward high"]
 
 
+@pytest.mark.parametrize(
+    ("ways", "drawn"),
+    [
+        ("forward l_forward forward l_forward", ["forward"]),
+        ("forward l_forward left", ["forward", "left"]),
+        ("forward back", ["forward", "back"]),
+    ],
+)
+def test_a_way_that_swerves_is_one(ways: str, drawn: list[str]) -> None:
+    starts = (0, 2, 3, 5, 6)
+    lines = [
+        f"travel body_travel {way} 0 {start} {starts[at + 1]}"
+        for at, (way, start) in enumerate(zip(ways.split(), starts, strict=False))
+    ]
+    swerving = score(*lines, walk="#unit1\n")
+    assert [it.split()[0] for it in told(swerving, "body_travel")] == drawn
+    found = plain(swerving).symbols("body_travel")
+    assert found[-1].stop == swerving.symbols("body_travel")[-1].stop
+
+
 def test_swings_are_kept_however_short() -> None:
     cells = ["left high", "right high"] * 4
     waves = [f"direction r_arm {it} {at / 8} {(at + 1) / 8}" for at, it in enumerate(cells)]
