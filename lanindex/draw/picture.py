@@ -98,7 +98,6 @@ def box(x: int, y: int, width: int, height: int, style: str = "") -> Polyline:
 
 
 _OUTLINES = {
-    "": "00 10 11 01",
     "place": "00 10 11 01",
     "right": "00 1h 01",
     "left": "10 11 0h",
@@ -128,7 +127,7 @@ def sign(
 ) -> list[Mark]:
     """Return the marks of a direction and a level."""
     low, high = seen or (0, height)
-    way, notch = direction or "", min(1 / 3, 1.1 * width / max(height, 1))
+    way, notch = direction or "place", min(1 / 3, 1.1 * width / max(height, 1))
     outline = _outline(way, height, low, high, left, width, notch)
     strokes = _strokes(outline) if level == "high" else ()
     style = "solid" if level == "low" else ""

@@ -304,7 +304,7 @@ def draw(
     """Draw a score, below the lines of its heading."""
     last = last_second(float(score.frames / score.rate), start, stop)
     marked = list(settled(score, marked))
-    drawn, missing = _chosen(score, parts, {it.part for it in marked} - {STEP})
+    drawn, missing = chosen(score, parts, {it.part for it in marked})
     clock = TimeAxis(score, seconds)
     ends = clock.at(start), clock.at(last)
     if parts is None:  # what says nothing in this stretch has no column
@@ -315,8 +315,7 @@ def draw(
         for row, text in enumerate(heading, 1)
     ]
     marks += lines
-    stretch = f"{short(last - start)} s, {symbols}"
-    summary = f"Labanotation, time upwards: {stretch} of {', '.join(drawn)}"
+    told = f"{short(last - start)} s, {symbols} of {', '.join(drawn)}"
     width, height = layout.size
     width = max([width, *(2 * MARGIN + round(0.62 * _HEADING * len(it.text)) for it in lines)])
     if legend:
@@ -324,8 +323,8 @@ def draw(
         rows = legend_rows(kinds, width, MARGIN, marked=bool(marked))
         marks += rows
         width, height = width + LEGEND_WIDTH, max(height, len(rows) * _PITCH + 2 * MARGIN)
-    title = title or "score"
-    return Picture(width, height, title, summary, tuple(marks), tuple(missing), layout.staves)
+    summary, staves = f"Labanotation, time upwards: {told}", layout.staves
+    return Picture(width, height, title or "score", summary, tuple(marks), tuple(missing), staves)
 
 
 def draw_pair(
@@ -340,7 +339,7 @@ def draw_pair(
     """Draw two scores beside each other, in the same columns and at the same heights."""
     last = max(float(score.frames / score.rate) for score in scores)
     wanted = [parts and [it for it in parts if it in score.tracks] for score in scores]
-    drawn, missing = zip(*map(_chosen, scores, wanted), strict=True)
+    drawn, missing = zip(*map(chosen, scores, wanted), strict=True)
     clocks = [TimeAxis(score, seconds) for score in scores]
     begin, end = clocks[0].at(0.0), max(clock.at(last) for clock in clocks)
     layout, marks, counts = _staves(clocks, drawn, marked, (begin, end), bars, BEAT)
@@ -360,7 +359,7 @@ def last_second(end: float, start: float, stop: float | None) -> float:
     return last
 
 
-def _chosen(
+def chosen(
     score: Score, parts: Sequence[str] | None, marked: Collection[str] = ()
 ) -> tuple[list[str], list[str]]:
     """Return the tracks that are drawn, those of marked symbols among them, and warnings."""
@@ -379,7 +378,8 @@ def _chosen(
             raise UsageError(f'there is no part "{part}"', wanted=f"one of {' '.join(there)}")
         if not has_column(part):
             raise UsageError(f"no column for {part}", wanted="a part that has one")
-    return [part for part in score.tracks if part in parts or part in marked], []
+    wanted = {*parts, *filter(has_column, marked)}
+    return [part for part in score.tracks if part in wanted], []
 
 
 def _tells(clock: TimeAxis, part: str, start: float, stop: float) -> bool:
@@ -593,8 +593,7 @@ class SymbolPainter:
         self.pivots, self.circles = ({*it["start"].tolist()} for it in turns(self.score))
         self.bands: list[Mark] = []
         self.tops: dict[int, int] = {}  # Where supports end on paper, by where they would
-        jump = self.score.tracks.get("jump")
-        self.flights = layout.clock.symbols(jump.symbols if jump is not None else blank(0))
+        self.flights = layout.clock.symbols(rows_of(self.score, "jump"))
 
     def track(self, part: str) -> list[MarkGroup]:
         """Return the symbols of a track: the one in force at the beginning, and those behind."""
@@ -626,16 +625,13 @@ class SymbolPainter:
         for symbol, (low, high), own in zip(symbols, heights, spread, strict=True):
             if own and kind.name == "support":
                 self.tops[high] = max(own[1], self.tops.get(high, 0))
-            if own is None:
-                groups.append(_group(symbol, self.score, []))
-            else:
-                groups.append(self._placed(symbol, *own, seen_again=low == high))
+            drawn = self._placed(symbol, *own, seen_again=low == high) if own else None
+            groups.append(drawn or _group(symbol, self.score, []))
         return groups
 
     def _carried(self, symbol: Symbol) -> bool:
         """Return whether the foot took the weight between a gesture and where the staff begins."""
-        track = self.score.tracks.get(f"{symbol.part[:2]}stance")
-        rows = track.symbols if track is not None else blank(0)
+        rows = rows_of(self.score, f"{symbol.part[:2]}stance")
         later = rows[rows["start"] > symbol.start]
         return bool((self.layout.clock.symbols(later)[0] <= self.layout.start).any())
 
@@ -695,10 +691,8 @@ class SymbolPainter:
             start, stop = self.layout.columns.touched(symbol.part, thing)
         for piece in self.layout.pieces(low, max(high, low + 1)):
             if kind.name == "jump":
-                marks += [
-                    line(piece.x + at, piece.y - GAP, piece.x + at, piece.top + GAP)
-                    for at in (start, stop)
-                ]
+                ends = piece.y - GAP, piece.top + GAP
+                marks += [line(x, ends[0], x, ends[1]) for x in (piece.x + start, piece.x + stop)]
             elif piece.low == 0:
                 marks.append(bow(piece.x + start, piece.x + stop, piece.y + BOW // 2))
             self._band(symbol, piece.x + (start + stop) // 2, piece.y, piece.top, stop - start)

@@ -23,11 +23,10 @@ from lanindex.draw.staff import (
     NUMBERS,
     START,
     TimeAxis,
-    has_column,
+    chosen,
     last_second,
     settled,
     staff_columns,
-    usual_tracks,
 )
 from lanindex.draw.svg import rendered
 from lanindex.errors import ExportError, UsageError, extra, shown
@@ -267,9 +266,7 @@ class FilmStaff:
         self._marked = list(settled(score, marked))
         score = score if parts else plain(score, self._marked)
         self.score, self.start, self.stop, self.seconds = score, start, stop, seconds
-        there = [part for part in score.tracks if len(score.tracks[part])]
-        usual = {*usual_tracks(there), *(it.part for it in self._marked)}
-        self.parts = list(parts or (it for it in there if it in usual and has_column(it)))
+        self.parts, _ = chosen(score, parts or None, {it.part for it in self._marked})
         self.rate = 1.0 if seconds else float(score.meter.speed / 60)  # counts a second
         own = staff_columns(self.parts)
         wide = 2 * MARGIN + NUMBERS + own.left + own.right
