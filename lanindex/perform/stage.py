@@ -385,7 +385,7 @@ def angles(score: Score, part: str, times: Floats) -> NDArray[np.complex128]:
 
 
 def lean_direction(lean: NDArray[np.complex128]) -> Floats:
-    """Return the unit vectors, (T, 3), of a lean in degrees, (T,) as `twists.py` tells them."""
+    """Return the unit vectors, (T, 3), of a lean in degrees, (T,) as `twists` tells them."""
     size = np.abs(lean)
     way = lean / np.maximum(size, _SLIGHT)
     flat = np.sin(np.radians(size))
