@@ -14,13 +14,11 @@ is enough, with two hips or two shoulders that tell where it faces: captures of 
 """
 
 import re
-import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import nlargest
-from importlib import resources
 from itertools import combinations, pairwise
 from typing import Any
 
@@ -28,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, JOINTS
+from lanindex.data import shipped
 from lanindex.errors import BodyError, shown
 
 _NEAR_PELVIS = 0.35  # of a thigh, from the middle of the hips
@@ -142,11 +141,9 @@ Key = tuple[str, str]
 """Side (``L``, ``R`` or empty) and the name without it."""
 
 
-@lru_cache
 def tables(file: str = "names.toml") -> Mapping[str, Any]:
     """Return `names.toml`, or `markers.toml`."""
-    text = resources.files("lanindex.body").joinpath(file).read_text("utf-8")
-    return tomllib.loads(text)
+    return shipped(f"body/{file}")
 
 
 @lru_cache(maxsize=1)

@@ -6,8 +6,7 @@ import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from fractions import Fraction
-from functools import cache, lru_cache
-from importlib import resources
+from functools import lru_cache
 from itertools import count
 from pathlib import Path
 from typing import Any, NoReturn
@@ -63,12 +62,6 @@ def read_toml(path: Path) -> dict[str, Any]:
     except ValueError:  # the one that Python refuses to read
         found, wanted = "a number without end", f"at most {sys.get_int_max_str_digits()} digits"
     refuse(str(path), found, wanted)
-
-
-@cache
-def shipped(name: str) -> dict[str, Any]:
-    """Return the table of a TOML file of this program: ``search/language/english.toml``."""
-    return tomllib.loads(resources.files("lanindex").joinpath(name).read_text("utf-8"))
 
 
 def words_of(text: str) -> Iterator[tuple[int, list[str]]]:

@@ -3,18 +3,17 @@
 Directions are unit vectors of the body frame: forward +x, up +y, right +z.
 """
 
-import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINTS, LOW, MID, PLACE
+from lanindex.data import shipped
 from lanindex.model import SYMBOL, Score, Skeleton
 from lanindex.model.derived import DEGREE, degree_of
 
@@ -60,7 +59,7 @@ class Body:
 @cache
 def standard(palms: frozenset[str] = frozenset()) -> Body:
     """Return the standard body."""
-    table = tomllib.loads(files("lanindex.perform").joinpath("figure.toml").read_text("utf-8"))
+    table = shipped("perform/figure.toml")
     joints = [it for it in table["joints"] if it["bone"][1:] != "_palm" or it["bone"] in palms]
     names = [joint["name"] for joint in joints]
     plays = [joint["plays"] for joint in joints]

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lanindex.alphabet import KINDS, kind_of
+from lanindex.data import shipped
 from lanindex.encoding.joints import body
 from lanindex.encoding.places import resample
 from lanindex.errors import ExportError, LanindexError, UsageError, shown
@@ -192,7 +193,7 @@ class _Job:
             yield from zip(self.layout.shared, self.layout.shared_contents(), strict=False)
             yield INDEX, bytes(self.index)
             yield CARD, (json.dumps(self.card, ensure_ascii=False, indent=1) + "\n").encode()
-            yield PAGE, page(self.card, self.layout.on_card).encode()
+            yield PAGE, page(self.card).encode()
 
     def _of_capture(self, requests: Sequence[tuple[int, Request]]) -> Iterator[tuple[str, bytes]]:
         """Yield the files of a capture's clips; requests are each with the place of its group."""
@@ -471,7 +472,7 @@ def counts_of(clips: Sequence[ClipFacts]) -> dict[str, Any]:
     return {**_tally(clips), **counts, "profiles": dict(sorted(profiles.items()))}
 
 
-def page(card: Mapping[str, Any], layout: str) -> str:
+def page(card: Mapping[str, Any]) -> str:
     """Return a card as a page for people."""
     lines = ["# A data set of movement", "", *_summary(card), "", "## Clips", ""]
     lines += _table(
@@ -503,6 +504,7 @@ def page(card: Mapping[str, Any], layout: str) -> str:
             f"- {number} clip{'s' if number > 1 else ''}: {why}"
             for why, number in card["left_out"].items()
         ]
+    layout = shipped("pipeline/layouts.toml")["cards"][card["layout"]]
     lines += ["", "## Files", "", layout, ""]
     lines += ["`clips.jsonl` has a line for each clip, with the keys", ""]
     lines += [" ".join(f"`{name}`" for name in card["columns"]) + ".", ""]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINTS, KINDS, kind_of
+from lanindex.data import shipped
 from lanindex.errors import UsageError
 from lanindex.formats import smpl
 from lanindex.model import Score, Span, Symbol
@@ -43,19 +44,6 @@ class Arrays:
 
     shared: tuple[str, ...] = ()
     """Names of files that belong to all clips."""
-
-    on_card = """\
-`SPLIT/NAME.npz`, for `numpy.load`, none of it pickled:
-
-| array | |
-|---|---|
-| `joints` | (T, 20, 3) float32: places in metres, y up, right-handed; NaN: unknown |
-| `joint_names` | (20) of the joints |
-| `fps`, `unit`, `up` | frames a second, `m`, `y` |
-| `symbol_part`, `symbol_direction`, `symbol_level`, `symbol_amount` | (S) words; empty: none |
-| `symbol_frames` | (S, 2) int32: from, up to and not including; frames of the clip |
-| `texts` | what the clip is in words: its label, what was asked for, what was seen |
-| `label` | what it was found as; else the capture's label |"""
 
     def names(self, name: str, split: str) -> tuple[str, ...]:
         """Return the file of a clip."""
@@ -128,20 +116,6 @@ class HumanML3D:
 
     rate: Fraction | None = Fraction(20)
     shared = (*(f"{split}.txt" for split in SPLITS), "all.txt", "Mean.npy", "Std.npy")
-    on_card = """\
-The folders of HumanML3D (Guo et al. 2022), 20 frames a second, metres, y up:
-
-| file | |
-|---|---|
-| `new_joints/NAME.npy` | (T, 22, 3) float32 places, above the origin and facing z at first |
-| `new_joint_vecs/NAME.npy` | (T, 263) float32 features of the same frames |
-| `texts/NAME.txt` | `caption#word/TAG word/TAG#0.0#0.0`, a line each; tags are those of words that LanIndex uses itself, others `X` |
-| `all.txt`, `train.txt`, `val.txt`, `test.txt` | names |
-| `Mean.npy`, `Std.npy` | (263) of the training clips; deviations are means over a group of features |
-
-Unlike there, bodies keep their own proportions (the published clips are brought to one
-skeleton), and the heading is told by hips and shoulders together. Spine and collars are
-laid between pelvis, chest, neck and shoulders: the captures have no such joints."""  # noqa: E501
 
     def __init__(self) -> None:
         self._names: dict[str, list[str]] = {split: [] for split in SPLITS}
@@ -212,33 +186,15 @@ def _npy(values: NDArray[Any]) -> bytes:
     return content.getvalue()
 
 
-_TAGS = {
-    "ADP": "to on of at in by for from with after before than across",
-    "DET": "the a an each either both no any other another",
-    "ADV": "then high low forward back down straight later together where there anywhere slowly "
-    "fast not up away apart overhead sideways twice again",
-    "NOUN": "arm arms leg legs forearm forearms hand hands foot feet thigh thighs shank shanks "
-    "head torso body palm palms front side height place joint trunk knee knees seat elbow elbows "
-    "upper weight degree degrees way ground",
-    "ADJ": "right left middle own drawn bent stretched little long",
-    "VERB": "moves move goes go is are stays stay steps jumps travels turns turn twists inclines "
-    "bends bend stretches stretch touches touch holds hold rests faces face leaves passing walk "
-    "run walks runs jump wave waves raise raises kick kicks clap claps bow bows",
-    "CCONJ": "and or",
-    "SCONJ": "while",
-    "PRON": "it its they their something nothing",
-    "NUM": "one two three four five six",
-}
-_TAG = {word: tag for tag, words in _TAGS.items() for word in words.split()}
-
-
 def tagged(text: str) -> str:
     """Return a text's words with their parts of speech, as HumanML3D has them.
 
     Those are known of words that LanIndex itself uses; others are ``X``.
     """
+    tags = shipped("pipeline/layouts.toml")["tags"].items()
     words = re.findall(r"[^\W\d_]+", text.lower())
-    return " ".join(f"{word}/{_TAG.get(word, 'X')}" for word in words)
+    tag_of = {word: tag for tag, known in tags for word in known.split()}
+    return " ".join(f"{word}/{tag_of.get(word, 'X')}" for word in words)
 
 
 LAYOUTS: dict[str, type[Arrays] | type[HumanML3D]] = {"npz": Arrays, "humanml3d": HumanML3D}

@@ -8,8 +8,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from lanindex.alphabet import TRACKS
+from lanindex.data import shipped
 from lanindex.errors import PatternError
-from lanindex.notation.text import shipped
 from lanindex.search.language import Query, parse
 from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 

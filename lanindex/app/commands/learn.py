@@ -13,8 +13,8 @@ import lanindex
 from lanindex.app import options
 from lanindex.app.options import argument, option
 from lanindex.app.output import Output, cut, duration, print_hits, room
+from lanindex.data import shipped
 from lanindex.errors import LanindexError, UsageError, counted, did_you_mean
-from lanindex.notation.text import shipped
 
 if TYPE_CHECKING:
     from lanindex.search.dictionary import Entry

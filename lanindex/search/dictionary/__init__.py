@@ -12,8 +12,9 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from lanindex.data import shipped
 from lanindex.errors import NotationError, PatternError, UsageError, quoted, shown
-from lanindex.notation.text import read_toml, shipped
+from lanindex.notation.text import read_toml
 
 FORM = 'name = {pattern = "...", sentence = "...", names = ["other name", ...]}'
 

@@ -17,8 +17,8 @@ from time import monotonic, process_time
 from typing import Any
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.data import shipped
 from lanindex.errors import counted
-from lanindex.notation.text import shipped
 from lanindex.search.language import query as tree
 from lanindex.search.language.times import Clock, Length, Time, decimal
 from lanindex.search.language.words import ANY, MOVING, RELATIVE, RESTS, UNITS, Mover, Vocabulary

@@ -6,7 +6,7 @@ from fractions import Fraction
 from itertools import chain, islice
 
 from lanindex.alphabet import kind_of
-from lanindex.notation.text import shipped
+from lanindex.data import shipped
 from lanindex.search.language import query as tree
 from lanindex.search.language.clauses import CLIP, MATCH, Comparison, Mirrors, Reference, Stage, Sum
 from lanindex.search.language.times import Length, Time, decimal, degrees

@@ -7,8 +7,8 @@ from fractions import Fraction
 from functools import cache
 
 from lanindex.alphabet import DIRECTIONS, SIXTHS
+from lanindex.data import shipped
 from lanindex.errors import PatternError, shown
-from lanindex.notation.text import shipped
 from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import DEGREES, LANGUAGE, UNITS, VALUES, Mover, Vocabulary
 

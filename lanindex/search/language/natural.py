@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from functools import cache
 from itertools import pairwise
 
+from lanindex.data import shipped
 from lanindex.errors import PatternError
 from lanindex.model.columns import GRADES
-from lanindex.notation.text import shipped
 from lanindex.search.dictionary import absent
 from lanindex.search.language.query import Query
 from lanindex.search.language.words import VALUES, Vocabulary
