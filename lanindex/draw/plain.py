@@ -94,7 +94,7 @@ def _moves_alone(rows: Mapping[str, Rows], side: str, part: str, walks: Rows) ->
         return own[(own["start"] < own["stop"]) & ~_during(own, walks)]
 
     moves = moving(part)
-    if not (moves["level"] > LOW).any():
+    if (moves["level"] > LOW).sum() < least:
         return False  # it hangs
     alone = int((~_during(moves, rows[side + base])).sum())
     return alone >= max(least, len(moves) / 2) or len(moves) >= max(least, 2 * len(moving(whole)))

@@ -505,9 +505,11 @@ def _holds(layout: PageLayout, tops: Mapping[int, int]) -> list[MarkGroup]:
 
     `tops`: by the height at which supports end, that at which they end on paper.
     """
-    changes: list[tuple[float, str, int]] = [(layout.stop, "+", 1)]
-    for part, track in layout.clock.score.tracks.items():
-        rows = turns(layout.clock.score)[0] if part == TURN else track.symbols
+    score = layout.clock.score
+    end = min(layout.stop, layout.clock.at(float(score.frames / score.rate)))
+    changes: list[tuple[float, str, int]] = [(end, "+", 1)]
+    for part, track in score.tracks.items():
+        rows = turns(score)[0] if part == TURN else track.symbols
         if key := part[0] if part in STANCES else _CARRYING.get(kind_of(part)):
             for start, stop in zip(*layout.clock.symbols(rows), strict=True):
                 if start < stop:
