@@ -308,7 +308,7 @@ def draw(
     clock = TimeAxis(score, seconds)
     ends = clock.at(start), clock.at(last)
     if parts is None:  # what says nothing in this stretch has no column
-        drawn = [it for it in drawn if _tells(clock, it, *ends)] or drawn
+        drawn = [it for it in drawn if _tells(clock, rows_of(score, it), it, *ends)] or drawn
     layout, marks, (symbols,) = _staves([clock], [drawn], [marked], ends, bars, beat, len(heading))
     lines = [
         Label(MARGIN, MARGIN + _LINE * row, text, _HEADING, "begin")
@@ -382,9 +382,9 @@ def chosen(
     return [part for part in score.tracks if part in wanted], []
 
 
-def _tells(clock: TimeAxis, part: str, start: float, stop: float) -> bool:
-    """Return whether a track says something of a stretch, from count to count."""
-    begins, ends = clock.symbols(clock.score.tracks[part].symbols)
+def _tells(clock: TimeAxis, rows: NDArray[np.void], part: str, start: float, stop: float) -> bool:
+    """Return whether rows of a track say something of a stretch, from count to count."""
+    begins, ends = clock.symbols(rows)
     return bool(((begins < stop) & ((ends > start) | KINDS[kind_of(part)].lasts)).any())
 
 
@@ -417,7 +417,7 @@ def _staves(
         part
         for clock, drawn in zip(clocks, parts, strict=True)
         for part in drawn
-        if part != TURN or len(turns(clock.score)[0]) < len(clock.score.tracks[TURN])
+        if part != TURN or any(_tells(clock, it, TURN, *ends) for it in turns(clock.score)[1:])
     )
     marks, counts, stop = list[Mark](), list[str](), start + max(stop - start, 1.0)
     for number, (clock, drawn, symbols) in enumerate(zip(clocks, parts, marked, strict=True)):
@@ -543,11 +543,11 @@ def _holds(layout: PageLayout, tops: Mapping[int, int]) -> list[MarkGroup]:
 TURN = "body_turn"
 
 
-def turns(score: Score) -> tuple[NDArray[np.void], NDArray[np.void]]:
-    """Return the turns of the body while no foot takes the weight, and those by steps."""
+def turns(score: Score) -> tuple[NDArray[np.void], ...]:
+    """Return the turns of the body: while no foot takes the weight, by steps, and others."""
     own = rows_of(score, TURN)
     step, right, left = (_meet(own, rows_of(score, part)) for part in (STEP, *SUPPORTS))
-    return own[~np.logical_or(right, left)], own[step]
+    return own[~(right | left)], own[step], own[(right | left) & ~step]
 
 
 def rows_of(score: Score, part: str) -> NDArray[np.void]:
@@ -592,7 +592,7 @@ class SymbolPainter:
 
     def __init__(self, layout: PageLayout, marked: frozenset[Key]) -> None:
         self.layout, self.marked, self.score = layout, marked, layout.clock.score
-        self.pivots, self.circles = ({*it["start"].tolist()} for it in turns(self.score))
+        self.pivots, self.circles, _ = ({*it["start"].tolist()} for it in turns(self.score))
         self.bands: list[Mark] = []
         self.tops: dict[int, int] = {}  # Where supports end on paper, by where they would
         self.flights = layout.clock.symbols(rows_of(self.score, "jump"))

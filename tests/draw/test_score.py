@@ -173,10 +173,13 @@ def test_what_is_left_of_a_symbol_on_another_staff_is_no_sliver() -> None:
 
 
 def test_what_says_nothing_in_a_stretch_has_no_column() -> None:
-    lines = "travel body_travel forward 0 0 1", "direction r_arm left low 0 9"
-    for start, names in ((0, ["travel"]), (2, [])):
-        labels = [it.text for it in drawn_lnd(*lines, start=start).marks if isinstance(it, Label)]
-        assert [it for it in labels if it == "travel"] == names
+    lines = ["travel body_travel forward 0 0 1", "support r_support forward mid 0 1"]
+    lines += [f"rotation body_turn right 90 {at} {at + 1}" for at in (0, 3)]  # a circle, a pivot
+    for start, names in ((0, {"turn", "travel"}), (2, set())):
+        drawn = drawn_lnd(*lines, "direction r_arm left low 0 9", start=start)
+        labels = {it.text for it in drawn.marks if isinstance(it, Label)}
+        assert labels & {"turn", "travel"} == names
+        assert "body_turn" in {it.data["part"] for it in drawn.groups()}
 
 
 def test_a_bend_has_its_degree_and_a_straight_limb_none() -> None:
