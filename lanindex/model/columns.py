@@ -291,7 +291,7 @@ def columns_of(part: str, captures: Sequence[Capture], tracks: Sequence[Track | 
     seen = [
         (number, *span)
         for number, (capture, track) in enumerate(zip(captures, tracks, strict=True))
-        if track
+        if track is not None  # one without symbols may be seen, too
         for span in seen_of(track.known, capture.frames)
     ]
     counts = [len(track) if track else 0 for track in tracks]

@@ -94,6 +94,18 @@ def test_columns_are_what_the_rows_say(library):
     assert_true(library, numbers=[])
 
 
+def test_a_part_may_be_seen_for_a_while_and_have_no_symbols(library):
+    score = sample_score(0)
+    jumps = Track("jump", score.tracks["r_arm"].symbols[:0], (Span(0, 5),))
+    score.tracks["jump"] = jumps
+    library.add("walk.bvh", score, format="bvh", sha256="0")
+    for _ in range(2):
+        (_, tracks), *_ = library.tracks(None)
+        assert tracks["jump"].known == jumps.known
+        assert_true(library, parts=("r_arm", "jump"))
+        library.cache.compact()
+
+
 def test_an_empty_library_has_columns(library):
     assert_true(library)
     library.cache.compact()
