@@ -907,7 +907,7 @@ def _pairs(
     relation: str, lines: Spans, others: SpanIndex, margins: Margins
 ) -> Iterator[tuple[IntArray, IntArray]]:
     """Yield all pairs of a line and another one beside it, by their places, some at a time."""
-    first, last = relations.candidates(relation, lines, others, margins)
+    first, last, _ = relations.candidates(relation, lines, others, margins)
     for some in in_pieces(np.maximum(last - first, 0)):
         line, other = relations.pairs(relation, lines.at(some), others, margins)
         yield some[line], other
@@ -922,5 +922,5 @@ def _first(relation: str, lines: Spans, spans: Spans, margins: Margins) -> IntAr
             np.minimum.at(found, line, other)
         return found
     order = others.order[others.by_end] if relation in relations.BY_END else others.order
-    low, high = relations.candidates(relation, lines, others, margins)
+    low, high, _ = relations.candidates(relation, lines, others, margins)
     return smallest_in(order, low, high, NOBODY)

@@ -57,7 +57,8 @@ def test_the_arrays_of_the_example(recordings):
     table = PAGE[PAGE.index("event of state 0 ") :]
     assert re.search(r"low +([\d ]+)\n", table)[1].split() == list(map(str, transitions.low))
     assert re.search(r"high +([\d ]+)\n", table)[1].split() == list(map(str, transitions.high))
-    values = Backwards(batch, program, ending_values(batch, program)).values
+    every = [np.ones(len(batch.events(it)), bool) for it in program.states]
+    values = Backwards(batch, program, ending_values(batch, program), every).values
     assert [end_of(it[it < NONE]).tolist() for it in values] == [[36], [36]]
     assert np.flatnonzero(values[0] < NONE).tolist() == [1]
     (hit,) = find_in(recordings, query)

@@ -14,10 +14,10 @@ from lanindex.search.language.words import AMOUNTS, RESTS, STILL, UNITS, WORD_KI
 from lanindex.search.match.batch import unavoidable
 from lanindex.search.match.conditions import Clauses
 from lanindex.search.match.finder import Recording, find_in
-from lanindex.search.match.leading import SHORT, SOON
+from lanindex.search.match.leading import SHORT, SOON, WIDER
 from lanindex.search.match.mirror_runs import repeats
 from lanindex.search.match.relations import RELATIONS
-from lanindex.search.match.rewrites import Rewrites, enough, enough_beside
+from lanindex.search.match.rewrites import ONLY, Rewrites, enough, enough_beside
 from lanindex.search.plan import NEGATIONS, Companion, Program, State, plan
 
 _ENGLISH = shipped("search/language/english.toml")
@@ -343,7 +343,7 @@ def _searched(program: Program, rewrites: Rewrites, clauses: Clauses) -> Iterato
     if wanted := dict.fromkeys(_state(state) for line in lines for state in unavoidable(line)):
         yield "prefilter", f"captures with {', '.join(wanted)}"
     end = enough(program)
-    yield "ends", _ENGLISH["ends"][end or "all"]
+    yield "ends", _ENGLISH["ends"][ONLY if end and program.open_ended else end or "all"]
     one_by_one = bool(clauses or program.brackets or rewrites.contested.get(program) or not end)
     if not one_by_one:
         yield "best end", f"looked up from {_numbered('state', range(len(program.states)))}"
@@ -351,7 +351,7 @@ def _searched(program: Program, rewrites: Rewrites, clauses: Clauses) -> Iterato
     if not clauses and not program.outermost.companions:
         yield "walk", f"from all beginnings at once in captures of at most {SHORT} events"
     if any(it.arrow.later or it.entry.state <= it.exit.state for it in chain(*program.edges)):
-        yield "horizon", f"{SOON} s, then {SOON} times as far, until all of the capture"
+        yield "horizon", f"{SOON} s, then {WIDER} times as far, until all of the capture"
 
 
 def _join(companion: Companion, standing: list[int]) -> str:

@@ -62,11 +62,14 @@ class Backwards:
     """The values of all events of a program's states in a batch.
 
     What a program remembers is left out. `end_values` are those at which it ends, by state, as from
-    `ending_values`.
+    `ending_values`; `fits` tells by state which events a match may take, (N,) bool.
     """
 
-    def __init__(self, batch: Batch, program: Program, end_values: list[IntArray]) -> None:
+    def __init__(
+        self, batch: Batch, program: Program, end_values: list[IntArray], fits: list[BoolArray]
+    ) -> None:
         self._batch, self._program, self._end_values = batch, program, end_values
+        self.fits = fits
         # by state, (N,): the value of each event, or `NONE`
         self.values: list[IntArray] = [np.empty(0, np.int64)] * len(program.states)
         self._transitions: dict[int, Transitions] = {}
@@ -75,9 +78,8 @@ class Backwards:
                 self._solve_together(states)
             else:
                 (state,) = states
-                self.values[state] = _combined(
-                    self._beyond(state), end_values[state], self._events(state).cost
-                )
+                own = self._beyond(state), end_values[state], self._events(state).cost
+                self.values[state] = np.where(fits[state], _combined(*own), NONE)
 
     def ahead(self, edge: Edge) -> tuple[IntArray, Transitions]:
         """Return the values that an edge enters, `NONE` if it does not, and where it leads."""
@@ -130,8 +132,9 @@ class Backwards:
         none = [np.full(many - int(bounds[-1]), NONE)]
         beyond = np.concatenate([*(self._beyond(it, within) for it in states), *none])
         end_values = np.concatenate([*(self._end_values[it] for it in states), *none])
+        fits = np.concatenate([*(self.fits[it] for it in states), none[0] == NONE])
         cost = np.concatenate([*costs, 0 * none[0]])
-        values = _solved(np.concatenate(pairs, axis=1), beyond, end_values, cost)
+        values = _solved(np.concatenate(pairs, axis=1), beyond, end_values, cost, fits)
         for state, begin, end in zip(states, bounds, bounds[1:], strict=False):
             self.values[state] = values[begin:end]
 
@@ -173,17 +176,20 @@ def _combined(beyond: IntArray, end_values: IntArray, cost: IntArray) -> IntArra
     return np.where(beyond < NONE, on, end_values)
 
 
-def _solved(pairs: IntArray, beyond: IntArray, end_values: IntArray, cost: IntArray) -> IntArray:
+def _solved(
+    pairs: IntArray, beyond: IntArray, end_values: IntArray, cost: IntArray, fits: BoolArray
+) -> IntArray:
     """Return the values of nodes, (N,), from those of going on from them elsewhere.
 
-    Nodes are settled in rounds, once all that follow them are.
+    Nodes are settled in rounds, once all that follow them are; those that do not fit have none.
     """
     before, after = pairs[:, np.argsort(pairs[1], kind="stable")]
     bounds = np.searchsorted(after, np.arange(len(end_values) + 1))
     left = np.bincount(before, minlength=len(end_values))
     values, ready = np.full(len(end_values), NONE), np.flatnonzero(left == 0)
     while len(ready):
-        values[ready] = _combined(beyond[ready], end_values[ready], cost[ready])
+        own = _combined(beyond[ready], end_values[ready], cost[ready])
+        values[ready] = np.where(fits[ready], own, NONE)
         one, place = spread(bounds[ready], bounds[ready + 1])
         leading = before[place]
         np.minimum.at(beyond, leading, values[ready[one]])

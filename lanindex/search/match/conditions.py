@@ -63,7 +63,16 @@ class Clauses:
         # conditions on all that matched, and whether any needs its frames
         self.of_all = frozenset(it for it in self.conditions if MATCH in names[it])
         fields = set(nodes_in(self.conditions, Reference))
-        self.of_frames = any(it.name == MATCH and it.field in TIMES for it in fields)
+        frames = {it for it in fields if it.name == MATCH and it.field in TIMES}
+        self.of_frames = bool(frames)
+        # those that the last symbol of the first line decides
+        self.of_last = tuple(
+            it
+            for it in self.conditions
+            if isinstance(it, Comparison)
+            and names[it] == {MATCH}
+            and not frames & set(nodes_in((it,), Reference))
+        )
         noted = {
             (it.name, what)
             for it in fields

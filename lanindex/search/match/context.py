@@ -1,5 +1,6 @@
 """The state of one search in one batch: claims, conditions, counts, and cached values of lines."""
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +16,15 @@ from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Facts
 from lanindex.search.match.follow import NONE, roots
 from lanindex.search.match.matches import Claims, in_sets, no_claims, single_claims
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
-from lanindex.search.plan import NEGATIONS, Program, State, followers, reached
+from lanindex.search.plan import (
+    NEGATIONS,
+    Group,
+    Program,
+    State,
+    followers,
+    open_groups,
+    reached,
+)
 
 
 class Joins:
@@ -36,25 +45,38 @@ class SettledConditions:
 
     conditions: tuple[Condition, ...] = ()
     columns: tuple[int, ...] = ()
+    of_step: tuple[Condition, ...] = ()  # those that the symbols of this step alone decide
 
 
 def _settled(clauses: Clauses, program: Program) -> list[SettledConditions]:
     """Return by state which conditions on labels of a line are settled there."""
-    known = {label for state in program.states for label in state.labels}
+    labelled = Counter(label for state in program.states for label in state.labels)
     following, found = followers(program), []
     for state in program.states:
         ahead = {
             it for place in reached(following, state.number) for it in program.states[place].labels
         }
-        conditions, needed = list[Condition](), set[str]()
+        conditions, of_step, needed = list[Condition](), list[Condition](), set[str]()
         for condition in clauses.conditions:
             labels = clauses.labels[condition]
-            if condition in clauses.of_all or not labels <= known or labels & ahead:
+            if condition in clauses.of_all or not labels <= labelled.keys() or labels & ahead:
                 needed |= labels
+            elif all(it in state.labels and labelled[it] == 1 for it in labels):
+                of_step.append(condition)
             else:
                 conditions.append(condition)
         columns = [at for (label, _), at in clauses.columns.items() if label not in needed]
-        found.append(SettledConditions(tuple(conditions), tuple(columns)))
+        found.append(SettledConditions(tuple(conditions), tuple(columns), tuple(of_step)))
+    return found
+
+
+def _labels_beside(group: Group) -> set[str]:
+    """Return the labels in the lines beside a group."""
+    found = set[str]()
+    for companion in group.companions:
+        for program in companion.programs:
+            found.update(label for state in program.states for label in state.labels)
+            found.update(*map(_labels_beside, (program.outermost, *program.brackets)))
     return found
 
 
@@ -98,9 +120,59 @@ class Context:
     def backwards(self, program: Program) -> Backwards:
         """Return the values of a line."""
         if program not in self._backwards:
+            fits = self._fitting(program)
             end_values = ending_values(self.batch, program)
-            self._backwards[program] = Backwards(self.batch, program, end_values)
+            if program is self.program and self.clauses.of_last:
+                end_values = [
+                    np.where(self._meets_as_last(state), values, NONE)
+                    for state, values in zip(program.states, end_values, strict=True)
+                ]
+            self._backwards[program] = Backwards(self.batch, program, end_values, fits)
         return self._backwards[program]
+
+    def _fitting(self, program: Program) -> list[BoolArray]:
+        """Tell by state which of its events meet the conditions on that step alone."""
+        found, lacking = [], self._lacking(program)
+        for state, settled in zip(program.states, self.settled(program), strict=True):
+            every = np.arange(len(self.batch.events(state)))
+            fits = np.full(len(every), state.number not in lacking)
+            if settled.of_step:
+                notes = np.full((self.clauses.width, len(every)), -1)
+                notes = self.clauses.noted(self.batch, state, every, notes)
+                fits = np.zeros(len(every), bool)
+                fits[self.met(settled.of_step, self.batch.events(state).capture, notes)] = True
+            found.append(fits)
+        return found
+
+    def _lacking(self, program: Program) -> set[int]:
+        """Return the states of the leading line on whose ways a label of a condition is missing."""
+        if program is not self.program:
+            return set()
+        beside = {group: _labels_beside(group) for group in (program.outermost, *program.brackets)}
+        own = [
+            {*state.labels}.union(*(beside[it] for it in groups))
+            for state, groups in zip(program.states, open_groups(program), strict=True)
+        ]
+        following = followers(program)
+        ahead = [{it, *reached(following, it)} for it in range(len(own))]
+        needed = set[str]().union(*self.clauses.labels.values()) - beside[program.outermost]
+        found = set()
+        for state in range(len(own)):
+            on_way = ahead[state] | {it for it in range(len(own)) if state in ahead[it]}
+            if not needed <= set[str]().union(*(own[it] for it in on_way)):
+                found.add(state)
+        return found
+
+    def _meets_as_last(self, state: State) -> BoolArray:
+        """Tell which events of a state meet the conditions on the last symbol, (N,) bool."""
+        events, fits = self.batch.events(state), np.ones(len(self.batch.events(state)), bool)
+        part = np.full(len(events), self.clauses.codes[state.members[-1]])
+        notes = np.empty((0, len(events)), np.int64)
+        row = events.last[-1]
+        facts = Facts(events.capture, notes, events.start, events.end, part, row)
+        for condition in self.clauses.of_last:
+            fits &= self.evaluator.holds(condition, facts)
+        return fits
 
     def alive(self, program: Program) -> list[BoolArray]:
         """Tell by state at which of its events a line may stand, whatever it remembers.
@@ -113,6 +185,7 @@ class Context:
             self._alive[program] = found = []
             for state, exits, value in zip(program.states, program.exits, values, strict=True):
                 fits = (value < NONE) | (self.batch.events(state).starting & bool(exits))
+                fits &= self.backwards(program).fits[state.number]
                 if state.number not in entered:
                     entries = [it for it in program.entries if it.state == state.number]
                     fits &= np.any([roots(self.batch, program, it) for it in entries], axis=0)

@@ -25,8 +25,15 @@ from lanindex.search.match.arrays import (
     together,
 )
 from lanindex.search.match.context import Context
-from lanindex.search.match.matches import Claims, Nodes, distinct, united_columns
-from lanindex.search.match.relations import RELATIONS, Margins, Spans, margins_of, smallest
+from lanindex.search.match.matches import NEVER, Claims, Nodes, distinct, hull_rank, united_columns
+from lanindex.search.match.relations import (
+    RELATIONS,
+    EndBounds,
+    Margins,
+    Spans,
+    margins_of,
+    smallest,
+)
 from lanindex.search.match.rewrites import enough_beside
 from lanindex.search.plan import NEGATIONS, Companion, Group, Program
 
@@ -130,6 +137,7 @@ class DistinctSpans(NamedTuple):
     spans: Spans  # of each place
     place: IntArray  # (N,) int64: by match, which of them; -1: none
     margins: Margins  # how near others must lie
+    most: IntArray | None  # by when others have to end, for each place; None: any time will do
 
     def at(self, matches: IntArray) -> DistinctSpans:
         """Return where some matches stand."""
@@ -137,7 +145,9 @@ class DistinctSpans(NamedTuple):
             return self
         used, place = np.unique(self.place[matches], return_inverse=True)
         missing = int(len(used) > 0 and used[0] < 0)
-        return DistinctSpans(self.spans.at(used[missing:]), place - missing, self.margins)
+        used = used[missing:]
+        most = None if self.most is None else self.most[used]
+        return DistinctSpans(self.spans.at(used), place - missing, self.margins, most)
 
 
 class OtherLine(NamedTuple):
@@ -172,13 +182,20 @@ class Joiner:
         self._matches = matches.no_claims(0)
 
     def close(
-        self, group: Group, lines: Spans, hulls: Hulls, *, outermost: bool, since: IntArray | None
+        self,
+        group: Group,
+        lines: Spans,
+        hulls: Hulls,
+        *,
+        outermost: bool,
+        since: IntArray | None,
+        most: IntArray | None,
     ) -> Hulls:
         """Return the hulls with which a group can close.
 
         `lines` are its own line as far as it has come, with one of `hulls` each; `outermost`: the
         group is all of a leading line. Claims matter `since` a frame of each line once it has
-        closed.
+        closed. Hulls that end behind the frame `most` of their line may be left out.
         """
         needed = [it for it in group.companions if it.relation not in NEGATIONS]
         denied = [it for it in group.companions if it.relation in NEGATIONS]
@@ -186,7 +203,9 @@ class Joiner:
             if len(hulls.line):
                 if companion.relation not in NEGATIONS:
                     last = since if companion is needed[-1] else None
-                    hulls = self._with(companion, lines, hulls, outermost=outermost, since=last)
+                    hulls = self._with(
+                        companion, lines, hulls, outermost=outermost, since=last, most=most
+                    )
                     continue
                 pieces = []
                 for some in in_pieces(np.ones(len(hulls.line), np.int64)):
@@ -218,6 +237,29 @@ class Joiner:
             self._others[program, end] = self._search(self, program, end)
         return self._others[program, end]
 
+    def end_bounds(
+        self, group: Group, capture: IntArray, start: IntArray, end: IntArray
+    ) -> EndBounds:
+        """Return where a group may close that begins in some frames, (N,) int64.
+
+        `end` is where its own line may end first.
+        """
+        lines = Spans(capture, start, end, start, end, np.zeros(len(end), bool))
+        anywhere = np.full(len(end), FAR)
+        bounds = EndBounds(end, anywhere, hull_rank(start, end))
+        for companion in group.companions:
+            if companion.relation in NEGATIONS:
+                continue
+            margins = margins_of(self._batch, companion)
+            beside = EndBounds(anywhere, 0 * anywhere, np.full(len(end), NEVER))
+            for program in self.context.rewrites.programs(companion):
+                others = self.others(program, companion)[0].lines
+                index = relations.SpanIndex(others.at(~others.alone))
+                own = relations.end_bounds(companion.relation, lines, index, margins)
+                beside = beside.widened(own)
+            bounds = bounds.narrowed(beside)
+        return bounds
+
     def _with(
         self,
         companion: Companion,
@@ -226,6 +268,7 @@ class Joiner:
         *,
         outermost: bool,
         since: IntArray | None,
+        most: IntArray | None,
     ) -> Hulls:
         """Return hulls joined with the matches of a line that must stand beside them."""
         relation = companion.relation
@@ -245,7 +288,12 @@ class Joiner:
             here = lines.at(own[once])  # those that stand alike have hulls of their own
             here.high = np.zeros(len(here), np.int64)
             here.low = here.start if "start" in compared else here.high + FAR - 1
-            line = DistinctSpans(here, stands[hulls.line], margins_of(self._batch, companion))
+            latest = None
+            if most is not None:
+                latest = np.zeros(len(here), np.int64)
+                np.maximum.at(latest, alike, most[own])
+            margins = margins_of(self._batch, companion)
+            line = DistinctSpans(here, stands[hulls.line], margins, latest)
             for program in self.context.rewrites.programs(companion):
                 beside = OtherLine(relation, *self.others(program, companion))
                 if not alone:
@@ -276,7 +324,7 @@ class Joiner:
         """Return hulls with each of the others that can stand beside them."""
         relation, others, nodes = beside
         place, other = relations.pairs(
-            relation, line.spans, relations.SpanIndex(others.lines), line.margins
+            relation, line.spans, relations.SpanIndex(others.lines), line.margins, line.most
         )
         match, place = relations.matched(line.place, place)
         other = other[place]
@@ -311,7 +359,7 @@ class Joiner:
         if not nodes and not of_frames:
             place, low, high = relations.hulls(relation, line.spans, index, line.margins)
         else:
-            place, other = relations.pairs(relation, line.spans, index, line.margins)
+            place, other = relations.pairs(relation, line.spans, index, line.margins, line.most)
             if nodes:
                 kept = ~beside.goes_on(place, other)
                 place, other = place[kept], other[kept]
@@ -405,5 +453,5 @@ def _pieces(beside: OtherLine, line: DistinctSpans) -> Iterator[IntArray]:
         yield np.arange(len(line.place))
         return
     index = relations.SpanIndex(others.lines)
-    first, last = relations.candidates(relation, line.spans, index, line.margins)
+    first, last, _ = relations.candidates(relation, line.spans, index, line.margins, line.most)
     yield from in_pieces(np.append(np.maximum(last - first, 0), 0)[line.place])

@@ -14,21 +14,24 @@ import numpy as np
 from lanindex.search.language.times import Length, Time
 from lanindex.search.limits import OverBudget
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, best_of_each
-from lanindex.search.match.batch import Batch
+from lanindex.search.match.backward import end_of
 from lanindex.search.match.conditions import Facts
 from lanindex.search.match.context import Context
 from lanindex.search.match.hits import HitTable, table
 from lanindex.search.match.join import Joiner
+from lanindex.search.match.matches import NEVER, hull_rank
 from lanindex.search.match.mirror_runs import hits_of_mirror_runs, repeats
+from lanindex.search.match.relations import EndBounds
 from lanindex.search.match.rewrites import enough
 from lanindex.search.match.walk import Ends, Walk, companions
-from lanindex.search.plan import Program
 
 SHORT = 1000
 """Events of a capture up to which a line is walked from all beginnings at once."""
 
-SOON = 4
-"""Seconds of the first horizon; each next one is so many times as far."""
+SOON = Fraction(1, 4)
+"""Seconds from the first frame in which a match may end to the first horizon."""
+
+WIDER = 4  # times as far lies each next horizon
 
 
 def hits_of(context: Context) -> list[HitTable]:
@@ -90,67 +93,89 @@ def _best_ends(context: Context, walk: Walk, roots: list[BoolArray]) -> list[End
     """Return the best matches from some beginnings; from half of them at a time if too many."""
     tables, left = [], [fits.copy() for fits in roots]
     try:
-        for within in widening(context.batch, left, SOON if walk.wanders else None):
-            found = walk.run(left, within)
+        bounds = _bounds(context, walk.joiner, left)
+        for horizon in widening(context, left, bounds, SOON if walk.wanders else None):
+            found = walk.run(left, horizon, bounds)
             chosen = complete(context, walk, found)
             keys = (found.entry[chosen], found.root[chosen])
-            ranks = (found.spans.high[chosen], -found.spans.low[chosen])
+            ranks = (hull_rank(found.spans.low[chosen], found.spans.high[chosen]),)
             found = found.at(chosen[best_of_each(keys, ranks)])
-            if within is not None and context.program.open_ended:
+            if horizon and context.program.open_ended:
                 found = found.at(~walk.is_cut_off(found.node))
-            matches = found.entry, found.root, found.spans.high
-            best = final(context.batch, context.program, left, within, matches)
-            tables.append(found.at(best))
+            tables.append(found.at(final(context, left, horizon, found, bounds)))
         return tables
     except OverBudget:
         if len(context.batch) > 1 or sum(map(np.count_nonzero, left)) < 2:
             raise
-    bounds = np.cumsum([len(fits) for fits in left])
+    ends = np.cumsum([len(fits) for fits in left])
     for some in np.array_split(np.flatnonzero(np.concatenate(left)), 2):
-        half = np.zeros(bounds[-1], bool)
+        half = np.zeros(ends[-1], bool)
         half[some] = True
-        tables += _best_ends(context, walk, np.split(half, bounds[:-1]))
+        tables += _best_ends(context, walk, np.split(half, ends[:-1]))
     return tables
 
 
-def widening(batch: Batch, left: list[BoolArray], soon: int | None) -> Iterator[IntArray | None]:
-    """Yield horizons by capture, (captures,) frames; the last one, or the only one, is None.
+def _bounds(context: Context, joiner: Joiner, left: list[BoolArray]) -> list[EndBounds]:
+    """Return by entry where lines from each event may end, judged by what must stand beside them.
 
-    It ends once no beginning is `left`: `final` takes those away that are done.
+    `left` loses the beginnings beside which no other line can stand.
     """
+    batch, program, found = context.batch, context.program, []
+    for entry, fits in zip(program.entries, left, strict=True):
+        events = batch.events(program.states[entry.state])
+        end = events.end
+        if not program.open_ended:  # values tell where a line ends that runs on
+            end = np.maximum(end, end_of(context.backwards(program).values[entry.state]))
+        bounds = joiner.end_bounds(program.outermost, events.capture, events.start, end)
+        fits &= bounds.rank < NEVER
+        found.append(bounds)
+    return found
+
+
+def widening(
+    context: Context, left: list[BoolArray], bounds: list[EndBounds], soon: Fraction | None
+) -> Iterator[list[IntArray] | None]:
+    """Yield by entry the frames by which lines from each event have to end, (N,) int64.
+
+    The last one, or the only one, is None. It ends once no beginning is `left`: `final` takes those
+    away that are done.
+    """
+    batch, program = context.batch, context.program
     if soon:
-        within = batch.bounds(Length("<=", Time(Fraction(soon), "s")))[1]
+        beyond = batch.bounds(Length("<=", Time(soon, "s")))[1]
+        owners = [batch.events(program.states[it.state]).capture for it in program.entries]
         most = int(batch.frames.max(initial=0))
-        while int(within.min(initial=most)) < most:
-            yield within
+        while int(beyond.min(initial=most)) < most:
+            pairs = zip(bounds, owners, strict=True)
+            yield [own.first + beyond[capture] for own, capture in pairs]
             if not any(map(np.any, left)):
                 return
-            within = soon * within
+            beyond = WIDER * np.maximum(beyond, 1)
     yield None
 
 
 def final(
-    batch: Batch,
-    program: Program,
+    context: Context,
     left: list[BoolArray],
-    within: IntArray | None,
-    matches: tuple[IntArray, IntArray, IntArray],
+    horizon: list[IntArray] | None,
+    found: Ends,
+    bounds: list[EndBounds],
 ) -> IntArray:
-    """Return the places of the matches that no wider horizon betters; `left` loses their roots.
+    """Return the places of the best matches that no wider horizon betters.
 
-    These are the entry, event and end of the best match from each beginning that has one. Beyond a
-    horizon that holds all of a capture, (captures,) frames, there is nothing else to find.
+    `left` loses their beginnings, and those that cannot end behind their horizon.
     """
-    entry, root, high = matches
-    best = np.ones(len(entry), bool)
+    batch, program = context.batch, context.program
+    best = np.ones(len(found.root), bool)
     for place, (way_in, fits) in enumerate(zip(program.entries, left, strict=True)):
-        own = np.flatnonzero(entry == place)
-        if within is not None:
-            events = batch.events(program.states[way_in.state])
-            frames = within[events.capture]
-            best[own] = high[own] - events.start[root[own]] <= frames[root[own]]
-            fits &= frames < batch.frames[events.capture]
-        fits[root[own[best[own]]]] = False
+        own = np.flatnonzero(found.entry == place)
+        root, high = found.root[own], found.spans.high[own]
+        if horizon:
+            rank = hull_rank(found.spans.low[own], high)
+            best[own] = (high <= horizon[place][root]) | (rank <= bounds[place].rank[root])
+            capture = batch.events(program.states[way_in.state]).capture
+            fits &= horizon[place] < np.minimum(bounds[place].last, batch.frames[capture])
+        fits[root[best[own]]] = False
     return np.flatnonzero(best)
 
 

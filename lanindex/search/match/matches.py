@@ -103,7 +103,14 @@ def united_columns(one: IntArray, other: IntArray) -> IntArray:
 
 FRAME_BITS = 31
 LATEST = (1 << FRAME_BITS) - 1  # no frame is later
-NEVER = LATEST << FRAME_BITS  # more than any end with what is packed below it
+NEVER = LATEST << FRAME_BITS  # more than any rank of a hull
+
+
+def hull_rank(low: IntArray, high: IntArray) -> IntArray:
+    """Return numbers, (N,), by which hulls are ranked: the first to end, then the last to begin."""
+    rank: IntArray = high << FRAME_BITS | LATEST - np.minimum(low, LATEST)
+    return rank
+
 
 ROOT, EVENT, GROUPS = range(3)
 """The first columns: where a match began, at which event it stands, and then three a group, of the
@@ -209,8 +216,8 @@ class Nodes:
         The best one ends first, and of those it begins last. `low` and `high` (N,) are those of
         ends at some nodes.
         """
-        best = np.full(self.many, NEVER)  # high, and by how much low lies before `LATEST`
-        np.minimum.at(best, node, high << FRAME_BITS | LATEST - np.minimum(low, LATEST))
+        best = np.full(self.many, NEVER)
+        np.minimum.at(best, node, hull_rank(low, high))
         for (before, after), low in zip(self._pairs[:0:-1], self._lows[::-1], strict=True):
             early = LATEST - np.minimum(low, LATEST)
             np.minimum.at(

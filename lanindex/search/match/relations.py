@@ -6,7 +6,7 @@ else the matcher needs to know of each relation; `limits` and `pairs` say what i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -23,6 +23,7 @@ from lanindex.search.match.arrays import (
     starts_of,
 )
 from lanindex.search.match.batch import Batch
+from lanindex.search.match.matches import LATEST, NEVER, hull_rank
 from lanindex.search.plan import Companion
 
 FIRST, LAST = "first", "last"
@@ -215,21 +216,87 @@ def limits(relation: str, lines: Spans, margins: Margins) -> Limits:
 
 
 def candidates(
-    relation: str, lines: Spans, others: SpanIndex, margins: Margins
-) -> tuple[IntArray, IntArray]:
+    relation: str, lines: Spans, others: SpanIndex, margins: Margins, most: IntArray | None = None
+) -> tuple[IntArray, IntArray, bool]:
     """Return the range of others that may stand in a relation to each line, (N,) both.
 
-    They are places in order of their ends after a line and where ends agree, else in order of their
-    starts.
+    They are places in order of their ends where the third is true, else in order of their starts.
+    Others end by the frame `most` (N,) of their line, but for relations that add no frames.
     """
     base, limit = lines.capture * FAR, limits(relation, lines, margins)
     if relation in BY_END:
         first = np.searchsorted(others.ends, base + limit.end_first)
-        return first, np.searchsorted(others.ends, base + limit.end_last, "right")
+        return first, np.searchsorted(others.ends, base + limit.end_last, "right"), True
     last = np.searchsorted(others.starts, base + limit.begin_last, "right")
     if relation in BY_START:
-        return np.searchsorted(others.starts, base + limit.begin_first), last
-    return np.searchsorted(others.latest, base + limit.end_first), last
+        return np.searchsorted(others.starts, base + limit.begin_first), last, False
+    first = np.searchsorted(others.latest, base + limit.end_first)
+    if most is not None and RELATIONS[relation].adds_frames:
+        ends = np.searchsorted(others.ends, base + limit.end_first)
+        behind = np.searchsorted(others.ends, base + np.maximum(most, 0), "right")
+        if np.maximum(behind - ends, 0).sum() < np.maximum(last - first, 0).sum():
+            return ends, behind, True
+    return first, last, False
+
+
+class EndBounds(NamedTuple):
+    """Bounds of where lines may end beside others, and of their hulls; (N,) int64 each."""
+
+    first: IntArray  # the first frame in which a line may end
+    last: IntArray
+    rank: IntArray  # of the best hull, as `hull_rank` says; `NEVER`: no other stands beside it
+
+    def narrowed(self, other: EndBounds) -> EndBounds:
+        """Return the bounds where both must hold."""
+        first, last = np.maximum(self.first, other.first), np.minimum(self.last, other.last)
+        rank = np.where(first <= last, np.maximum(self.rank, other.rank), NEVER)
+        return EndBounds(first, last, rank)
+
+    def widened(self, other: EndBounds) -> EndBounds:
+        """Return the bounds where either must hold."""
+        first, last = np.minimum(self.first, other.first), np.maximum(self.last, other.last)
+        return EndBounds(first, last, np.minimum(self.rank, other.rank))
+
+
+def end_bounds(relation: str, lines: Spans, others: SpanIndex, margins: Margins) -> EndBounds:
+    """Return where lines may end beside others; `lines` end where they first may by themselves."""
+    base, soonest = lines.capture * FAR, limits(relation, lines, margins)
+    latest = limits(relation, replace(lines, until=np.full(len(lines), FAR >> 1)), margins)
+    order = others.by_end
+    starts, ends = others.lines.start, others.lines.until
+    if relation == "overlapping":  # the middle of the other lies behind the line's start
+        keys = 2 * others.lines.capture * FAR + starts + ends
+        order = np.argsort(keys, kind="stable")
+        begin = np.searchsorted(keys[order], 2 * (base + lines.start))
+        behind = np.searchsorted(keys[order], 2 * (base + FAR))
+    elif relation in BY_START:
+        order = np.arange(len(others))
+        begin = np.searchsorted(others.starts, base + soonest.begin_first)
+        behind = np.searchsorted(others.starts, base + latest.begin_last, "right")
+    else:
+        begin = np.searchsorted(others.ends, base + soonest.end_first)
+        behind = np.searchsorted(others.ends, base + latest.end_last, "right")
+    first, last = lines.until, np.full(len(lines), FAR)
+    slack = margins.slack[lines.capture]
+    if relation == "with":
+        soon = smallest_in(starts[order], begin, behind, 0) - margins.most[lines.capture]
+        first = np.maximum(first, soon)
+    elif relation == "overlapping":
+        first = np.maximum(first, smallest_in((starts + ends)[order], begin, behind, 0) // 2)
+    elif relation == "during":
+        place = np.searchsorted(others.starts, base + lines.start, "right")
+        last = np.append(0, others.latest)[place] - base
+    elif relation in ("ending with", "exactly with"):
+        first = np.maximum(first, smallest_in(ends[order], begin, behind, 0) - slack)
+        last = slack - smallest_in(-ends[order], begin, behind, 0)
+    own = hull_rank(lines.start, lines.until)
+    rank = np.where((begin < behind) & (first <= last), own, NEVER)
+    if RELATIONS[relation].adds_frames:
+        ranks = hull_rank(others.lines.low, others.lines.high)[order]
+        best = smallest_in(ranks, begin, behind, NEVER)
+        best = best & ~LATEST | np.maximum(best & LATEST, own & LATEST)  # the line is in the hull
+        rank = np.maximum(rank, best)
+    return EndBounds(first, last, rank)
 
 
 def holds(relation: str, lines: Spans, others: SpanIndex, margins: Margins) -> BoolArray:
@@ -238,21 +305,31 @@ def holds(relation: str, lines: Spans, others: SpanIndex, margins: Margins) -> B
     Of those that lie exactly with them only the beginnings are compared; of those that overlap
     them it is enough that they share a frame.
     """
-    first, last = candidates(relation, lines, others, margins)
+    first, last, _ = candidates(relation, lines, others, margins)
     held: BoolArray = first < last
     return held
 
 
 def pairs(
-    relation: str, lines: Spans, others: SpanIndex, margins: Margins
+    relation: str, lines: Spans, others: SpanIndex, margins: Margins, most: IntArray | None = None
 ) -> tuple[IntArray, IntArray]:
-    """Return all pairs of a line and another one that stands beside it, by place."""
-    line, other = spread(*candidates(relation, lines, others, margins))
+    """Return all pairs of a line and another one that stands beside it, by place.
+
+    Others that end behind the frame `most` (N,) of their line may be left out.
+    """
+    first, last, by_end = candidates(relation, lines, others, margins, most)
+    line, other = spread(first, last)
     if relation in BY_END:
         return line, others.order[others.by_end[other]]
+    other = others.by_end[other] if by_end else other
     limit = limits(relation, lines, margins)
     start, until = others.lines.start[other], others.lines.until[other]
-    fits = (limit.end_first[line] <= until) & (until <= limit.end_last[line])
+    if by_end:
+        fits = start <= limit.begin_last[line]
+    else:
+        fits = (limit.end_first[line] <= until) & (until <= limit.end_last[line])
+    if most is not None and RELATIONS[relation].adds_frames:
+        fits &= until <= most[line]
     if relation == "overlapping":
         shared = np.minimum(lines.until[line], until) - np.maximum(lines.start[line], start)
         fits &= (2 * shared >= until - start) | others.lines.alone[other]

@@ -23,7 +23,7 @@ ONLY = "only"
 def enough(program: Program) -> str | None:
     """Return which end of a leading line is enough, None: all of them are needed."""
     beside = [(RELATIONS[it.relation], it) for it in program.outermost.companions]
-    if program.open_ended:
+    if program.open_ended and beside:
         return ONLY if all(relation.holds_of_longer for relation, _ in beside) else None
     shorter = all(
         relation.holds_of_shorter and not (it.relation == "before" and it.within)

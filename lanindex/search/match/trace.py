@@ -26,7 +26,7 @@ from lanindex.search.match.join import Joiner
 from lanindex.search.match.leading import complete
 from lanindex.search.match.matches import EVENT, Matches, Nodes, distinct
 from lanindex.search.match.mirror_runs import repeats, traced_mirror_runs
-from lanindex.search.match.relations import RELATIONS
+from lanindex.search.match.relations import RELATIONS, EndBounds
 from lanindex.search.match.rewrites import ONLY, Rewrites, enough
 from lanindex.search.match.walk import Ends, Walk
 from lanindex.search.plan import Program, State
@@ -83,10 +83,8 @@ class _Context(Context):
         self.lying_in = _lying_in(self.program)
         # (captures,) where hits lie, and how long they are
         self.low, self.high = np.full(len(batch), FAR), np.zeros(len(batch), np.int64)
-        self._longest = self.high.copy()
         np.minimum.at(self.low, hits.capture, hits.low)
         np.maximum.at(self.high, hits.capture, hits.high)
-        np.maximum.at(self._longest, hits.capture, hits.high - hits.low)
         self.joins = _Joins()
 
     def count_tried(self, capture: IntArray) -> BoolArray | None:
@@ -99,7 +97,7 @@ class _Context(Context):
         joiner = Joiner(self, lambda *line: _Walk(*line).as_companions())
         line = _Walk(joiner, self.program, end, timed=bool(self.clauses.rhythm))
         places = dict(zip(_beginnings(hits), range(len(hits)), strict=True))
-        owners, begun = [], self.roots(self.program)
+        owners, begun, horizon = [], self.roots(self.program), []
         for entry, fits in zip(self.program.entries, begun, strict=True):
             state, chosen = self.program.states[entry.state], np.flatnonzero(fits)
             events, none = self.batch.events(state).at(chosen), np.zeros(len(chosen), np.int64)
@@ -108,8 +106,9 @@ class _Context(Context):
             owner[chosen] = [places.get(it, -1) for it in _beginnings(begins)]
             fits &= owner >= 0
             owners.append(owner)
+            horizon.append(hits.high[owner])
         if any(fits.any() for fits in begun):
-            line.run(begun, None if self.program.open_ended else self._longest)
+            line.run(begun, None if self.program.open_ended else horizon)
             yield from line.best(owners, hits)
 
 
@@ -131,19 +130,25 @@ class _Walk(Walk):
         super().__init__(joiner, program, timed=timed, tracked=True, enough=only)
         self._ahead: dict[int, tuple[IntArray, Transitions]] = {}
 
-    def run(self, roots: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
+    def run(
+        self,
+        roots: list[BoolArray] | None = None,
+        horizon: list[IntArray] | None = None,
+        bounds: list[EndBounds] | None = None,
+    ) -> Ends:
         """Return all matches; of a line that must lie in the hit those that can."""
         self.nodes, self._begins = Nodes(), list[int]()
         self._tables = list[tuple[int, Matches]]()
         context, beside = self._context, roots is None
         if beside and self._program in context.lying_in:
             low, high = context.low, context.high
-            roots, within = context.roots(self._program), np.maximum(high - low, 0)
+            roots, horizon = context.roots(self._program), []
             for entry, fits in zip(self._program.entries, roots, strict=True):
                 events = self._batch.events(self._program.states[entry.state])
                 fits &= low[events.capture] <= events.start
                 fits &= events.start <= high[events.capture]
-        self.ends = found = super().run(roots, within)
+                horizon.append(high[events.capture])
+        self.ends = found = super().run(roots, horizon, bounds)
         if beside:
             columns = found.memory.columns.copy()
             columns[STEPS] = -1

@@ -12,7 +12,7 @@ the best end is looked up instead.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -46,9 +46,11 @@ from lanindex.search.match.join import CompanionMatches, Hulls, Joiner
 from lanindex.search.match.matches import (
     BEYOND,
     EVENT,
+    FRAME_BITS,
     GROUPS,
     LATEST,
     LOW,
+    NEVER,
     ROOT,
     START,
     Matches,
@@ -62,6 +64,7 @@ from lanindex.search.match.relations import (
     FIRST,
     LAST,
     RELATIONS,
+    EndBounds,
     Margins,
     SpanIndex,
     Spans,
@@ -73,6 +76,11 @@ from lanindex.search.plan import Companion, Edge, Exit, Group, Program, componen
 
 MATCH = 512
 """Bytes of a partial match that is followed, with all that is made of it."""
+
+
+def _by_root(roots: list[BoolArray], frames: Sequence[IntArray]) -> IntArray:
+    """Return numbers of events, by entry (N,) each, for the roots among them, (R,)."""
+    return np.concatenate([it[fits] for fits, it in zip(roots, frames, strict=True)])
 
 
 def best_ends(context: Context, program: Program, enough: str | None) -> list[IntArray] | None:
@@ -90,7 +98,8 @@ def best_ends(context: Context, program: Program, enough: str | None) -> list[In
     if enough == FIRST:
         return _known(context.backwards(program).values)
     end_values = [_latest_first(it) for it in ending_values(context.batch, program)]
-    latest = Backwards(context.batch, program, end_values).values
+    fits = context.backwards(program).fits
+    latest = Backwards(context.batch, program, end_values, fits).values
     last = _known([_latest_first(it) for it in latest])
     if enough == LAST:
         return last
@@ -236,10 +245,24 @@ class Walk:
         self._beats = GROUPS + 3 * (1 + max(self._depths))
         self._notes = self._beats + (len(context.clauses.rhythm) if timed else 0)
         self._settled = context.settled(program)
-        self._alive = context.alive(program)
+        self._alive = [self._opening(*it) for it in enumerate(context.alive(program))]
         self._runs_on, self.best_ends = enough == ONLY, best_ends(context, program, enough)
         self._expiry = Expiry(joiner, program)
         self._ends: dict[int, IntArray | None] = {}  # of events, by state, as `_ends_in_order`
+
+    def _opening(self, state: int, fits: BoolArray) -> BoolArray:
+        """Return which events of a state fit beside which the brackets that they open may close."""
+        entries = [it.entry for edges in self._program.edges for it in edges]
+        opened = [it.opens for it in (*self._program.entries, *entries) if it.state == state]
+        events = self._batch.events(self._program.states[state])
+        for group in self._program.brackets:
+            if group.companions and opened and all(group in it for it in opened):
+                some = np.flatnonzero(fits & ~events.starting)
+                own = events.at(some)
+                bounds = self.joiner.end_bounds(group, own.capture, own.start, own.end)
+                fits = fits.copy()
+                fits[some] = bounds.rank < NEVER
+        return fits
 
     @property
     def wanders(self) -> bool:
@@ -250,18 +273,32 @@ class Walk:
             for edge in edges
         )
 
-    def run(self, roots: list[BoolArray] | None = None, within: IntArray | None = None) -> Ends:
+    def run(
+        self,
+        roots: list[BoolArray] | None = None,
+        horizon: list[IntArray] | None = None,
+        bounds: list[EndBounds] | None = None,
+    ) -> Ends:
         """Return the ends of all matches of the line.
 
-        They begin where the line can, or by entry at some events, (N,) bool each, and end `within`
-        so many frames, (captures,) int64. `OverBudget` if there are more than the budget allows.
+        They begin where the line can, or by entry at some events, (N,) bool each; lines end by the
+        frames `horizon`, by entry (N,) int64 each, and within their `bounds`.
+        `OverBudget` if there are more than the budget allows.
         """
-        self._followed, self._within = 0, within
+        self._followed = 0
         self._cut_off = [np.empty(0, np.int64)]
         self._looked_up: list[Matches] = []
         program, ends = self._program, []
         at: dict[int, list[Matches]] = {state: [] for state in range(len(program.states))}
-        for number, rows in enumerate(self._beginnings(roots or self._context.roots(program))):
+        roots = roots or self._context.roots(program)
+        self._horizon = horizon and _by_root(roots, horizon)
+        self._bounds = bounds and EndBounds(
+            *(_by_root(roots, it) for it in zip(*bounds, strict=True))
+        )
+        self._most = None  # the last frame of a hull from each root that can be the best
+        if self._bounds and self._horizon is not None and not self._program.open_ended:
+            self._most = np.maximum(self._horizon, self._bounds.rank >> FRAME_BITS)
+        for number, rows in enumerate(self._beginnings(roots)):
             state = program.entries[number].state
             at[state].append(rows if self.best_ends is None else self._look_up_ends(state, rows))
         for states in components(program):
@@ -332,9 +369,6 @@ class Walk:
         for entry, fits in zip(self._program.entries, roots, strict=True):
             state, chosen = entry.state, np.flatnonzero(fits)
             events = self._batch.events(self._program.states[state])
-            if self._within is not None:
-                start, end = events.start[chosen], events.end[chosen]
-                chosen = chosen[end - start <= self._within[events.capture[chosen]]]
             self.firsts.append(chosen)
             columns = np.full((self._notes + self._context.clauses.width, len(chosen)), -1)
             columns[ROOT] = before + np.arange(len(chosen))
@@ -487,6 +521,9 @@ class Walk:
     def _ended(self, leaving: Exit, tables: list[Matches]) -> Matches:
         """Return the matches that end by an exit; they are closed already if an edge takes it."""
         state, rows = self._program.states[leaving.state], together(tables)
+        if self._bounds:
+            end = self._batch.events(state).end[rows.columns[EVENT]]
+            rows = rows.at(end >= self._bounds.first[rows.columns[ROOT]])
         if all(edge.exit != leaving for edge in self._edges(leaving.state)):
             rows = self._closed(rows, leaving)
         may_end = ~self._batch.events(state).passing | (state.manner == "via")
@@ -566,7 +603,8 @@ class Walk:
         memory = rows.claims, rows.unmet, notes, rows.link
         hulls = Hulls(np.arange(len(rows)), lines.low, lines.high, *memory)
         outermost = group is self._program.outermost
-        hulls = self.joiner.close(group, lines, hulls, outermost=outermost, since=since)
+        most = self._most[rows.columns[ROOT]] if outermost and self._most is not None else None
+        hulls = self.joiner.close(group, lines, hulls, outermost=outermost, since=since, most=most)
         rows = rows.at(hulls.line)
         rows.columns[self._notes :] = hulls.notes
         rows.columns[offset + LOW], rows.columns[offset + BEYOND] = hulls.low, hulls.high
@@ -634,7 +672,19 @@ class Walk:
                     fits, nearby = ends <= latest[sources], ends <= horizon[sources]
                     self._cut_off.append(rows.parent[sources[fits & ~nearby]])
                     sources, places = sources[fits & nearby], places[fits & nearby]
+                if self._bounds:
+                    first = self._bounds.first[rows.columns[ROOT][sources]]
+                    fits = self._latest_ends[edge.entry.state][places] >= first
+                    sources, places = sources[fits], places[fits]
                 yield sources, places
+
+    @cached_property
+    def _latest_ends(self) -> list[IntArray]:
+        """The latest frame in which the line may end from each event, by state, (N,) each."""
+        end_values = [_latest_first(it) for it in ending_values(self._batch, self._program)]
+        fits = self._context.backwards(self._program).fits
+        latest = Backwards(self._batch, self._program, end_values, fits).values
+        return [end_of(_latest_first(it)) for it in latest]
 
     def _ends_in_order(self, state: int) -> IntArray | None:
         """Return capture and end of a state's events as one number, None: they do not grow."""
@@ -655,14 +705,17 @@ class Walk:
         """
         groups = self._open[edge.exit.state]
         groups = groups[: len(groups) - len(edge.exit.closes)]
-        if self._within is None and not any(group.length for group in groups):
+        limited = self._bounds or self._horizon is not None
+        if not limited and not any(group.length for group in groups):
             return None
         before = self._batch.events(self._program.states[edge.exit.state])
         capture = before.capture[rows.columns[EVENT]]
         frames = self._batch.frames[capture]
+        if self._bounds:
+            frames = np.minimum(frames, self._bounds.last[rows.columns[ROOT]])
         horizon = frames
-        if self._within is not None:
-            horizon = np.maximum(rows.columns[GROUPS + START] + self._within[capture], 0)
+        if self._horizon is not None:
+            horizon = self._horizon[rows.columns[ROOT]]
         for level, group in enumerate(groups, 1):
             if group.length:
                 begun = rows.columns[GROUPS + 3 * level + START]

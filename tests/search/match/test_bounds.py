@@ -121,8 +121,8 @@ def test_repeats_that_mirror_each_other_are_not_tried_in_pairs(monkeypatch):
 def test_what_ends_soon_is_found_without_what_ends_late(monkeypatch):
     followed, once = [], walk.Walk.run
 
-    def found(self, roots=None, within=None):
-        ends = once(self, roots, within)
+    def found(self, *given):
+        ends = once(self, *given)
         followed.append(len(ends.root))
         return ends
 
@@ -136,15 +136,44 @@ def test_what_ends_soon_is_found_without_what_ends_late(monkeypatch):
     assert ways[1200] < 8 * ways[300]  # else it grows with the square
 
 
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        # a condition on one step, or on the last one, narrows what the step takes
+        "r_arm any ... head any ... a: r_arm any where a.swings > 9",
+        "a: r_arm any ... l_arm any ... r_arm any where a.level = high and match.swings > 9",
+        # an alternative without a label that is compared is left out
+        "(a: r_arm high x3 or head any ... any) ... b: r_arm any where a mirrors b",
+        # a line ends within what must hold it, or not at all
+        "a: r_arm any ... b: any during head any where a.level < b.level",
+        # a bracket opens where what stands beside it may
+        "r_arm any ... ((l_arm any ... any) with (r_arm high x40)) ... r_arm any",
+        # of a line that runs on, the first end is looked up
+        "r_arm any ... any -> high x0..2",
+    ],
+)
+def test_what_cannot_match_is_not_tried(monkeypatch, pattern):
+    tried, once = [], Context.count_tried
+
+    def counted(self, capture):
+        tried.append(len(capture))
+        return once(self, capture)
+
+    monkeypatch.setattr(Context, "count_tried", counted)
+    find_fast(parse(pattern), [random_library(Random(1), captures=1, most=300)[0]])
+    assert sum(tried) < 3500  # else it grows with the square, and is up to two millions
+
+
 def test_what_is_looked_for_soon_at_first_is_found_as_plainly(monkeypatch):
     monkeypatch.setattr(leading, "SHORT", 0)
-    monkeypatch.setattr(leading, "SOON", 2)
+    monkeypatch.setattr(leading, "SOON", 1)
+    monkeypatch.setattr(leading, "WIDER", 2)
     monkeypatch.setattr(leading, "Time", lambda number, unit: Time(number, "f"))
     widened, once = [], leading.final
 
-    def settled(batch, program, left, within, ways):
-        widened.append(within is not None)
-        return once(batch, program, left, within, ways)
+    def settled(context, left, horizon, *rest):
+        widened.append(horizon is not None)
+        return once(context, left, horizon, *rest)
 
     monkeypatch.setattr(leading, "final", settled)
     for seed in range(120):

@@ -1,5 +1,7 @@
 """Joins of simultaneous lines, against loops over all pairs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from effort import seeds
@@ -7,7 +9,9 @@ from effort import seeds
 from lanindex.search.match import relations
 from lanindex.search.match.arrays import best_of_each, in_order
 from lanindex.search.match.hits import from_left
+from lanindex.search.match.matches import NEVER, hull_rank
 from lanindex.search.match.relations import Margins, SpanIndex, Spans
+from lanindex.search.plan import NEGATIONS
 
 
 def lines(random, many: int, captures: int = 3) -> Spans:
@@ -89,6 +93,45 @@ def test_lines_hold_another_one_where_there_is_a_pair(relation):
         margins = Margins(none + random.integers(0, 3), none + random.integers(0, 9), none + 1)
         paired = set(relations.pairs(relation, one, other, margins)[0].tolist())
         assert set(np.flatnonzero(relations.holds(relation, one, other, margins))) == paired
+
+
+ALL = [it for it in relations.RELATIONS if it not in NEGATIONS]
+
+
+@pytest.mark.parametrize("seed", seeds(10))
+@pytest.mark.parametrize("relation", ALL)
+def test_lines_end_beside_others_within_their_bounds(relation, seed):
+    random = np.random.default_rng(seed)
+    one, other = lines(random, 25), SpanIndex(lines(random, int(random.integers(0, 12))))
+    least = np.full(3, random.integers(0, 3))
+    most = least + random.integers(0, 9) if relation in ("after", "before") else least - 1
+    margins = Margins(least, most, np.full(3, random.integers(0, 3)))
+    soonest = replace(one, until=one.until - random.integers(0, 5, len(one)))
+    bounds = relations.end_bounds(relation, soonest, other, margins)
+    line, beside = relations.pairs(relation, one, other, margins)
+    assert (one.until[line] >= bounds.first[line]).all()
+    assert (one.until[line] <= bounds.last[line]).all()
+    low, high = one.start[line], one.until[line]
+    if relations.RELATIONS[relation].adds_frames:
+        low = np.minimum(low, other.spans.low[beside])
+        high = np.maximum(high, other.spans.high[beside])
+    assert (hull_rank(low, high) >= bounds.rank[line]).all()
+    apart = np.setdiff1d(np.arange(len(one)), line)
+    if not len(other):
+        assert (bounds.rank[apart] == NEVER).all()
+
+
+@pytest.mark.parametrize("relation", [it for it in ALL if relations.RELATIONS[it].adds_frames])
+def test_pairs_may_leave_out_what_ends_late(relation):
+    random = np.random.default_rng(len(relation))
+    for _ in range(20):
+        one, other = lines(random, 20), SpanIndex(lines(random, int(random.integers(1, 12))))
+        none = np.zeros(3, np.int64)
+        margins, most = Margins(none, none - 1, none + 1), random.integers(0, 30, len(one))
+        pairs = set(zip(*relations.pairs(relation, one, other, margins), strict=True))
+        soon = {(at, beside) for at, beside in pairs if other.spans.until[beside] <= most[at]}
+        found = set(zip(*relations.pairs(relation, one, other, margins, most), strict=True))
+        assert soon <= found <= pairs
 
 
 def test_hits_from_left():

@@ -157,9 +157,9 @@ def test_of_hits_with_the_same_frames_the_clearest_comes_first() -> None:
 def test_what_is_too_much_for_one_capture_is_tried_in_parts(monkeypatch) -> None:
     walked, once = [], walk.Walk.run
 
-    def found(self, roots=None, within=None):
-        walked.append(roots)
-        return once(self, roots, within)
+    def found(self, *given):
+        walked.append(given)
+        return once(self, *given)
 
     monkeypatch.setattr(limits, "most_rows", lambda size: 12 if size == walk.MATCH else 1 << 20)
     monkeypatch.setattr(walk.Walk, "run", found)
