@@ -173,7 +173,10 @@ def _gestures(score: Score, part: str, rows: Rows) -> Mask:
     flights, walk = rows_of(score, "jump"), rows_of(score, STEP)
     if not len(stances):
         return np.ones(len(rows), bool)
-    told = ~_during(rows, stances)
+    other = rows_of(score, f"{'l' if part[0] == 'r' else 'r'}_stance")
+    carried = np.sort(np.concatenate([other, flights]), order="start")
+    sure = _during(rows, carried) | _during(rows, rows_of(score, "other_support"))
+    told, sure = ~_during(rows, stances), sure | (rows["level"] > LOW)  # that it is free
     for at in np.flatnonzero(told):
         row = rows[at]
         after = int(np.searchsorted(stances["start"], row["stop"] - 1, "right"))
@@ -181,6 +184,7 @@ def _gestures(score: Score, part: str, rows: Rows) -> Mask:
         landed = stances["start"][after] if after < len(stances) else score.frames
         step = steps[(steps["start"] < landed) & (steps["stop"] > max(free, row["start"]))]
         if not len(step):
+            told[at] = sure[at]
             continue
         step = step[-1]
         swing = landed - free <= _LONG * max(step["stop"] - step["start"], 1)
@@ -191,7 +195,7 @@ def _gestures(score: Score, part: str, rows: Rows) -> Mask:
         aside = both and way != PLACE == toward and way % 4 != 2  # legs that open together
         least = MID if flown and part[2:] == "thigh" else LOW  # knees of runners
         lifted = row["level"] > least and turned != 4
-        told[at] = not swing or turned in (2, 6) or aside or lifted
+        told[at] = aside or (sure[at] and (not swing or turned in (2, 6) or lifted))
     return told
 
 

@@ -231,6 +231,17 @@ def test_legs_that_open_together_are_drawn() -> None:
         assert told(score(*lines, *feet, walk="#unit1\n"), "r_leg") == drawn
 
 
+def test_a_leg_that_may_carry_makes_no_low_gesture() -> None:
+    lost = [
+        "stance r_stance mid 0 1",
+        "direction r_leg right low 2 3",
+        "direction r_leg right mid 3 4",
+    ]
+    for foot, drawn in ((None, ["right mid"]), ("l", ["right low", "right mid"])):
+        carried = [f"stance {foot}_stance mid 0 4"] if foot else []
+        assert told(score(*lost, *carried, walk="#unit1\n"), "r_leg") == drawn
+
+
 def test_a_finer_part_that_moves_more_often_or_hangs() -> None:
     def cells(part: str, level: str, count: int) -> list[str]:
         ways = ("left", "right") * count
