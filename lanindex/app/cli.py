@@ -208,7 +208,6 @@ def lanindex(
 
 
 def _install_completion() -> None:
-    """Install completion for the shell that runs this."""
     from typer._completion_shared import install
 
     try:

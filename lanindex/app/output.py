@@ -290,7 +290,6 @@ def end_progress() -> None:
 
 
 def _remove_bar(bar: Progress | None) -> None:
-    """Remove a progress bar from the terminal."""
     if bar in _bars:
         bar.stop()
         _bars.remove(bar)

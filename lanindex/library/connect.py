@@ -29,6 +29,7 @@ from pathlib import Path
 from threading import get_ident
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from lanindex.data import shipped
 from lanindex.errors import AbsentError, LibraryBusyError, LibraryError, LibraryVersionError
 from lanindex.library.selection import printable
 
@@ -109,39 +110,6 @@ def first_values(rows: Iterable[Sequence[Any]]) -> list[Any]:
     return [row[0] for row in rows]
 
 
-_AGAIN = "What was stored before is whole; run again"
-
-_FAULTS = {
-    "SQLITE_BUSY": (
-        "another process holds the library",
-        "Wait until it has ended (or end it), then run again.",
-    ),
-    "SQLITE_READONLY": (
-        "the library or its folder may not be written",
-        "Give yourself the right to write both, or name another library with --db.",
-    ),
-    "SQLITE_READONLY_ROLLBACK": (
-        "a write was broken off here and cannot be undone without the right to write",
-        "Open the library once with the right to write it and its folder.",
-    ),
-    "SQLITE_FULL": ("the disk is full", f"{_AGAIN} when there is room."),
-    "SQLITE_IOERR": (
-        "the disk cannot be read or written",
-        f"{_AGAIN} when the disk is well (is it full, or gone?).",
-    ),
-    "SQLITE_NOTADB": ("this is not a library", "Name a library, or a new file, with --db."),
-    "SQLITE_CORRUPT": (
-        "the library is damaged",
-        "Ingest the captures into a new library: all in it comes from them.",
-    ),
-    "SQLITE_CANTOPEN": (
-        "the library cannot be opened",
-        "Check that its folder exists and that you may read and write both.",
-    ),
-}
-"""What is found and the remedy, by SQLite's name of the error or its first two words."""
-
-
 def faults() -> tuple[type[Exception], ...]:
     """Return the types of a database's errors; SQLAlchemy's only where it is imported.
 
@@ -165,11 +133,9 @@ def translated(place: str) -> Iterator[None]:
         origin = getattr(error, "orig", None) or error
         name = "SQLITE_CORRUPT" if isinstance(origin, UnicodeDecodeError) else name_of(error)
         short = "_".join(name.split("_")[:2])
-        unknown = (
-            f"the database says: {origin}",
-            "Ask it for what is wrong with: lanindex db check",
-        )
-        found, remedy = _FAULTS.get(name) or _FAULTS.get(short) or unknown
+        unknown = f"the database says: {origin}", "Ask it for what is wrong with: lanindex db check"
+        known = shipped("library/faults.toml")
+        found, remedy = known.get(name) or known.get(short) or unknown
         kind = LibraryBusyError if short == "SQLITE_BUSY" else LibraryError
         raise kind(found, place=place, remedy=remedy) from error
 

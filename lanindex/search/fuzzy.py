@@ -579,7 +579,6 @@ class _Search:
         return found
 
     def all_hits(self) -> FuzzyHits:
-        """Return all hits."""
         return self._hits_in(self._plans_within(BUCKETS))
 
     def best(self, number: int) -> FuzzyHits:
@@ -645,7 +644,6 @@ class _Search:
                     yield batch[part], results
 
     def tell(self) -> None:
-        """Tell how far the search is."""
         if self.watch:
             self.watch(self.done, len(self.finder.roster))
 

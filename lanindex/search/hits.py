@@ -106,7 +106,6 @@ class Hits(Sequence[Hit], Tabular):
         return self._subset(chosen).of(self.pattern)
 
     def __len__(self) -> int:
-        """Return how many there are."""
         return len(self.place)
 
     @overload
@@ -114,7 +113,6 @@ class Hits(Sequence[Hit], Tabular):
     @overload
     def __getitem__(self, index: slice) -> Self: ...
     def __getitem__(self, index: int | slice) -> Hit | Self:
-        """Return one hit, or some of them."""
         if isinstance(index, slice):
             return self.at(index)
         return self._hits([range(len(self))[index]])[0]
@@ -175,7 +173,6 @@ class Hits(Sequence[Hit], Tabular):
         return rows
 
     def __repr__(self) -> str:
-        """Return the first hits, a line each."""
         lines = [f"  {readable(hit.path)}  {hit.when}, fit {hit.fit:.2f}" for hit in self[:FEW]]
         return "\n".join(
             [f"<{self._counts()}: {readable(self.pattern)}>", *lines, *self._more_line()]
@@ -295,13 +292,11 @@ class Counts(Sequence[Counted]):
     @overload
     def __getitem__(self, index: slice) -> Counts: ...
     def __getitem__(self, index: int | slice) -> Counted | Counts:
-        """Return one of them, or some."""
         if isinstance(index, slice):
             return Counts(self._counts[index], self.pattern, self.by)
         return self._counts[index]
 
     def __len__(self) -> int:
-        """Return how many values there are."""
         return len(self._counts)
 
     def __bool__(self) -> bool:
@@ -309,7 +304,6 @@ class Counts(Sequence[Counted]):
         return self.total > 0
 
     def __repr__(self) -> str:
-        """Return the first of them, a line each."""
         lines = [f"  {readable(str(one.value))}  {one.count}" for one in self._counts[:FEW]]
         hits = f"{self.total} hit{'s'[: self.total != 1]}{f' by {self.by}' if self.by else ''}"
         head = f"<{hits}: {readable(self.pattern)}>"

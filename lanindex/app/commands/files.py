@@ -121,7 +121,6 @@ def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
 
 
 def _report(out: Output, outcome: Outcome) -> None:
-    """Print what became of a file."""
     if out.json:
         tempo = {"tempo": outcome.tempo} if outcome.tempo else {}
         counts = {"frames": outcome.frames, "symbols": outcome.symbols, **tempo}

@@ -86,7 +86,6 @@ class Clips:
     first: Numbers
 
     def __len__(self) -> int:
-        """Return the number of clips."""
         return int(self.first.shape[1]) - 1
 
     def full_windows(self) -> Windows:
@@ -127,7 +126,6 @@ class ClipSource:
     rates: Doubles  # (C,) frames a second
 
     def __len__(self) -> int:
-        """Return the number of clips."""
         return len(self.places)
 
     def clips(self, places: Numbers, watch: Progress = unwatched) -> Clips:

@@ -92,7 +92,6 @@ class _Occurrences(NamedTuple):
     last: Numbers
 
     def at(self, rows: NDArray[np.bool_] | Numbers) -> _Occurrences:
-        """Return some of them."""
         return _Occurrences(self.motif[rows], self.first[rows], self.last[rows])
 
 

@@ -65,7 +65,6 @@ class LeftOut:
     step: str = ""  # which step says it, where several do
 
     def __str__(self) -> str:
-        """Return it in a line."""
         near = f", {self.nearest}" if self.nearest else ""
         of = f' of "{self.step}"' if self.step else ""
         where = f'without "{self.condition}"{of}' if self.condition else "in all captures"
@@ -109,7 +108,6 @@ class Advice:
     remark: str = ""  # what to say before all this
 
     def __str__(self) -> str:
-        """Return it in lines, as for a terminal."""
         lines = [self.remark] if self.remark else []
         lines += [f'"{step}" is nowhere to be found' for step in self.never]
         lines += map(str, self.left_out)

@@ -179,7 +179,6 @@ class Pattern:
         return _parsed(f"{pattern}{self._behind}")
 
     def _line(self) -> Line:
-        """Return the pattern as one line."""
         pattern = self.query.pattern
         lines = pattern.alternatives[0]
         single = len(pattern.alternatives) == 1 and not lines.others

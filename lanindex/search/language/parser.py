@@ -227,7 +227,6 @@ class _Parser(Cursor):
         return label.text
 
     def name(self) -> Token:
-        """Read a name, which goes here."""
         token = self.token
         if token.kind != "word":
             raise self.fault("no name", self.before)
