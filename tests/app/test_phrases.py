@@ -27,7 +27,12 @@ GUARD = "forward low", "place high"
 MADE = {
     "walk backwards": steps("back back", "r"),
     "walk to the left": steps("left place", "l"),
-    "look left": ["twist head_turn left 60 1 1.6"],
+    "look left": ["twist head_turn left 45 1 1.6"],
+    "look back": ["twist head_turn right 80 1 1.6"],
+    "shake head": [
+        f"twist head_turn {side} 40 {1 + 0.4 * number:.1f} {1.4 + 0.4 * number:.1f}"
+        for number, side in enumerate(["left", "right", "left", "right"])
+    ],
     "left hand touches head": ["touch l_hand_touch head 1 2.5"],
     "sit down": ["carrier other_support seat 1.5 5"],
     "turn around": ["rotation body_turn left 180 1 2.2"],
@@ -48,7 +53,7 @@ MADE = {
 """By what somebody types, the symbols of a score that shows it; the arms hang before. The last is
 asked for by nobody here."""
 
-BESIDE = {"point forward": {"lying on the floor"}}
+BESIDE = {"point forward": {"lying on the floor"}, "look left": {"shake head"}}
 """What a phrase finds, too: who lies comes there with arms held forward."""
 
 

@@ -73,6 +73,9 @@ def test_a_word_among_others_is_answered_where_it_stands(text, meant):
         ("touches his chin with the left hand", "l_hand touch head"),
         ("sit down", "other support seat/other 1s+"),
         ("turn around", "turn >150deg"),
+        ("turns around to the left", "turn left >150deg"),
+        ("looks back", "head turn left/right >60deg"),
+        ("shakes her head", "head turn left ...[<1s] right ...[<1s] left either side"),
         ("lying on the floor", "other support trunk 1s+"),
         ("point forward", "arm forward mid -> hold 0.6s+"),
         ("arms crossed", "forearms at across 0.5s+"),
@@ -86,6 +89,13 @@ def test_what_people_type_leads_to_one_pattern_and_nothing_else(text, pattern):
         parse(text, TRACKS)
     assert caught.value.found.endswith(f" Did you mean:  {pattern}")
     assert parse(pattern)
+
+
+@pytest.mark.parametrize("text", ["catch", "pick something up", "dance"])
+def test_a_word_that_begins_otherwise_is_no_other_one_misspelt(text):
+    with pytest.raises(PatternError) as caught:
+        parse(text, TRACKS)
+    assert "Did you mean" not in caught.value.found
 
 
 def test_a_word_with_a_meaning_is_no_other_one_misspelt():
