@@ -39,6 +39,7 @@ _STARTS, _LENGTH, _LAST = "lanindex.starts.", "lanindex.milliseconds", "lastUsed
 
 _START = re.compile(r"\s*(\d{1,9}) (.*)")
 _NUMBERED = re.compile(r"(?:a|ts)(\d{1,15})")
+_EPOCH = re.compile(r"[0-9]{1,11}")
 _TIME = re.compile(r"\s*\d{1,12}\s*")
 _BEHIND_TIERS = (
     *("LINGUISTIC_TYPE", "LOCALE", "LANGUAGE", "CONSTRAINT", "CONTROLLED_VOCABULARY"),
@@ -134,9 +135,12 @@ def write(
         root = _document(into, place)
     else:
         # the schema wants a date; this variable makes the same file again (reproducible-builds.org)
-        seconds = int(os.environ.get("SOURCE_DATE_EPOCH") or datetime.now(UTC).timestamp())
-        date = datetime.fromtimestamp(seconds, UTC).isoformat()
-        attributes = {"AUTHOR": "LanIndex", "DATE": date, "FORMAT": "3.0", "VERSION": "3.0"}
+        told = os.environ.get("SOURCE_DATE_EPOCH", "")
+        date = (
+            datetime.fromtimestamp(int(told), UTC) if _EPOCH.fullmatch(told) else datetime.now(UTC)
+        )
+        told = date.isoformat(timespec="seconds")
+        attributes = {"AUTHOR": "LanIndex", "DATE": told, "FORMAT": "3.0", "VERSION": "3.0"}
         root = Element(_ROOT, {**attributes, f"{_XSI}noNamespaceSchemaLocation": _SCHEMA})
         SubElement(root, "HEADER", {"MEDIA_FILE": "", "TIME_UNITS": "milliseconds"})
         SubElement(root, "TIME_ORDER")

@@ -164,6 +164,9 @@ def test_pympi_reads_it(tmp_path: Path) -> None:
 def test_the_date_can_be_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
     assert b'DATE="1970-01-01T00:00:00+00:00"' in eaf.write(lanindex.read_lnd(LND))
+    for wrong in ("", "today", "9" * 30):
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", wrong)
+        assert b'DATE="20' in eaf.write(lanindex.read_lnd(LND))
 
 
 def test_a_recording(tmp_path: Path) -> None:
