@@ -91,6 +91,7 @@ def test_nothing_like_it_is_exit_code_1(run) -> None:
         (("r_arm high", "--like", "raise.bvh"), "--like and a pattern, wanted one of them"),
         (("--like", "raise.bvh", "--count"), "--like and --count, wanted one of them"),
         (("--like", "raise.bvh", "--why", "1"), "--like and --why, wanted one of them"),
+        (("--like", "raise.bvh", "--fuzzy", "1"), "--like and --fuzzy, wanted one of them"),
         (("--like", "none"), "--like: there is no capture and no file none"),
         (("--like", "-"), "standard input: 0 lines, wanted one hit"),
     ],

@@ -123,7 +123,9 @@ def run(
         if like is None:
             found = "nothing to search for" if typed is None else "--rerank"
             raise UsageError(found, wanted="--like" if rerank else "a pattern or --like")
-        exclusive("--like", like, {"a pattern": typed, **explained, "--count": view.count})
+        of_patterns = {f"--{name}": matching[name] for name in ("near", "fuzzy", "strict")}
+        others = {"a pattern": typed, **explained, "--count": view.count, **of_patterns}
+        exclusive("--like", like, others)
         clip = options.one_line(like)
         with options.opened(db, out) as library:
             return _print_alike(out, library, clip, rerank, view, selection, timeout)
