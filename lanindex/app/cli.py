@@ -14,42 +14,13 @@ from typer.core import TyperCommand, TyperGroup
 
 from lanindex.app.options import flag, ungrouped
 from lanindex.app.output import Output, end_progress, escaped, how_far, say_error
+from lanindex.data import shipped
 from lanindex.errors import LanindexError, UsageError, did_you_mean
 
-VERBS = {
-    "demo": ("learn.demo", "See everything at work on the bundled choreographies"),
-    "ingest": ("files.ingest", "Read captures and scores into the library"),
-    "search": ("search.run", "Find movement by pattern"),
-    "similar": ("overview.similar", "Group captures that are alike"),
-    "motifs": ("overview.motifs", "List sequences of symbols that recur"),
-    "export": ("export.run", "Write hits as clips, in their own format or another"),
-    "show": ("library.show", "Show the symbols of a capture"),
-    "score": ("pictures.score", "Draw a capture or a score as a staff of Labanotation"),
-    "diff": ("pictures.diff", "Compare two captures or scores, symbol by symbol"),
-    "play": ("pictures.play", "Film a stick figure beside its staff"),
-    "list": ("library.list_captures", "List the captures in the library"),
-    "stats": ("overview.stats", "Summarize the library and how movement is spread in it"),
-    "remove": ("library.remove", "Remove captures from the library"),
-    "inspect": ("files.inspect", "Show what a reader sees in a capture file"),
-    "convert": ("files.convert", "Write a capture as LND or in another format, without a library"),
-    "animate": ("files.animate", "Turn a score into motion of a standard body"),
-    "evaluate": ("overview.evaluate", "Measure patterns against labelled captures"),
-    "db": ("library.db", "Maintain the library: status, upgrade, check"),
-    "words": ("learn.words", "Show the dictionary of movement: names for patterns"),
-    "language": ("learn.language", "Show the pattern language on one page"),
-    "guide": ("learn.guide", "Read the guide, a topic at a time"),
-}
+VERBS: dict[str, list[str]] = shipped("app/verbs.toml")["verbs"]
 """For each verb, its function in `lanindex.app.commands` and a summary for the help."""
 
-SECTIONS = {
-    "Arguments": "",
-    "Options": "",
-    "Data sets": "",
-    "Which captures": "within where db",
-    "How": "overlaps tolerance near fuzzy strict timeout memory words jobs profile",
-    "Output": "limit sort count context into tier preview output force json quiet verbose color",
-    "Reading files": "unit up file_fps compose skeleton body columns take tempo",
-}
+SECTIONS: dict[str, str] = shipped("app/verbs.toml")["sections"]
 """The sections of a help, in order, with the options that are not a verb's own."""
 
 SETTINGS: dict[str, Any] = {

@@ -9,37 +9,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.data import shipped
+
 Floats = NDArray[np.float64]
 
-UP: Mapping[str, tuple[str, ...]] = {
-    "Chest": ("Pelvis",),
-    "Neck": ("Chest", "Pelvis"),
-    "Head": ("Neck", "Chest"),
-    **{side + "Shoulder": ("Chest", "Neck", "Pelvis") for side in "RL"},
-    **{side + "Hip": ("Pelvis",) for side in "RL"},
-    **{
-        side + joint: (side + above,)
-        for side in "RL"
-        for above, joint in (
-            ("Shoulder", "Elbow"),
-            ("Elbow", "Wrist"),
-            ("Wrist", "Hand"),
-            ("Hip", "Knee"),
-            ("Knee", "Ankle"),
-            ("Ankle", "Toe"),
-        )
-    },
-}
-"""Joint of the body: its parent, the first of these that is there."""
-
-REST: Mapping[str, tuple[float, float, float]] = {
-    **dict.fromkeys(("Chest", "Neck", "Head"), (0, 1, 0)),
-    **dict.fromkeys(("Shoulder", "Elbow", "Wrist", "Hand", "Hip"), (1, 0, 0)),
-    **dict.fromkeys(("Knee", "Ankle"), (0, -1, 0)),
-    "Toe": (0, -0.3, 1),
-}
-"""The direction of a joint from its parent; of two sides the left one."""
-
+_SKELETON = shipped("body/rest_pose.toml")
 _ACROSS = {"Pelvis": "Hip", "Chest": "Shoulder"}
 _UPWARDS = ("Chest", "Neck", "Head")
 
@@ -47,7 +21,10 @@ _UPWARDS = ("Chest", "Neck", "Head")
 def parents_of(joints: Sequence[str]) -> list[int]:
     """Return for each of some joints of the body its parent among them; -1: it has none."""
     place = {joint: number for number, joint in enumerate(joints)}
-    return [next((place[up] for up in UP.get(joint, ()) if up in place), -1) for joint in joints]
+    return [
+        next((place[up] for up in _SKELETON["parents"].get(joint, ()) if up in place), -1)
+        for joint in joints
+    ]
 
 
 def rest_offsets(places: Mapping[str, Floats]) -> Floats:
@@ -67,7 +44,7 @@ def rest_offsets(places: Mapping[str, Floats]) -> Floats:
             offsets[number] = np.median(seen, axis=0)
             continue
         sided = joint[0] in "RL" and joint[1:2].isupper()
-        way = np.array(REST[joint[1:] if sided else joint], np.float64)
+        way = np.array(_SKELETON["directions"][joint[1:] if sided else joint], np.float64)
         way[0] *= -1 if sided and joint[0] == "R" else 1
         away = away[np.isfinite(away).all(axis=1)]
         length = np.median(np.linalg.norm(away, axis=1)) if len(away) else 0.0

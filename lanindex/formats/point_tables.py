@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from lanindex.body import Declared
 from lanindex.body.markers import marker_set_of
 from lanindex.body.recognition import LIMBS, candidates
+from lanindex.data import shipped
 from lanindex.errors import CaptureError, UsageError, quoted, shown
 from lanindex.formats import sniff, tables
 from lanindex.formats.file import Content, File, Wanted
@@ -261,24 +262,7 @@ _KINDS: dict[bytes | tuple[bytes, ...], Callable[[File, list[Line]], Layout]] = 
 """By how a table begins, in small letters: whose it is."""
 
 
-JOINTS = {
-    "PEL": "Pelvis",
-    "TRX": "Neck",
-    "HED": "Head",
-    **{
-        side + segment: side + joint
-        for side in "LR"
-        for segment, joint in (
-            ("CL", "Shoulder"),
-            ("HU", "Elbow"),
-            ("RA", "Wrist"),
-            ("HN", "Hand"),
-            ("FE", "Knee"),
-            ("TI", "Ankle"),
-            ("TO", "Toe"),
-        )
-    },
-}
+JOINTS: dict[str, str] = shipped("formats/skeletons.toml")["segments"]
 """By segment, the joint at its origin."""
 
 POSITION = ["X", "Y", "Z"]

@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.body import sampled
+from lanindex.data import shipped
 from lanindex.formats.turning import UNSCALED, UNTURNED, of_vectors, place
 
 Floats = NDArray[np.float64]
@@ -100,20 +101,7 @@ WIDTHS = {66: "SMPL", 72: "SMPL", 156: "SMPL-H", 165: "SMPL-X"}
 TURNED = 22  # joints that turn; the hands of `SMPL` follow their wrists
 PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21)
 REST = (-0.002, -0.241, 0.029)  # of the pelvis, metres: where it is when nothing is moved
-OFFSETS = (
-    np.array(
-        (
-            *((0, 0, 0), (59, -82, -18), (-60, -91, -14), (4, 124, -38)),
-            *((43, -386, 8), (-43, -384, -5), (4, 138, 27)),
-            *((-15, -427, -37), (19, -420, -35), (-2, 56, 3)),
-            *((41, -60, 122), (-35, -62, 130), (-13, 212, -33)),
-            *((72, 114, -19), (-83, 112, -24), (10, 89, 50)),
-            *((123, 45, -19), (-113, 47, -8), (255, -16, -23), (-260, -14, -31)),
-            *((266, 13, -7), (-269, 7, -6), (87, -11, -16), (-89, -9, -10)),
-        )
-    )
-    / 1000.0
-)
+OFFSETS = np.array(shipped("formats/skeletons.toml")["smpl"]["offsets"]) / 1000.0
 """(24, 3) metres, y up, facing z: of each joint from its parent, arms stretched sideways."""
 
 BLOCK = 4096  # frames that are turned at a time

@@ -4,6 +4,8 @@ import re
 from collections.abc import Callable
 from pathlib import PurePath
 
+from lanindex.data import shipped
+
 _AMC = re.compile(rb":(FULLY-SPECIFIED|DEGREES|RADIANS|SAMPLES-PER-SECOND)\b", re.IGNORECASE)
 _TRIPLE = re.compile(rb"[^,;\t]x\b[^,;\t]*[,;\t].*y\b", re.IGNORECASE)
 _POINTS = 3  # at least, for a limb
@@ -101,25 +103,7 @@ def _is_number(cell: bytes) -> bool:
     return True
 
 
-UNREAD: dict[str, str] = {
-    ".mot": "MOT",
-    ".sto": "STO",
-    ".mvn": "MVN",
-    ".htr": "HTR",
-    ".bip": "BIP",
-    ".vmd": "VMD",
-    ".vrm": "VRM",
-    ".vrma": "VRM animation",
-    ".dae": "COLLADA",
-    ".usd": "USD",
-    ".usda": "USD",
-    ".usdc": "USD",
-    ".usdz": "USD",
-    ".pkl": "pickle",
-    ".7z": "7z",
-    ".rar": "RAR",
-    ".gz": "gzip",
-}
+UNREAD: dict[str, str] = shipped("formats/unread.toml")
 """By ending in small letters, what the format is called. What is read has no line here."""
 
 
