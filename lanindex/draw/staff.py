@@ -3,13 +3,14 @@
 from bisect import bisect_right
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import count, pairwise
+from itertools import pairwise
 from math import ceil, floor
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, KINDS, kind_of
+from lanindex.alphabet import DIRECTION_CODES, KINDS, kind_of
+from lanindex.data import shipped
 from lanindex.draw.picture import (
     BOW,
     GAP,
@@ -28,7 +29,7 @@ from lanindex.draw.picture import (
 )
 from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
-from lanindex.model.derived import STEP, STRETCHES, SUPPORTS
+from lanindex.model.derived import STEP, SUPPORTS
 from lanindex.model.symbol import blank, joined, listed
 
 PITCH = round(1.2 * C)  # from one column to the next
@@ -319,8 +320,8 @@ def draw(
     width, height = layout.size
     width = max([width, *(2 * MARGIN + round(0.62 * _HEADING * len(it.text)) for it in lines)])
     if legend:
-        kinds = {kind_of(part) for part in drawn}
-        rows = legend_rows(kinds, width, MARGIN, marked=bool(marked))
+        kinds = {*map(kind_of, drawn), *["marked"] * bool(marked)}
+        rows = legend_rows(kinds, width, MARGIN)
         marks += rows
         width, height = width + LEGEND_WIDTH, max(height, len(rows) * _PITCH + 2 * MARGIN)
     summary, staves = f"Labanotation, time upwards: {told}", layout.staves
@@ -725,53 +726,26 @@ LEGEND_WIDTH = 13 * C  # room for signs and words
 
 _PITCH = round(1.35 * C)
 
-_LEVELS = {
-    "high": "high; a support: on the toes",
-    "mid": "middle",
-    "low": "low; a support: knees bent",
-}
 
-_SAMPLES = (
-    ("turn", "body_turn", "right", 90, "turns, degrees; in supports: on the spot"),
-    ("circle", "body_turn", "right", 90, "turns by its steps, degrees"),
-    ("twist", "torso_twist", "left", 45, "is twisted, degrees"),
-    ("incline", "torso_incline", "forward", 45, "leans, degrees"),
-    ("travel", "body_travel", "forward", 0, "goes somewhere"),
-    ("bend", "r_arm_bend", None, 3, "is bent; a number for the degree, of 6"),
-    ("bend", "r_arm_bend", None, STRETCHES, "is straight"),
-    ("carrier", "other_support", None, 1, "carries, beside the feet or alone"),
-)
-"""Sign, track, direction and amount of samples, and what they mean."""
-
-
-def legend_rows(kinds: Collection[str], x: int, y: int, *, marked: bool = False) -> list[MarkGroup]:
+def legend_rows(kinds: Collection[str], x: int, y: int) -> list[MarkGroup]:
     """Return the rows of the legend: marks and what they mean."""
-    middle, left, bases = x + C, x + C // 2, count(y + _PITCH - (_PITCH - C) // 2, _PITCH)
-    rows = list[tuple[list[Mark], str]]()
-    for name in DIRECTIONS:
-        words = name.replace("r_", "right ").replace("l_", "left ")
-        rows.append((sign(left, next(bases), name, None, C), words))
-    for level, words in _LEVELS.items():
-        rows.append((sign(left, next(bases), "place", level, C), words))
-    for name, part, direction, amount, words in _SAMPLES:
-        if kind_of(part) in kinds:
+    middle, left, found = x + C, x + C // 2, list[MarkGroup]()
+    for name, kind, direction, degree, words in shipped("draw/legend.toml")["rows"]:
+        if kind and kind not in kinds:
+            continue
+        up = y + _PITCH * len(found)
+        base = up + _PITCH - (_PITCH - C) // 2
+        marks: dict[str, list[Mark]] = {
+            "cell": sign(left, base, direction, degree or None, C),
+            "hold": [Circle(middle, base - C // 2, ONE // 2)],
+            "touch": [bow(left, left + C, base - C // 2 + BOW // 2)],
+            "flight": [line(middle + at, base, middle + at, base - C) for at in (-C // 3, C // 3)],
+            "band": [box(left, base - C, C, C, "band")],
+        }
+        if name in SIGNS:
             row = blank(1)
-            row["direction"] = -1 if direction is None else DIRECTION_CODES[direction]
-            row["amount"] = amount
-            rows.append((SIGNS[name](listed(part, row)[0], middle, next(bases), C), words))
-    if "stance" in kinds:
-        circle = Circle(middle, next(bases) - C // 2, ONE // 2)
-        rows.append(([circle], "stands; ?: what carries is not known"))
-    if "touch" in kinds:
-        rows.append(([bow(left, left + C, next(bases) - C // 2 + BOW // 2)], "touches"))
-    if "jump" in kinds:
-        base = next(bases)
-        sides = [line(middle + at, base, middle + at, base - C) for at in (-C // 3, C // 3)]
-        rows.append(([*sides], "is in the air"))
-    if marked:
-        rows.append(([box(left, next(bases) - C, C, C, "band")], "is what was asked for"))
-    first = y + _PITCH // 2 + _NAME // 3
-    return [
-        MarkGroup((*marks, Label(x + 2 * C, up, words, _NAME, "begin")), words)
-        for up, (marks, words) in zip(count(first, _PITCH), rows, strict=False)
-    ]
+            row["direction"], row["amount"] = DIRECTION_CODES.get(direction, -1), degree
+            marks[name] = SIGNS[name](listed("other_support", row)[0], middle, base, C)
+        told = Label(x + 2 * C, up + _PITCH // 2 + _NAME // 3, words, _NAME, "begin")
+        found.append(MarkGroup((*marks[name], told), words))
+    return found
