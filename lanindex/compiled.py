@@ -51,7 +51,7 @@ LOOPS = {
 """What is compiled together, and what that is worth."""
 
 
-_done = Counter[str]()
+_done, _again = Counter[str](), Counter[str]()
 _expected = 0
 _turn: Lock | None = None
 _chosen = set[str]()
@@ -74,7 +74,7 @@ def chosen(name: str, size: int) -> bool:
     _done[name] += size
     if name not in _chosen:
         work = max(_done[name], _expected)
-        if work < LOAD or not (cached(name) or (work >= LOOPS[name].worth and _may_compile())):
+        if work < LOAD or not (_found(name) or (work >= LOOPS[name].worth and _may_compile())):
             return False
         _chosen.add(name)
     return imported(name)
@@ -105,6 +105,14 @@ def cached(name: str) -> bool:
     of_user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "numba"
     folders = [Path(folder)] if folder else [source.parent / "__pycache__", of_user]
     return any(any((*one.glob(index), *one.glob(f"*/{index}"))) for one in folders)
+
+
+def _found(name: str) -> bool:
+    """Look for loops in the cache, not for each capture: a look takes a millisecond."""
+    if _done[name] < _again[name]:
+        return False
+    _again[name] = _done[name] + LOAD // 10
+    return cached(name)
 
 
 def _may_compile() -> bool:

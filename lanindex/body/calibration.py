@@ -153,7 +153,7 @@ def uneven_doubt(body: NDArray[np.float64], scale: float) -> tuple[str, ...]:
 
 
 def up_of(
-    body: NDArray[np.float64], up: str | None, declared: str | None = None
+    body: NDArray[np.float64], up: str | None, declared: str | None, four_legs: bool
 ) -> tuple[str, tuple[str, ...]]:
     """Return the vertical axis of poses (S, 20, 3): the body points from the ankles to the neck.
 
@@ -161,7 +161,7 @@ def up_of(
     """
     if up is not None:
         return up_axis_named(up), ()
-    spine = _middle(body, _TOPS[-1:] if on_four_legs(body) else _TOPS) - _middle(body, _BOTTOMS)
+    spine = _middle(body, _TOPS[-1:] if four_legs else _TOPS) - _middle(body, _BOTTOMS)
     lengths = np.sqrt((spine * spine).sum(axis=1))
     spine = spine[np.argsort(-lengths)[: max(np.count_nonzero(lengths > 0) // 4, 1)]]
     length = math.sqrt(float((spine * spine).sum()) / len(spine))
@@ -200,11 +200,13 @@ def on_four_legs(body: NDArray[np.float64]) -> bool:
     return bool(np.count_nonzero(stands) >= _MOSTLY * len(body))
 
 
-def shape_doubts(body: NDArray[np.float64]) -> tuple[str, ...]:
-    """Return warnings where poses (S, 20, 3) are hardly those of a human."""
+def shape_doubts(
+    body: NDArray[np.float64], lengths: Mapping[str, float], four_legs: bool
+) -> tuple[str, ...]:
+    """Return warnings where poses (S, 20, 3), `lengths` in them, are hardly those of a human."""
     hips, shoulders = (_middle(body, (pair,)) for pair in _CORNERS[:2])
     trunk = float(_usual(np.sqrt(((shoulders - hips) ** 2).sum(axis=1))))
-    leg, arm = (body_lengths(body).get(" ".join(limb), math.nan) for limb, _ in _LENGTHS)
+    leg, arm = (lengths.get(" ".join(limb), math.nan) for limb, _ in _LENGTHS)
     found = [
         f"its {part} {verb} {size / leg:.1f} times as long as its legs"
         for part, verb, size, (least, most) in zip(
@@ -212,7 +214,7 @@ def shape_doubts(body: NDArray[np.float64]) -> tuple[str, ...]:
         )
         if size < least * leg or size > most * leg
     ]
-    if on_four_legs(body):
+    if four_legs:
         found.append("arms and legs stand across the trunk throughout, as if it had four legs")
     return (f"perhaps no human: {'; '.join(found)}",) if found else ()
 

@@ -106,12 +106,11 @@ def map_body(
     else:
         body, doubts = declared.body, ()
     seen = np.where((body >= 0)[:, None], poses[:, body], np.nan)
-    unit, scale, unit_doubts = calibration.unit_of(
-        calibration.body_lengths(seen), reading.unit, declared.unit
-    )
-    up, up_doubts = calibration.up_of(seen, reading.up, declared.up)
+    lengths, four_legs = calibration.body_lengths(seen), calibration.on_four_legs(seen)
+    unit, scale, unit_doubts = calibration.unit_of(lengths, reading.unit, declared.unit)
+    up, up_doubts = calibration.up_of(seen, reading.up, declared.up, four_legs)
     shape_doubts = calibration.facing_doubt(seen, up) + calibration.uneven_doubt(seen, scale)
-    shape_doubts += calibration.shape_doubts(seen)
+    shape_doubts += calibration.shape_doubts(seen, lengths, four_legs)
     if min(body[JOINT_CODES[ankle]] for ankle in ("RAnkle", "LAnkle")) < 0:
         shape_doubts += ("no two feet: neither steps and jumps nor what carries are told",)
     found = BodyMapping(body, unit, scale, up, 0, ())

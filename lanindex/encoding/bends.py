@@ -55,29 +55,31 @@ def bends(angles: Floats, profile: Profile, fast: bool = False) -> list[Floats]:
     """Return the first degree and the bends of angles (P, N), degrees, as from `table`."""
     rate, width, least = float(profile.rate), window(CALM, profile.rate), round(LULL * profile.rate)
     first = smooth(angles[:, : width // 2 + 1], width)[:, 0].tolist()
+    degrees = [min(round(angle / DEGREE), SIXTHS) for angle in first]
     if fast:
         from lanindex.encoding import curves_fast
 
-        parts = [curves_fast.bend_frames(angle, width, rate, least) for angle in angles]
+        parts = [
+            curves_fast.bend_frames(angle, degree, width, rate, least)
+            for angle, degree in zip(angles, degrees, strict=True)
+        ]
     else:
         calm = smooth(angles, width)
         short = angles.shape[1] < 2
         pace = np.zeros(angles.shape) if short else np.gradient(calm, axis=1) * rate
-        each = zip(angles, calm, pace, strict=True)
-        parts = [bend_parts(*curves, rate, least) for curves in each]
-    return [table(_bends(*curves)) for curves in zip(angles, first, parts, strict=True)]
+        each = zip(angles, calm, pace, degrees, strict=True)
+        parts = [bend_parts(*it, rate, least) for it in each]
+    return [table(_bends(*it)) for it in zip(angles, first, degrees, parts, strict=True)]
 
 
-def _bends(angle: Floats, first: float, parts: Iterable[tuple[int, int, int, int]]) -> list[Event]:
+def _bends(
+    angle: Floats, first: float, degree: int, parts: Iterable[tuple[int, int, int, int, int]]
+) -> list[Event]:
     """Return the degree at the beginning, and the bends: see `bend_parts`."""
-    degree = min(round(first / DEGREE), SIXTHS)
     bends = [_bend(0, 0, bending(degree), first, degree)]
-    for way, last, start, stop in parts:
-        arrived = float(angle[last])
-        if way * (arrived - DEGREE * degree) > SWING:
-            degree = min(round(arrived / DEGREE), SIXTHS)
-            amount = bending(degree) if way > 0 else stretching(degree)
-            bends.append(_bend(start, stop, amount, arrived, degree))
+    for way, arrived, last, start, stop in parts:
+        amount = bending(arrived) if way > 0 else stretching(arrived)
+        bends.append(_bend(start, stop, amount, float(angle[last]), arrived))
     return bends
 
 
@@ -87,11 +89,12 @@ def _bend(start: int, stop: int, amount: int, angle: float, degree: int) -> Even
 
 
 def bend_parts(
-    angle: Floats, calm: Floats, pace: Floats, rate: float, least: int
-) -> list[tuple[int, int, int, int]]:
-    """Return pieces of swings, cut at rests: direction (1, -1), last frame, visible begin and end.
+    angle: Floats, calm: Floats, pace: Floats, degree: int, rate: float, least: int
+) -> list[tuple[int, int, int, int, int]]:
+    """Return pieces of swings, cut at rests, that bend or stretch farther than `degree`.
 
-    A moving piece may begin in the rest before it, and end in the rest behind it.
+    Direction (1, -1), the degree that is new then, last frame, visible begin and end. A moving
+    piece may begin in the rest before it, and end in the rest behind it.
     """
     found, fast = [], np.abs(pace)
     for first, last in swings(calm, turning_points(calm), SWING):
@@ -106,8 +109,9 @@ def bend_parts(
         edges.append(last)
         for number in range(len(edges) - 3):
             low, start, stop, high = edges[number : number + 4]
-            if start < stop:
+            if start < stop and way * (angle[stop] - DEGREE * degree) > SWING:
+                degree = min(round(angle[stop] / DEGREE), SIXTHS)
                 within = (start, stop) if number % 2 else (low, high)
                 begin, end = seen(angle, fast, (start, stop), within, IDLES / rate)
-                found.append((way, stop, begin, end))
+                found.append((way, degree, stop, begin, end))
     return found

@@ -144,10 +144,10 @@ for _function in (
 
 
 @numba.njit(cache=True, nogil=True)
-def bend_frames(angle, width, rate, least):
+def bend_frames(angle, degree, width, rate, least):
     """Return what `bend_parts` does, of one angle (N,)."""
     calm = _mean(angle, width)
-    return bend_parts(angle, calm, _slopes(calm, rate), rate, least)
+    return bend_parts(angle, calm, _slopes(calm, rate), degree, rate, least)
 
 
 @numba.njit(cache=True, nogil=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import PARTS
 from lanindex.encoding.arithmetic import blocks, runs, smooth, window
-from lanindex.encoding.joints import Body, known_parts, unknown_of
+from lanindex.encoding.joints import Body, known_parts
 from lanindex.encoding.places import Resampling, Stretch, together
 from lanindex.encoding.profile import load
 from lanindex.model import Motion, Span
@@ -41,15 +41,10 @@ def heading(
     Where the axis tells nothing, the last rotation is kept.
     """
     whole = body or Body(motion, load("default"))
-    for pair in axes:
-        seen = np.empty(len(motion), bool)
-        for part in blocks(len(motion)):
-            seen[part.inner] = ~unknown_of(_axis(whole, pair, part.inner))
-        if seen.any():
-            break
+    pair = next((one for one in axes if len(whole.together(one))), axes[0])
     count = math.floor((len(motion) - 1) * target / motion.rate) + 1
     turn, clear = np.zeros(count), np.zeros(count, bool)
-    for start, stop in runs(seen):
+    for start, stop in whole.together(pair).tolist():
         work = Resampling(start, stop - start, motion.rate / target)
         for part in blocks(len(work.frames)):
             some = work.frames[part.inner]

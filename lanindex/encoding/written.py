@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
-from lanindex.encoding.arithmetic import blocks, dist, median, parted, sizes
+from lanindex.encoding.arithmetic import blocks, dist, dot, median, parted, sizes
 from lanindex.encoding.direction import CELLS, Course, Space, course, margins, space
 from lanindex.encoding.limbs import Limbs
 from lanindex.encoding.measures import measure
@@ -29,6 +29,9 @@ from lanindex.model.symbol import blank, joined
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+RESTING = 1 << 16
+"""Frames of rests, of all parts, that are looked at together."""
 
 LONG_HOLD = 6
 """Frames: the noise of a hold, which tells where moves begin, is measured from this length on."""
@@ -103,16 +106,29 @@ def holds(
     within = min(distance, limit)
     found: list[Hold] = []
     first, last, origin = 0, 0, curve[0].tolist()
-    for stop in stops[1:].tolist():
+    before, strays = origin, _strayed(curve, stops) if path_check else np.zeros(len(stops))
+    for stop, strayed in zip(stops[1:].tolist(), strays.data, strict=False):
         point = curve[stop].tolist()
         near = dist(point, origin) <= within
-        if near and path_check:
+        if near and dist(before, origin) + strayed > _SURELY * limit:  # else it is near enough
             near = sizes(curve[last:stop] - curve[first]).max() <= limit
         if not near:
             found.append(Hold(first, last))
             first, origin = stop, point
-        last = stop
+        last, before = stop, point
     return [*found, Hold(first, last)]
+
+
+_SURELY = 1 - 1e-9  # of a distance: what rounding leaves
+
+
+def _strayed(curve: Floats, stops: NDArray[np.int64]) -> Floats:
+    """Return how far a curve (N, 3) is at most from each candidate before the next, (C - 1,)."""
+    away = np.zeros(max(len(curve) - 1, 1))
+    origins = stops[:-1].repeat(np.diff(stops))
+    for part in blocks(len(origins)):
+        away[part.inner] = sizes(curve[part.inner] - curve[origins[part.inner]])
+    return np.maximum.reduceat(away, stops[:-1])
 
 
 def segments(speed: Floats, stops: Sequence[Hold], onset: float, still: float) -> list[Segment]:
@@ -521,20 +537,20 @@ def finished(
 
 def _strays(table: NDArray[Any], limb: Ints, limbs: Limbs, profile: Profile) -> NDArray[np.bool_]:
     """Tell during the rests behind which rows, (S,), a part strays from its mean place there."""
-    strays = np.zeros(len(table), bool)
-    for number, curve in enumerate(limbs.curve):
-        rows = np.flatnonzero((limb == number) & (table["passing"] == 0))
-        begins = table["stop"][rows]
-        ends = np.append(table["start"][rows[1:]], len(curve))[: len(rows)]
-        rests = ends > begins
-        if not rests.any():
-            continue
-        bounds, frames = ranges(begins[rests], ends[rests])
-        places, first, counts = curve[frames], bounds[:-1], np.diff(bounds)
-        means = np.add.reduceat(places, first) / counts[:, None]
-        away = np.square(places - means.repeat(counts, axis=0)).sum(axis=1)
-        least = (profile.distance.of(limbs.lengths[number]) / 2) ** 2
-        strays[rows[rests]] = np.maximum.reduceat(away, first) > least
+    strays, curves = np.zeros(len(table), bool), limbs.curve.transpose(2, 0, 1)
+    rows = np.flatnonzero(table["passing"] == 0)
+    begins, ends = table["stop"][rows], np.append(table["start"][rows[1:]], 0)
+    ends[np.append(limb[rows[1:]] != limb[rows[:-1]], True)] = curves.shape[2]
+    rests = ends > begins
+    rows, begins, ends = rows[rests], begins[rests], ends[rests]
+    least = np.square([profile.distance.of(length) / 2 for length in limbs.lengths.tolist()])
+    groups = -(-int((ends - begins).sum()) // RESTING)
+    for some in np.array_split(np.arange(len(rows)), groups) if groups else ():
+        bounds, frames = ranges(begins[some], ends[some])
+        part, first, counts = limb[rows[some]], bounds[:-1], np.diff(bounds)
+        places = curves[:, part.repeat(counts), frames]
+        places -= (np.add.reduceat(places, first, axis=1) / counts).repeat(counts, axis=1)
+        strays[rows[some]] = np.maximum.reduceat(dot(places, places), first) > least[part]
     return strays
 
 

@@ -372,22 +372,24 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     place = f"{path}:{line_of(file.content, layout.time_line[0])}"
     rate = rate_of(layout.time, place, options.rate)
     order, reason = _order(options.compose, layout.hierarchy.names)
-    while True:
-        joints = layout.hierarchy
-        work = plan(joints.parents, joints.offsets, joints.channels, order == "child")
-        frames = _Frames(file, layout, work)
-        values, poses, first = frames.looked_at()
-        found = map_body(joints.names, joints.parents, poses, first, rate, options, path)
-        layout = replace(layout, hierarchy=_with_hands(joints, found.body, values))
-        if layout.hierarchy == joints:
-            break
+    joints = layout.hierarchy
+    work = plan(joints.parents, joints.offsets, joints.channels, order == "child")
+    frames = _Frames(file, layout, work)
+    values, poses, first = frames.looked_at()
+    found = map_body(joints.names, joints.parents, poses, first, rate, options, path)
+    if hands := _turned_hands(joints, found.body, values):
+        ends, body = list(joints.offsets), found.body.copy()
+        for name, (end, offset) in hands.items():
+            ends[end], body[JOINT_CODES[name]] = offset, end
+        joints, found = replace(joints, offsets=tuple(ends)), replace(found, body=body)
+        frames.follow(plan(joints.parents, joints.offsets, joints.channels, order == "child"))
     offsets = found.oriented(np.array(joints.offsets, np.float64))
     skeleton = Skeleton(joints.names, np.array(joints.parents, np.int16), offsets, found.body)
     kept = None
     if wanted.body_only:
         kept, skeleton = body_of(skeleton)
     positions = np.empty((len(layout.frames), len(skeleton.names), 3), np.float32)
-    turning = _axis_plans(frames, values, poses, found.body)
+    turning = _axis_plans(work, joints, values, poses, found.body)
     axes = {name: np.empty((len(positions), 2, 3), np.float32) for name in turning}
     for start, values, places in frames.blocks():
         part = slice(start, start + len(places))
@@ -408,10 +410,15 @@ HAND = 0.35
 """Of a forearm: how long a hand is that turns at its wrist, and has an End Site without length."""
 
 
-def _with_hands(joints: Hierarchy, body: NDArray[np.int16], values: Floats) -> Hierarchy:
-    """Return the joints, hands of no length drawn on from the forearm; `values` (S, C) numbers."""
+def _turned_hands(
+    joints: Hierarchy, body: NDArray[np.int16], values: Floats
+) -> dict[str, tuple[int, tuple[float, ...]]]:
+    """Return the End Sites of no length behind wrists that turn, and where they lie as hands.
+
+    `values` (S, C) are the numbers of some frames; a hand goes on from the forearm.
+    """
     begins = np.cumsum([0, *map(len, joints.channels)]).tolist()
-    offsets = list(joints.offsets)
+    found = {}
     for side in "RL":
         wrist, hand = (int(body[JOINT_CODES[side + it]]) for it in ("Wrist", "Hand"))
         if wrist < 0 or hand >= 0:
@@ -422,16 +429,15 @@ def _with_hands(joints: Hierarchy, body: NDArray[np.int16], values: Floats) -> H
             if code >= 3
         ]
         ends = [end for end, parent in enumerate(joints.parents) if parent == wrist]
-        if np.ptp(turns, axis=1).any() and len(ends) == 1 and not any(offsets[ends[0]]):
-            offsets[ends[0]] = tuple(HAND * it for it in joints.offsets[wrist])
-    return replace(joints, offsets=tuple(offsets))
+        if np.ptp(turns, axis=1).any() and len(ends) == 1 and not any(joints.offsets[ends[0]]):
+            found[side + "Hand"] = ends[0], tuple(HAND * it for it in joints.offsets[wrist])
+    return found
 
 
 def _axis_plans(
-    frames: _Frames, values: Floats, poses: Floats, body: NDArray[np.int16]
+    work: Plan, joints: Hierarchy, values: Floats, poses: Floats, body: NDArray[np.int16]
 ) -> dict[str, Plan]:
     """Return what tells the axes of joints, if at rest or as seen in some poses they are known."""
-    work, joints = frames.work, frames.layout.hierarchy
     if exporter_of(joints.names).get("turns") == "bones":
         return {}
 
@@ -480,6 +486,12 @@ class _Frames:
                 pass
         places, those = positions_of(self.work, values), np.searchsorted(chosen, sampled(count))
         return values[those], places[those], places[:BEGINNING]
+
+    def follow(self, work: Plan) -> None:
+        """Tell places by another plan."""
+        self.work = work
+        if self.all_numbers is not None:
+            self.all_numbers = self.all_numbers[0], positions_of(work, self.all_numbers[0])
 
     def blocks(self) -> Iterator[tuple[int, Floats, Floats]]:
         """Yield blocks: the first frame, the numbers (T, C), and the places (T, J, 3) they tell."""

@@ -2,7 +2,8 @@
 
 A number's digits make a whole number below 2^53, which is divided by a power of ten up to 10^22:
 a float holds both exactly, so it is rounded once, as `float` rounds it. What has more digits is
-left to `float`, as is what is no number.
+left to `float`, as is what is no number: between blanks the number alone, if few are so, else the
+row.
 """
 
 from collections.abc import Sequence
@@ -23,6 +24,7 @@ TENS = 10.0 ** np.arange(23)
 _SIGNS = np.array([1.0, -1.0])
 _LINE, _RETURN, _SPACE, _PLUS, _MINUS, _E = b"\n\r +-e"
 _BLANK = np.isin(np.arange(256), list(b" \t\r\n\v\f"))
+RARE = 16  # numbers, of which at most one goes to `float` by itself; where more do rows are quicker
 _STRIPPED = 4  # blanks on a side of a cell; where there are more `float` takes them off
 
 _LAST = np.array([(1 << 64) - (1 << 8 * (_EIGHT - n)) for n in range(_EIGHT + 1)], np.uint64)
@@ -51,7 +53,11 @@ def fill(
         slots = np.full(wanted.max() + 1, -1)  # of each column, which of the values it is
         slots[wanted] = np.arange(len(wanted))
         text, mark = np.frombuffer(data, np.uint8), np.uint8(separator[0])
-        decimals_fast.fill(text, lines, mark, width, slots, values, read)
+        odd = np.empty((values.size // RARE, 4), np.int64)
+        many = decimals_fast.fill(text, lines, mark, width, slots, values, read, odd)
+        for row, slot, first, stop in odd[:many].tolist():
+            values[row, slot], plain = _number(data[first:stop])
+            read[row] &= plain
         return read
     start = 0
     while start < len(lines):
@@ -77,9 +83,21 @@ def _piece(
     good &= some[last] == some[np.minimum(first + width, last)]
     found, plain = _numbers(text, starts, stops)
     cells = first[good, None] + wanted
+    odd = np.unique(cells[~plain[cells]])
+    if separator == b" " and RARE * len(odd) <= cells.size:
+        for cell, first, stop in zip(odd.tolist(), starts[odd], stops[odd], strict=True):
+            found[cell], plain[cell] = _number(text[first:stop])
     values[good] = found[cells]
     good[good] = plain[cells].all(axis=1)
     return good
+
+
+def _number(word: bytes) -> tuple[float, bool]:
+    """Return a number as `float` reads it, and whether it is one."""
+    try:
+        return float(word), b"_" not in word  # 1_0 is none
+    except ValueError:
+        return np.nan, False
 
 
 def _cells(text: bytes, separator: bytes) -> tuple[Places, Places]:

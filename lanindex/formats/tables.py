@@ -218,24 +218,21 @@ def parse(data: bytes, lines: Lines, table: Table) -> tuple[Floats, int | None]:
     """Read rows by their lines, (T, 2): values, (T, C), and the first damaged row."""
     values = np.empty((len(lines), len(table.columns)))
     read = decimals.fill(values, data, lines, table.separator, table.columns, table.width)
-    read &= sound(values, len(table.heads))  # of rows that are not read yet it does not matter
+    bad = len(lines)
     for row in np.flatnonzero(~read).tolist():
         first, stop = lines[row].tolist()
-        if not fill(values[row], data[first:stop], table):
-            return values, row
-    return values, None
+        if not _fill(values[row], data[first:stop], table):
+            bad = row
+            break
+    limits = np.full(values.shape[1], LARGEST)
+    limits[: len(table.heads)] = MOST
+    large = (np.abs(values[:bad]) > limits).any(axis=1)
+    bad = int(large.argmax()) if large.any() else bad
+    return values, bad if bad < len(lines) else None
 
 
-def sound(values: Floats, heads: int) -> NDArray[np.bool_]:
-    """Tell of rows of numbers, the heads first, whether they are no larger than they can be."""
-    limits = np.full(values.shape[-1], LARGEST)
-    limits[:heads] = MOST
-    with np.errstate(invalid="ignore"):
-        return np.asarray(~(np.abs(values) > limits).any(axis=-1))
-
-
-def fill(values: Floats, line: bytes, table: Table) -> bool:
-    """Read a row, NaN where a cell is blank; return whether it is sound."""
+def _fill(values: Floats, line: bytes, table: Table) -> bool:
+    """Read a row, NaN where a cell is blank; return whether it holds what it should."""
     cells = cells_of(line, table.separator)
     if len(cells) > table.width and any(map(bytes.strip, cells[table.width :])):
         return False
@@ -247,9 +244,8 @@ def fill(values: Floats, line: bytes, table: Table) -> bool:
             values[:] = [float(cell.strip() or b"nan") for cell in wanted]
     except (ValueError, IndexError):
         return False
-    if b"_" in line and any(b"_" in cell for cell in wanted):
-        return False  # float() lets 1_0 pass
-    return bool(sound(values, len(table.heads)))
+    # float() lets 1_0 pass
+    return not (b"_" in line and any(b"_" in cell for cell in wanted))
 
 
 def cells_of(line: bytes, separator: bytes) -> list[bytes]:

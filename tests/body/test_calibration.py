@@ -12,7 +12,16 @@ from hypothesis import strategies as st
 
 from lanindex import formats
 from lanindex.alphabet import JOINT_CODES
-from lanindex.body.calibration import AXES, UNITS, first_frame, shape_doubts, uneven_doubt, up_of
+from lanindex.body.calibration import (
+    AXES,
+    UNITS,
+    body_lengths,
+    first_frame,
+    on_four_legs,
+    shape_doubts,
+    uneven_doubt,
+    up_of,
+)
 from lanindex.errors import CaptureError, UsageError
 from lanindex.formats.rates import nearest_rate
 
@@ -124,9 +133,9 @@ def seen(forward: int, up: int, *poses: dict[str, tuple[int, int]]) -> np.ndarra
 def test_who_waits_for_the_start_and_then_runs_stands_upright(declared):
     upright = UPRIGHT | {"Neck": (5, 142)}
     body = seen(1, 2, *[CROUCHED] * 20, *[upright] * 12)
-    assert up_of(body, None, declared) == ("z", ())
+    assert up_of(body, None, declared, on_four_legs(body)) == ("z", ())
     body[:3, JOINT_CODES["Neck"]] = np.nan  # a marker that is hidden at first
-    assert up_of(body, None, declared) == ("z", ())
+    assert up_of(body, None, declared, on_four_legs(body)) == ("z", ())
 
 
 FOX = (
@@ -158,11 +167,17 @@ def test_what_stands_on_four_legs_is_doubted_and_not_set_upright(monkeypatch):
     )
 
 
+def doubts_of(pose: dict[str, tuple[int, int]]) -> tuple[str, ...]:
+    """Return what is doubted of a body that stands so throughout."""
+    body = seen(2, 1, *[pose] * 3)
+    return shape_doubts(body, body_lengths(body), on_four_legs(body))
+
+
 def test_limbs_that_no_human_has_are_doubted():
     long = UPRIGHT | {"Elbow": (5, 70), "Wrist": (5, 8)}
-    (told,) = shape_doubts(seen(2, 1, *[long] * 3))
+    (told,) = doubts_of(long)
     assert told == "perhaps no human: its arms are 1.6 times as long as its legs"
-    assert shape_doubts(seen(2, 1, UPRIGHT | {"Elbow": (5, 110)})) == ()
+    assert doubts_of(UPRIGHT | {"Elbow": (5, 110)}) == ()
 
 
 def test_a_body_without_feet_says_so():

@@ -62,6 +62,15 @@ def test_what_is_not_plain_is_left(text):
         assert not done
 
 
+@pytest.mark.parametrize(("odd", "kept"), [("-1.5e-25", True), ("1_0", False), ("x", False)])
+def test_a_number_between_blanks_goes_to_float_alone_if_few_do(odd, kept):
+    for values, done in plain_and_compiled(lambda: read(" ".join([*"1" * 31, odd]), " ", 32)):
+        assert done == kept
+        assert not kept or values.tolist() == [*[1.0] * 31, float(odd)]
+    for _, done in plain_and_compiled(lambda: read(f"{odd} {odd} 1", " ", 3)):
+        assert not done
+
+
 def test_a_byte_that_is_no_blank_does_not_part_numbers():
     for _, done in plain_and_compiled(lambda: read("1\x002 3\n", " ", 3)):
         assert not done
