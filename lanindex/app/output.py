@@ -46,9 +46,6 @@ PATIENCE = 0.5  # seconds before a job's progress is shown
 LEAST = 12  # least cells of a column of words, however narrow the terminal is
 NARROW = 24  # least cells for the symbols of a hit to be wrapped below each other
 
-_bars: list[Progress] = []
-"""The progress bars on the terminal."""
-
 
 class Painted(str):
     """Text already escaped, with the program's own colours."""
@@ -178,8 +175,8 @@ class Output:
         if not self.watched or over or now - _job.begun < PATIENCE:
             return
         if _job.bar is None or is_new:
-            _remove_bar(_job.bar)
-            _job.bar = self._bar(total, noun)
+            _remove_bar()
+            _job.bar = self._bar(noun, done, total)
         # the end of a job is drawn at once
         _job.bar.update(_job.bar.task_ids[0], completed=done, refresh=done >= total)
 
@@ -189,19 +186,13 @@ class Output:
         return not self.quiet and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
     def progress(self, items: Iterator[Any], total: int, noun: str) -> Iterator[Any]:
-        """Yield items, with a progress bar on standard error if that is a terminal."""
-        if total < 2 or not self.watched:
-            yield from items
-            return
-        bar = self._bar(total, noun)
-        try:
-            for item in items:
-                bar.advance(bar.task_ids[0])
-                yield item
-        finally:
-            _remove_bar(bar)
+        """Yield items, and note how many are done."""
+        for done, item in enumerate(items):
+            self.watch(noun, done, total)
+            yield item
+        self.watch(noun, total, total)
 
-    def _bar(self, total: int, noun: str) -> Progress:
+    def _bar(self, noun: str, done: int, total: int) -> Progress:
         """Draw a bar: things done of a number, their rate and the time that is left."""
         from rich import progress  # takes long to import
         from rich.console import Console
@@ -223,8 +214,7 @@ class Output:
             redirect_stdout=False,  # other lines step aside by themselves
             redirect_stderr=False,
         )
-        bar.add_task(noun, total=total)
-        _bars.append(bar)
+        bar.add_task(noun, total=total, completed=done)
         bar.start()
         return bar
 
@@ -282,17 +272,15 @@ def cut_note(shown: int, total: int) -> str:
 
 
 def end_progress() -> None:
-    """Remove all progress from the terminal and forget the job."""
+    """Remove the bar from the terminal and forget the job."""
     global _job
-    for bar in list(_bars):
-        _remove_bar(bar)
+    _remove_bar()
     _job = _Job()
 
 
-def _remove_bar(bar: Progress | None) -> None:
-    if bar in _bars:
-        bar.stop()
-        _bars.remove(bar)
+def _remove_bar() -> None:
+    if _job.bar is not None:
+        _job.bar.stop()
 
 
 def choice(name: str, value: str, choices: Sequence[str]) -> None:
@@ -302,16 +290,10 @@ def choice(name: str, value: str, choices: Sequence[str]) -> None:
 
 
 def _say(line: str, stream: TextIO) -> None:
-    """Print a line; the bar of the watched job is removed before it, other bars step aside."""
-    global _job
+    """Print a line; the bar of the running job is removed before it."""
     if _job.noun:
-        _remove_bar(_job.bar)
-        _job = _Job()
-    for bar in _bars:
-        bar.stop()
-    print(line, file=stream, flush=stream is sys.stderr or bool(_bars))
-    for bar in _bars:
-        bar.start()
+        end_progress()
+    print(line, file=stream, flush=stream is sys.stderr)
 
 
 @cache

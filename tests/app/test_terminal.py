@@ -2,6 +2,7 @@
 
 import json
 import re
+import sys
 from pathlib import Path
 
 import command
@@ -186,7 +187,8 @@ class TestWidth:
 
 class TestProgress:
     def test_it_is_shown_and_gone_in_the_end(self, place: Path) -> None:
-        text = start_on_terminal([*command.COMMAND, "ingest", "a", "--force"], place)
+        at_once = "from lanindex.app import cli, output; output.PATIENCE = -1; cli.main()"
+        text = start_on_terminal([sys.executable, "-c", at_once, "ingest", "a", "--force"], place)
         assert re.search(r"[1-4]/4 files", text)
         assert "?25h" in text[text.rindex("?25l") :]  # the cursor is there again
         lines = screen(text).splitlines()
@@ -215,7 +217,7 @@ class TestProgress:
                 self.shown = True
 
         bar = Bar()
-        monkeypatch.setattr(output, "_bars", [bar])
+        monkeypatch.setattr(output, "_job", output._Job("files", 1, 4, bar=bar))
         output.end_progress()
         say_error("broken off")
         assert not bar.shown
