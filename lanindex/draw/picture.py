@@ -13,6 +13,7 @@ from math import ceil, cos, floor, radians, sin
 from types import MappingProxyType
 
 from lanindex.alphabet import KINDS, kind_of
+from lanindex.data import shipped
 from lanindex.model import Symbol
 from lanindex.model.derived import degree_of
 
@@ -97,17 +98,7 @@ def box(x: int, y: int, width: int, height: int, style: str = "") -> Polyline:
     return Polyline(x, y, (((0, 0), (width, 0), (width, height), (0, height)),), True, style)
 
 
-_OUTLINES = {
-    "place": "00 10 11 01",
-    "right": "00 1h 01",
-    "left": "10 11 0h",
-    "forward": "00 10 1t mt m1 01",
-    "back": "00 m0 mk 1k 11 01",
-    "r_forward": "00 10 11 0t",
-    "l_forward": "00 10 1t 01",
-    "r_back": "0k 10 11 01",
-    "l_back": "00 1k 11 01",
-}
+_OUTLINES: dict[str, str] = shipped("draw/signs.toml")["outlines"]
 """Corners by direction, x and y: 0 and 1 the ends, m and h the middle, k and t a way from them."""
 
 _SLOPE = 0.45  # from one stroke of a high symbol to the next, upwards, in widths

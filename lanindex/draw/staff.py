@@ -71,16 +71,7 @@ _LIMB_OF = {
     for side in ("r_", "l_")
 }
 
-_TOUCHED = {
-    "hand": ("hand", "palm", "forearm", "arm", "upper_arm"),
-    "head": ("head",),
-    "trunk": ("torso",),
-    "arm": ("arm", "upper_arm", "forearm"),
-    "thigh": ("thigh", "leg", "support"),
-    "knee": ("leg", "shank", "support"),
-    "shank": ("shank", "leg", "support"),
-    "foot": ("foot", "support", "leg"),
-}
+_TOUCHED: dict[str, list[str]] = shipped("draw/signs.toml")["touched"]
 """What can be touched, and the columns that stand for it, best first."""
 
 

@@ -10,28 +10,14 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
+from lanindex.data import shipped
 from lanindex.draw.picture import PIXEL, Circle, Label, Mark, MarkGroup, Picture, Points, Polyline
 from lanindex.draw.staff import BARS, MARGIN
 from lanindex.errors import ExportError, extra
 
 _INK = "currentColor"  # the colour of ink: that of the text around, so that dark pages work
 
-_BONE = ' stroke-width="28" stroke-linecap="round" fill="none"'
-
-STYLES = {
-    "": "",
-    "solid": "",
-    "staff": ' stroke-width="10"',
-    "light": ' stroke-opacity=".3"',
-    "band": ' fill="#f5a300" fill-opacity=".3" stroke="#e07000" stroke-width="16"',
-    "begin": ' text-anchor="start"',
-    "end": ' text-anchor="end"',
-    "under": ' text-anchor="end" fill-opacity=".7"',
-    "bone": _BONE,
-    "far": f'{_BONE} stroke-opacity=".45"',
-    "litbone": f'{_BONE} stroke="#e07000"',
-    "litfar": f'{_BONE} stroke="#e07000" stroke-opacity=".6"',
-}
+STYLES: dict[str, str] = shipped("draw/signs.toml")["styles"]
 """Attributes by style; all else comes from the picture's root."""
 
 _ROOT = (

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import TOUCHED
+from lanindex.data import shipped
 from lanindex.encoding.arithmetic import Block, blocks, held, runs
 from lanindex.encoding.curves import Event, pieces
 from lanindex.encoding.ground import FLICKER
@@ -60,26 +61,7 @@ _REACHES = {
     **{"hand": PALMS, "head": SKULL, "trunk": TRUNK, "arm": SLEEVE},
     **{"thigh": THIGH, "knee": KNEE, "shank": SHANK, "foot": FOOT},
 }
-_LINES = (
-    ("head", "Crown", "Crown"),
-    *(("trunk", f"{it}Hip", f"{it}Waist") for it in ("", *"RL")),
-    *(("trunk", f"{it}Waist", f"{it}Neck") for it in ("", *"RL")),
-    *(
-        ("arm", *line)
-        for line in (("other Shoulder", "other Elbow"), ("other Elbow", "other Wrist"))
-    ),
-    *(
-        (name, side + joint, side + last)
-        for side in "RL"
-        for name, joint, last in (
-            ("thigh", "Hip", "Knee"),
-            ("knee", "Knee", "Knee"),
-            ("shank", "Knee", "Ankle"),
-            ("foot", "Ankle", "Toe"),
-            ("foot", "Ankle", "Ankle"),
-        )
-    ),
-)
+_LINES = tuple(map(tuple, shipped("encoding/touch.toml")["lines"]))
 """What is touched, and the ends of a line inside it; ``other`` is the other side of the hand's."""
 
 ALWAYS, NEVER, CLASPED, RIGHT_HANGS, LEFT_HANGS = range(5)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import BENDS, KINDS, MEASURES, PARTS, kind_of
+from lanindex.data import shipped
 from lanindex.model.capture import Capture
 from lanindex.model.score import Track
 from lanindex.model.symbol import FIELDS, Span, frozen, joined
@@ -25,21 +26,7 @@ GRADES = {"pace": "speed", "extent": "size"}
 BELOW, USUAL, ABOVE = range(3)
 """Grades: of slow and small, of what has no word, of fast and large."""
 
-LIMITS: dict[str, dict[str, tuple[float, float]]] = {
-    "arm": {"speed": (2.2, 5.9), "size": (19, 55)},
-    "forearm": {"speed": (2.4, 7.7), "size": (20, 54)},
-    "upper_arm": {"speed": (2.0, 6.0), "size": (18, 44)},
-    "hand": {"speed": (2.4, 8.8), "size": (19, 50)},
-    "palm": {"speed": (2.1, 8.7), "size": (17, 44)},
-    "leg": {"speed": (1.2, 3.3), "size": (11, 30)},
-    "thigh": {"speed": (1.4, 4.3), "size": (13, 35)},
-    "shank": {"speed": (2.0, 6.0), "size": (17, 45)},
-    "foot": {"speed": (3.4, 8.4), "size": (18, 48)},
-    "head": {"speed": (1.2, 2.9), "size": (13, 31)},
-    "torso": {"speed": (1.4, 2.8), "size": (12, 38)},
-    "body_travel": {"speed": (0.6, 1.6)},
-    "body_turn": {"speed": (0.3, 0.85)},
-}
+LIMITS: dict[str, dict[str, tuple[float, float]]] = shipped("model/limits.toml")
 """By group of parts: less than the first is slow or small, more than the second fast or large."""
 
 

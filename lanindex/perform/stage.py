@@ -27,6 +27,7 @@ from lanindex.alphabet import (
     amounts_of,
 )
 from lanindex.body.axes import facing, planes
+from lanindex.data import shipped
 from lanindex.errors import UsageError
 from lanindex.model import Motion, Score, Source
 from lanindex.perform.limbs import (
@@ -419,18 +420,6 @@ COMES, NEARS, LEAVES = 0.5, 0.06, 0.12
 PALM = 0.15  # lengths of an arm from the wrist to the middle of the palm
 FARTHEST = 0.97  # part of its length, to the palm, that an arm reaches
 _BEND = np.array([-0.3, -0.8, 0.6])  # forward, up, out: where an elbow goes
-_PLACES: dict[str, tuple[tuple[str, str], float, tuple[float, float, float]]] = {
-    "hand": (("Neck", "Pelvis"), 0.35, (0.45, 0.0, 0.06)),
-    "head": (("Neck", "Head"), 0.0, (0.12, 0.33, 0.14)),
-    "trunk": (("Neck", "Pelvis"), 0.55, (0.18, 0.0, 0.06)),
-    "arm": (("other Shoulder", "other Elbow"), 0.75, (0.06, 0.0, -0.07)),
-    "thigh": (("own Hip", "own Knee"), 0.6, (0.15, 0.0, 0.0)),
-    "knee": (("own Knee", "own Knee"), 0.0, (0.12, 0.0, 0.0)),
-    "shank": (("own Knee", "own Ankle"), 0.5, (0.11, 0.0, 0.0)),
-    "foot": (("own Ankle", "own Toe"), 0.5, (0.0, 0.1, 0.0)),
-}
-"""By what is touched: two joints, how far from the first to the second, and from there forward, up
-and out to the hand's side in lengths of an arm, where the palm comes to."""
 
 
 def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> list[str]:
@@ -451,7 +440,7 @@ def bring_hands(joints: Floats, score: Score, times: Floats, body: Body) -> list
         right = unit(right - dot(right, up) * up)
         out = right * (1 if side == "R" else -1)
         axes = np.stack([np.cross(up, right), up, out], axis=1)  # of the trunk, (T, 3, 3)
-        ends, along, way = _PLACES[thing]
+        ends, along, way = shipped("perform/figure.toml")["touched"][thing]
         other = {"R": "L", "L": "R"}[side]
         first, last = (it.replace("other ", other).replace("own ", side) for it in ends)
         target = seen[first] + along * (seen[last] - seen[first])

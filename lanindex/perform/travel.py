@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import CARRIERS, DIRECTION_CODES, FEET, HIGH, LOW, PLACE
+from lanindex.data import shipped
 from lanindex.model import Score
 from lanindex.perform.limbs import (
     FORWARD,
@@ -76,16 +77,10 @@ class Pose:
 
 
 POSES = {
-    "knee": Pose(0.417, None, 0.14, 0.3, heels=0.12, knees=45.0, drop=0.45),
-    "seat": Pose(-0.35, 0.12, 0.1, 0.2),
-    "trunk": Pose(-0.35, 0.13, 0.1, 0.2, trunk=-90.0),
-    "prone trunk": Pose(1.08, 0.13, 0.17, 0.28, heels=0.12, knees=45.0, early=0.7),
-    "hand": Pose(
-        0.72, None, 0.16, 0.35, heels=0.12, knees=45.0, trunk=110.0, props=True, least=0.5
-    ),
-    "other": Pose(-0.35, 0.57, 0.06, 0.16, least=0.6),
+    name: Pose(**{"up": None, **row})
+    for name, row in shipped("perform/figure.toml")["poses"].items()
 }
-"""By what carries; prone, who lies face down."""
+"""By what carries."""
 
 
 @dataclass(frozen=True, slots=True)
