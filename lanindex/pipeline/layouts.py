@@ -96,17 +96,7 @@ _SPINE = {"spine1": 0.24, "spine2": 0.5, "spine3": 0.6}
 _COLLAR = {"spine3": 0.37, "neck": 0.26, "shoulder": 0.37}
 """What a collar is made of, as in the body at rest."""
 
-_SAME = {
-    **{"pelvis": "Pelvis", "neck": "Neck", "head": "Head"},
-    **{
-        f"{side}_{name}": side[0].upper() + joint
-        for side in ("left", "right")
-        for name, joint in (
-            *(("hip", "Hip"), ("knee", "Knee"), ("ankle", "Ankle"), ("foot", "Toe")),
-            *(("shoulder", "Shoulder"), ("elbow", "Elbow"), ("wrist", "Wrist")),
-        )
-    },
-}
+_SAME: dict[str, str] = shipped("pipeline/layouts.toml")["joints"]
 
 _NEEDED = [place for place, joint in enumerate(JOINTS) if joint in {*_SAME.values(), "Chest"}]
 

@@ -51,9 +51,6 @@ NEVER = 30000  # what a symbol costs that no edit makes a match
 BUCKETS = 16  # steps of the margin
 CARRYING = 2  # steps that a share of edits is not given for: without them nothing is left
 
-# by thousandths of a margin, its step
-_BUCKET = (np.arange(THOUSANDTHS + 1) * BUCKETS // THOUSANDTHS).astype(np.uint8)
-
 MISSING = UNIT  # what a step costs that is missing
 BETWEEN = UNIT // 4  # the same, where the step lies on the way from the one before to the next
 OVER = np.array([0, BETWEEN]).reshape(2, 1, 1, 1)  # the same by whether an edge leads over a step
@@ -120,7 +117,7 @@ class Kinds:
         numbers *= CELL + 1
         numbers += columns.runner & CELL
         numbers *= BUCKETS + 1
-        numbers += _BUCKET[np.minimum(columns.margin, THOUSANDTHS)]
+        numbers += np.minimum(columns.margin, THOUSANDTHS).astype(np.int32) * BUCKETS // THOUSANDTHS
         counts = np.bincount(numbers)
         known = np.flatnonzero(counts)
         places = np.zeros(len(counts), np.min_scalar_type(len(known)))

@@ -104,7 +104,10 @@ class _Parser(Cursor):
     def lines(self, carried: frozenset[Mover], after: str) -> tree.Lines:
         first = self.line(carried, after)
         others = []
-        while relation := self.relation():
+        while word := self.take("word", *language.RELATIONS):
+            relation = language.RELATIONS[word.text]
+            if relation != word.text and not self.take("word", "with"):
+                raise self.fault("no with", word, relation=relation)
             within = self.limit(relation)
             labelled = len(self.labels)
             line = self.line(frozenset(), relation)
@@ -112,15 +115,6 @@ class _Parser(Cursor):
                 self.refuse_labels(labelled, f'"{relation}": it speaks of what does not happen.')
             others.append(tree.Beside(relation, line, within))
         return tree.Lines(first, tuple(others))
-
-    def relation(self) -> str | None:
-        word = self.take("word", *language.RELATIONS)
-        if word is None:
-            return None
-        relation = language.RELATIONS[word.text]
-        if relation != word.text and not self.take("word", "with"):
-            raise self.fault("no with", word, relation=relation)
-        return relation
 
     def limit(self, relation: str) -> Length | None:
         """Read the limit of a relation, if one stands here: ``after[<1s]``, ``with[1s]``."""
