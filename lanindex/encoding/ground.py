@@ -35,6 +35,13 @@ FLICKER = 0.07
 UNEVEN = 0.2
 """Lengths of a leg between the feet of a capture that stand: with more there is no floor."""
 
+RISES = 0.7
+"""Lengths of a leg that a stand is above all lower ones at most: nobody steps up so high."""
+
+SETTLES = 0.5
+"""Seconds that a body is still at least, or its feet are off every floor, of which something unseen
+must carry the weight."""
+
 STANCE = 0.25
 """Seconds that a foot stands at least where the floor is looked for."""
 
@@ -58,6 +65,8 @@ _STANDS, _SPREAD = 4, 1.0  # stands, and lengths of a leg between them, that tel
 _FLAT = 0.1  # of stands in a row, how far they stray from it: less tells no slope across
 
 UNTOLD = "the feet stand at different heights: which of them carries is told by speed"
+
+HANGS = "both feet are far above the floor for a while: what carries the body then is not seen"
 
 SIDES = "RL"
 HIPS = ("RHip", "LHip")
@@ -92,6 +101,7 @@ class Ground:
     # (2, N) float32, degrees from straight, of the knees; NaN where none is known
     bent: NDArray[np.float32]
     carries: Flags  # (2, N) bool: the right foot, the left foot
+    high: Flags  # (N,) bool: whether both are so high that something else carries
     # Stretches in which no foot carries: the first frame, and the one behind the last
     bare: list[tuple[int, int]]
     air: list[tuple[int, int]]  # Those of them that are flights
@@ -108,18 +118,24 @@ def grounds(body: Body, leg: float) -> Iterator[Ground]:
     for one in stretches(body, needed, wished):
         feet, wide = _feet(one, leg, rate)
         level = _level(one, leg, feet, STANCE * rate) if wide else feet.heights
-        carries, uneven = carried(feet, level, rate)
+        carries, high, uneven = carried(feet, level, rate)
         doubts: tuple[str, ...] = (UNTOLD,) if uneven else ()
         bent, height = _legs(one, leg)
         bare = unsupported(carries, rate)
         air = _flights(bare, level.min(axis=(0, 1)), height, feet.pace, rate)
+        for start, stop in air:
+            high[start:stop] = False
+        for start, stop in runs(high):
+            high[start:stop] = stop - start >= SETTLES * rate
+        doubts += (HANGS,) if high.any() else ()
         del level, height
-        lost = np.count_nonzero(~np.any(carries, axis=0)) - sum(stop - start for start, stop in air)
+        lost = np.count_nonzero(~(np.any(carries, axis=0) | high))
+        lost -= sum(stop - start for start, stop in air)
         if lost > LOST * carries.shape[1]:
             doubts += ("the feet slide over the floor: what steps there are is told in part",)
         usual = tuple(map(_flat, feet.heights, carries))
-        yield Ground(one, rate, leg, feet, bent, carries, bare, air, usual, doubts)
-        del feet, bent, carries
+        yield Ground(one, rate, leg, feet, bent, carries, high, bare, air, usual, doubts)
+        del feet, bent, carries, high
 
 
 def _feet(one: Stretch, leg: float, rate: float) -> tuple[Feet, bool]:
@@ -211,8 +227,11 @@ def _level(one: Stretch, leg: float, feet: Feet, least: float) -> NDArray[np.flo
     return heights
 
 
-def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flags, bool]:
-    """Return which feet carry, (2, N), and whether no floor explains `heights` (2, K, N)."""
+def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flags, Flags, bool]:
+    """Return which feet carry, (2, N), and in which frames both are off every floor, (N,).
+
+    The last is whether no floor explains `heights` (2, K, N).
+    """
     speed = feet.speed
     height = np.full(speed.shape, np.inf, np.float32)
     for kind in range(heights.shape[1]):
@@ -221,9 +240,15 @@ def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flag
         rests = [fifth(one) for one in some if len(one)] or [fifth(own.ravel())]
         for lower, high in zip(height, own, strict=True):
             np.minimum(lower, high - np.float32(min(rests)), out=lower)
-    uneven = _uneven(height, speed, rate)
+    lower = np.minimum(*height)
+    stands = _stands(lower, speed, rate)
+    long = [level for level, frames in stands if frames >= STANCE * rate]
+    uneven = len(long) > 1 and long[-1] - long[0] > UNEVEN
+    levels = [level for level, _ in stands] or [0.0]
+    most = levels[int(np.append(np.diff(levels) > RISES, True).argmax())] + RISES
     if uneven:
-        height = np.zeros_like(height)
+        height = np.where(height > most, np.float32(np.inf), np.float32(0))
+    high = lower > most
     begins = (speed < np.maximum(STANDS, SHARE * feet.pace)) & (height < NEAR)
     stays = (speed < SLIDES) & (height < LIFTED)
     carries = np.array([held(*foot) for foot in zip(begins, stays, strict=True)])
@@ -233,7 +258,7 @@ def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flag
             for start, stop in runs(foot == there):
                 if start > 0 and stop < len(foot) and stop - start <= most:
                     foot[start:stop] = not there
-    return carries, uneven
+    return carries, high, uneven
 
 
 def stood(points: NDArray[np.float32], speed: Floats, least: float) -> Floats:
@@ -261,15 +286,14 @@ def fifth(values: NDArray[Any]) -> float:
     return float(np.partition(values, place)[place])
 
 
-def _uneven(height: NDArray[np.float32], speed: Floats, rate: float) -> bool:
-    """Return whether the lower of the feet stands at heights that no floor explains."""
-    lower, slow = np.minimum(*height), np.any(speed < STANDS, axis=0)
+def _stands(lower: NDArray[np.float32], speed: Floats, rate: float) -> list[tuple[float, int]]:
+    """Return the heights at which the lower of the feet stands, rising; and for how many frames."""
+    slow = np.any(speed < STANDS, axis=0)
     if not slow.any() or np.ptp(lower[slow]) <= UNEVEN:
-        return False
-    stands = [
-        median(lower[start:stop]) for start, stop in runs(slow) if stop - start >= STANCE * rate
-    ]
-    return len(stands) > 1 and max(stands) - min(stands) > UNEVEN
+        return []
+    brief = round(FLICKER * rate)
+    found = (it for it in runs(slow) if it[1] - it[0] >= brief)
+    return sorted((median(lower[start:stop]), stop - start) for start, stop in found)
 
 
 def unsupported(carries: Flags, rate: float) -> list[tuple[int, int]]:

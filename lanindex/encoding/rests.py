@@ -12,7 +12,17 @@ from numpy.typing import NDArray
 from lanindex.alphabet import CARRIERS
 from lanindex.encoding.arithmetic import blocks, held, runs, sizes
 from lanindex.encoding.curves import Event, pieces
-from lanindex.encoding.ground import SIDES, SLIDES, STANCE, STANDS, STIRS, Ground, fifth, slope
+from lanindex.encoding.ground import (
+    SETTLES,
+    SIDES,
+    SLIDES,
+    STANCE,
+    STANDS,
+    STIRS,
+    Ground,
+    fifth,
+    slope,
+)
 from lanindex.encoding.places import Stretch
 
 Floats = NDArray[np.float64]
@@ -144,9 +154,6 @@ def _dot(one: Floats, other: Floats) -> Floats:
 ANKLE = 0.08
 """Lengths of a leg that an ankle stands above the floor, where no toe tells."""
 
-SETTLES = 0.5
-"""Seconds that a body is still at least of which something unseen must carry the weight."""
-
 NEEDED = tuple(side + it for side in SIDES for it in ("Hip", "Ankle"))
 WISHED = ("Neck", *(side + it for side in SIDES for it in ("Knee", "Toe", "Wrist")))
 
@@ -166,6 +173,7 @@ def rests(ground: Ground, places: Stretch) -> list[Event]:
             low[..., block.inner] = own[..., block.within]
     for start, stop in ground.air:
         low[..., start:stop] = False
+    low[:, OTHER] |= ground.high
     if not low[0].any():
         return []
     carrier = np.full(count, -1, np.int8)

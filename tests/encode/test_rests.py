@@ -1,5 +1,6 @@
 """Supports other than feet: kneeling, sitting, lying, on all fours."""
 
+from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 
@@ -109,6 +110,27 @@ def test_what_carries_is_told(pose, carrier):
 @pytest.mark.parametrize("pose", ["squat", "bend"])
 def test_feet_carry_who_squats_or_bends(pose):
     assert rests(acted("stand", pose, "stand")) == []
+
+
+@pytest.mark.parametrize("pose", ["chair", "stand"])
+@pytest.mark.parametrize(
+    ("high", "stairs", "hangs"), [(1100, 1, True), (1100, 4, False), (400, 1, False)]
+)
+def test_feet_far_above_the_floor_do_not_stand_if_no_stairs_lead_there(pose, high, stairs, hangs):
+    motion = acted("stand", *[pose] * stairs, "stand")
+    lift = np.zeros(len(motion))
+    for stair in range(stairs):
+        begin = 120 + 180 * stair  # a second up, two that it stands there
+        lift[begin : begin + 60] = high / stairs * (stair + np.linspace(0, 1, 60))
+        lift[begin + 60 : begin + 180] = high / stairs * (stair + 1)
+    lift[begin + 180 : begin + 240] = high * np.linspace(1, 0, 60)
+    places = motion.positions + (lift[:, None, None] * (0, 1, 0)).astype(np.float32)
+    score, still = encode(replace(motion, positions=places)), (begin + 90, begin + 150)  # frames
+    told = [it.words for it in score.symbols("other_support") if it.start <= still[0] < it.stop]
+    assert told == ["other"] * hangs
+    stands = any(it.start < still[1] and it.stop > still[0] for it in score.symbols("r_stance"))
+    assert stands != hangs
+    assert any("far above the floor" in doubt for doubt in score.warnings) == hangs
 
 
 def test_laws():
