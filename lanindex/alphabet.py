@@ -7,6 +7,8 @@ storage, search and drawing read it. A direction's code is its azimuth in steps 
 
 from dataclasses import dataclass
 
+from lanindex.data import shipped
+
 DIRECTIONS = (
     *("right", "r_forward", "forward", "l_forward", "left", "l_back", "back", "r_back"),
     "place",
@@ -182,18 +184,8 @@ class Part:
         return self.chain[-1]
 
 
-_PAIRED = {
-    "arm": ("Shoulder", "Elbow", "Wrist"),
-    "forearm": ("Elbow", "Wrist"),
-    "upper_arm": ("Shoulder", "Elbow"),
-    "hand": ("Wrist", "Hand"),
-    "palm": ("Wrist", "Palm"),
-    "leg": ("Hip", "Knee", "Ankle"),
-    "thigh": ("Hip", "Knee"),
-    "shank": ("Knee", "Ankle"),
-    "foot": ("Ankle", "Toe"),
-}
-_SINGLE = {"head": ("Neck", "Head"), "torso": ("Pelvis", "Chest", "Neck")}
+_PAIRED: dict[str, list[str]] = shipped("alphabet.toml")["paired"]
+_SINGLE: dict[str, list[str]] = shipped("alphabet.toml")["single"]
 
 PARTS: dict[str, Part] = {
     **{
@@ -203,7 +195,7 @@ PARTS: dict[str, Part] = {
         for group, chain in _PAIRED.items()
         for side in "rl"
     },
-    **{name: Part(name, name, "", chain) for name, chain in _SINGLE.items()},
+    **{name: Part(name, name, "", tuple(chain)) for name, chain in _SINGLE.items()},
 }
 """Every part that is encoded as a limb, by name."""
 
@@ -250,13 +242,7 @@ def amounts_of(part: str) -> tuple[str, ...]:
     return kind.amounts[1:] if kind.name == "touch" else kind.amounts
 
 
-_KIND_OF_GROUP = {
-    **{kind: kind for kind in ("support", "step", "jump", "stance")},
-    **{"body_travel": "travel", "body_turn": "turn", "other_support": "carrier"},
-    **{"arm_bend": "bend", "leg_bend": "bend", "hands_touch": "touch", "hand_touch": "touch"},
-    **{"torso_twist": "twist", "head_turn": "twist"},
-    **{"torso_incline": "incline", "head_incline": "incline"},
-}
+_KIND_OF_GROUP: dict[str, str] = shipped("alphabet.toml")["kinds"]
 
 
 def kind_of(part: str) -> str:

@@ -39,12 +39,7 @@ from lanindex.formats.tables import (
 )
 from lanindex.model import Motion, Reading, Span
 
-_JOINTS = """
-    SpineBase SpineMid Neck Head ShoulderLeft ElbowLeft WristLeft HandLeft ShoulderRight
-    ElbowRight WristRight HandRight HipLeft KneeLeft AnkleLeft FootLeft HipRight KneeRight
-    AnkleRight FootRight SpineShoulder HandTipLeft ThumbLeft HandTipRight ThumbRight
-"""
-KINECT = tuple(_JOINTS.split())
+KINECT = tuple(shipped("formats/skeletons.toml")["kinect"]["joints"])
 """The joints of Kinect v2, in the order of its JointType."""
 
 _NEXUS = b"trajectories", b"model outputs", b"devices", b"joints", b"segments"

@@ -19,10 +19,8 @@ COCO's keypoints; OpenPose's BODY_25; Kinect v2's JointType, as NTU RGB+D has it
 landmarks, which FreeMoCap puts before hands and face.
 """
 
-import tomllib
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,8 +50,8 @@ class Order:
 
 def _orders() -> tuple[Order, ...]:
     """Return all orders that are known: those of `joint_orders.toml`."""
-    path, found = Path(__file__).with_name("joint_orders.toml"), []
-    for told in tomllib.loads(path.read_text("utf-8"))["order"]:
+    found = []
+    for told in shipped("formats/joint_orders.toml")["order"]:
         names = told["names"].split()
         if "face" in told:
             names += [f"{side}_hand_{point}" for side in ("right", "left") for point in range(21)]
