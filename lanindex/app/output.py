@@ -167,23 +167,19 @@ class Output:
                 self.line(self.paint(text, "dim") if index == 0 else text)
 
     def watch(self, noun: str, done: int, total: int) -> None:
-        """Note how far a job is; if it takes a while, show a bar until the next line is printed."""
+        """Note how far a job is; if it takes a while, a bar shows it until a line is printed."""
         is_new, now = (noun, total) != (_job.noun, _job.total), monotonic()
         _job.noun, _job.done, _job.total = noun, done, total
         _job.begun = now if _job.begun is None else _job.begun
+        hidden = self.quiet or not sys.stderr.isatty() or os.environ.get("TERM") == "dumb"
         over = done >= total and _job.bar is None
-        if not self.watched or over or now - _job.begun < PATIENCE:
+        if hidden or over or now - _job.begun < PATIENCE:
             return
         if _job.bar is None or is_new:
             _remove_bar()
             _job.bar = self._bar(noun, done, total)
         # the end of a job is drawn at once
         _job.bar.update(_job.bar.task_ids[0], completed=done, refresh=done >= total)
-
-    @property
-    def watched(self) -> bool:
-        """Whether progress can be shown: on a terminal, unless --quiet."""
-        return not self.quiet and sys.stderr.isatty() and os.environ.get("TERM") != "dumb"
 
     def progress(self, items: Iterator[Any], total: int, noun: str) -> Iterator[Any]:
         """Yield items, and note how many are done."""

@@ -58,11 +58,10 @@ def ingest(
     start, division = time.monotonic(), chosen.meter.division
     is_new = not os.path.exists(db)
     no_library = dry_run and is_new
-    progress = out.watch if out.watched else None
     with (
         nullcontext()
         if no_library
-        else Store.open(db, create=True, readonly=dry_run, note=out.note, progress=progress)
+        else Store.open(db, create=True, readonly=dry_run, note=out.note, progress=out.watch)
     ) as store:
         how: dict[str, Any] = {"force": force, "dry_run": dry_run, "labels": table, "jobs": jobs}
         outcomes = ingest(store, files, chosen, reading=reading, **how)
