@@ -27,18 +27,18 @@ from lanindex.alphabet import (
     is_limb,
     mirrored_part,
 )
+from lanindex.data import shipped
 from lanindex.model.columns import ABOVE, BELOW, GRADES, USUAL
 from lanindex.model.derived import bending, stretching
 from lanindex.search.language.times import degrees
+
+_WORDS = shipped("search/language/words.toml")
 
 ANY = "any"
 STILL = "still"  # a rest without swings; so is the kind of words that asks for that
 ABSENT = ""  # the value of a symbol that has no direction, no level or no amount
 
-RELATIVE = {
-    **{"side": "right", "side_forward": "r_forward", "side_back": "r_back"},
-    **{"across": "left", "across_forward": "l_forward", "across_back": "l_back"},
-}
+RELATIVE: dict[str, str] = _WORDS["relative"]
 """Directions relative to the limb's own side, and what they are for a right limb."""
 
 BEND_MOVES = ("bend", "stretch")  # movements of an elbow or a knee, named by the limb
@@ -49,18 +49,6 @@ BEND_WORDS = {
 }
 """Words of elbows and knees, with their own spelling; a degree may follow all but ``straight``."""
 
-_DIRECTION_ALIASES = {
-    "backward": "back",
-    "side_backward": "side_back",
-    "across_backward": "across_back",
-    **{
-        alias: f"{side[0]}_{name}"
-        for side in ("right", "left")
-        for end, name in (("forward", "forward"), ("back", "back"), ("backward", "back"))
-        for alias in (f"{side}_{end}", f"{side[0]}_{end}", f"{end}_{side}")
-    },
-}
-
 VALUES: dict[str, tuple[str, str]] = {
     **{name: ("direction", name) for name in (*DIRECTIONS, *RELATIVE, ANY)},
     **{name: ("level", name) for name in LEVELS},
@@ -70,7 +58,7 @@ VALUES: dict[str, tuple[str, str]] = {
     **{name: ("pace", name) for name in ("slow", "fast")},
     **{name: ("extent", name) for name in ("small", "large")},
     **{alias: ("bend", name) for alias, name in BEND_WORDS.items()},
-    **{alias: ("direction", name) for alias, name in _DIRECTION_ALIASES.items()},
+    **{alias: ("direction", name) for alias, name in _WORDS["directions"].items()},
     **{"middle": ("level", "mid"), "normal": ("level", "mid")},
 }
 """The kind and the own spelling of every word that says how a part moves."""
@@ -142,10 +130,7 @@ _ALSO_NAMES = ("feet", "bend", *GRADES)  # words that may also be the name of a 
 DEGREES = "deg"
 UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}  # of time, and what they are called
 
-RELATIONS = {
-    **{it: it for it in ("with", "overlapping", "during", "without", "after", "before", "never")},
-    **{it: f"{it} with" for it in ("starting", "ending", "exactly")},
-}
+RELATIONS: dict[str, str] = _WORDS["relations"]
 """How a line may stand beside the first one, by the first word."""
 
 RESTS = ("hold", STILL)
@@ -157,18 +142,6 @@ LANGUAGE = (
     *("where", "and", "clip", "match", "let", "count", "sort", "by", "first", "direction"),
 )
 """The words that hold a pattern together; none of them can be a name."""
-
-_FIRST_WORDS = (
-    *("right", "left", "either", "both", "body", "other", "torso", "head"),
-    *("hand", "hands", "r_hand", "l_hand"),
-)
-"""Words with which the name of a part in several words begins: ``right arm``, ``body turn``."""
-
-_SHORT = {
-    **{"travel": "body_travel", "turn": "body_turn"},
-    **{"twist": "torso_twist", "incline": "torso_incline"},
-}
-_PLURALS = {"foot": "feet", "hand_touch": "hand_touches"}
 
 
 def with_article(noun: str) -> str:
@@ -253,10 +226,10 @@ def _place(part: str) -> tuple[bool, bool, str]:
 
 def _movers(parts: Collection[str]) -> dict[str, Mover]:
     movers = {name: Mover(name, "one", (name,)) for name in parts}
-    aliases = dict(_SHORT)
+    aliases = dict(_WORDS["parts"]["short"])
     for group in [name[2:] for name in parts if name[:2] in ("r_", "l_")]:
         pair = (f"r_{group}", f"l_{group}")
-        plural = _PLURALS.get(group, f"{group}s")
+        plural = _WORDS["parts"]["plurals"].get(group, f"{group}s")
         movers.setdefault(group, Mover(group, "either", pair))
         movers.setdefault(plural, Mover(plural, "both", pair))
         aliases |= {f"right_{group}": pair[0], f"left_{group}": pair[1]}
@@ -276,7 +249,7 @@ class Vocabulary:
 
     def mover(self, *words: str) -> Mover | None:
         """Return who is named by a word, or by several: ``right arm``, ``right hand touch``."""
-        known = len(words) == 1 or words[0] in _FIRST_WORDS
+        known = len(words) == 1 or words[0] in _WORDS["parts"]["first"]
         return self.movers.get("_".join(words)) if known else None
 
     def of(self, form: str, members: tuple[str, ...]) -> Mover | None:
