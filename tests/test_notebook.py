@@ -52,7 +52,7 @@ def test_all_are_shown(library) -> None:
         shown = shell.display_formatter.format(thing)[0]
         assert len(drawings(shown["text/html"])) == least
         assert shown["text/plain"]
-    assert svg.STYLES["litbone"] in notebook.of_hit(hits[0])  # the arm that matched
+    assert svg.STYLES["lit"] in notebook.of_hit(hits[0])  # the arm that matched
     assert "<style" not in hits._repr_html_()  # it would hold for all of the page
 
 

@@ -297,13 +297,13 @@ def capture_id(text: str) -> int | str:
     return int(text) if text.isdecimal() else text
 
 
-def ending(path: Path, allowed: Collection[str]) -> str:
+def ending(path: Path, allowed: Collection[str], option: str = "--output") -> str:
     """Return the ending of a file to write, without its dot."""
     form = path.suffix.lower().removeprefix(".")
     if form not in allowed:
         *others, last = allowed
         wanted = f"an ending of {', '.join(others)} or {last}"
-        raise UsageError(f'"{path}"', place="--output", wanted=wanted)
+        raise UsageError(f'"{path}"', place=option, wanted=wanted)
     return form
 
 

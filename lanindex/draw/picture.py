@@ -32,6 +32,7 @@ class Polyline:
     lines: tuple[Points, ...]  # Each from its first point to its last
     closed: bool = False  # Whether each of more than two points goes on to its first
     style: str = ""  # One of `lanindex.draw.svg.STYLES`
+    width: int = 0  # How thick they are; 0: as their style says
 
 
 @dataclass(frozen=True, slots=True)

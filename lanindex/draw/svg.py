@@ -17,7 +17,14 @@ from lanindex.errors import ExportError, extra
 
 _INK = "currentColor"  # the colour of ink: that of the text around, so that dark pages work
 
-STYLES: dict[str, str] = shipped("draw/signs.toml")["styles"]
+_SIGNS = shipped("draw/signs.toml")
+BODY: dict[str, str] = _SIGNS["body"]
+"""Colours of a body: of what has no side that of ink; ``lit`` is laid below what matched."""
+
+_ROUND = ' fill="none" stroke-linecap="round"'
+STYLES: dict[str, str] = _SIGNS["styles"] | {
+    kind: _ROUND + f' stroke="{color}"' * bool(color) for kind, color in BODY.items()
+}
 """Attributes by style; all else comes from the picture's root."""
 
 _ROOT = (
@@ -62,8 +69,9 @@ def _element(mark: Mark) -> str:
         case Polyline():
             (x, y), commands = mark.lines[0][0], _commands(mark.lines, mark.closed)
             hollow = "" if mark.style or max(map(len, mark.lines)) < 3 else ' fill="none"'
-            start = _point(mark.x + x, mark.y + y)
-            return f'<path d="M{start}{commands}"{hollow}{STYLES[mark.style]}/>'
+            start, thick = _point(mark.x + x, mark.y + y), f' stroke-width="{mark.width}"'
+            style = STYLES[mark.style] + thick * (mark.width > 0)
+            return f'<path d="M{start}{commands}"{hollow}{style}/>'
         case Circle(x, y, radius):
             style = STYLES[mark.style] if mark.style else ' fill="none"'
             return f'<circle cx="{x}" cy="{y}" r="{radius}"{style}/>'
@@ -175,14 +183,19 @@ def rendered(picture: Picture, form: str, scale: float = 1.0) -> bytes:
     return content.getvalue()
 
 
+def font() -> str:
+    """Return the file of the font of images."""
+    import reportlab
+
+    return str(Path(reportlab.__file__).parent / "fonts" / "Vera.ttf")
+
+
 def image(text: str) -> bytes:
     """Return SVG as PNG."""
     with extra("pictures", "png"):
-        import reportlab
         import resvg_py
 
-        font = Path(reportlab.__file__).parent / "fonts" / "Vera.ttf"
-        files, family = [str(font)], "Bitstream Vera Sans"
+        files, family = [font()], "Bitstream Vera Sans"
         return bytes(
             resvg_py.svg_to_bytes(
                 svg_string=text, background=PAPER, font_files=files, sans_serif_family=family

@@ -1,10 +1,10 @@
-"""The stick figure of a motion: its bones, the view that shows it best, and its pictures."""
+"""The stick figure of a motion: its bones, the view that shows it best, and its strokes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES, PARTS, TRACKS, kind_of
+from lanindex.data import shipped
+from lanindex.draw.svg import BODY
 from lanindex.errors import EncodeError, ExportError, UsageError
 from lanindex.model import Motion
 from lanindex.model.symbol import frozen
@@ -21,48 +23,10 @@ if TYPE_CHECKING:
     from PIL.Image import Image
     from PIL.ImageDraw import ImageDraw
 
-BONES: tuple[tuple[str, tuple[str, ...], str], ...] = (
-    ("Chest", ("Pelvis",), "torso"),
-    ("Neck", ("Chest", "Pelvis"), "torso"),
-    ("Head", ("Neck", "Chest"), "head"),
-    *((side + "Shoulder", ("Neck", "Chest", "Pelvis"), "torso") for side in "RL"),
-    *((side + "Hip", ("Pelvis",), "torso") for side in "RL"),
-    *(
-        (PARTS[part].child, (PARTS[part].parent,), part)
-        for group in ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")
-        for part in (f"r_{group}", f"l_{group}")
-    ),
-)
-"""By joint: the candidates for its bone's inner joint, best first, and the bone's part."""
+JOINTS = {**JOINT_CODES, "Nose": len(JOINT_CODES)}
+"""The joints of the body by name, and what shows where its head looks."""
 
-_ARM, _LEG = ("upper_arm", "forearm"), ("thigh", "shank")
-_GROUPS = {
-    "arm": _ARM,
-    "leg": _LEG,
-    "palm": ("hand",),
-    "support": (*_LEG, "foot"),
-    "stance": ("foot",),
-    "arm_bend": _ARM,
-    "leg_bend": _LEG,
-    "hand_touch": ("forearm", "hand"),
-}
-"""The bones of tracks with a side, where their names differ."""
-
-_LEGS = tuple(f"{side}_{part}" for side in "rl" for part in _GROUPS["support"])
-_WHOLE = {
-    "step": _LEGS,
-    "jump": _LEGS,
-    "torso_twist": ("torso",),
-    "torso_incline": ("torso",),
-    "head_turn": ("head",),
-    "head_incline": ("head",),
-    "hands_touch": tuple(f"{side}_{part}" for side in "rl" for part in _GROUPS["hand_touch"]),
-    **dict.fromkeys(
-        ("body_travel", "body_turn", "other_support"), tuple({part: 0 for _, _, part in BONES})
-    ),
-}
-"""The same of tracks of the whole body."""
-
+_TABLES = shipped("film/figure.toml")
 _INSTEAD = {"hand": "forearm", "foot": "shank"}
 """What stands for an end that a capture does not have."""
 
@@ -71,8 +35,8 @@ _INSTEAD = {"hand": "forearm", "foot": "shank"}
 class Figure:
     """The body of a motion, frame by frame."""
 
-    # (T, 20, 3) float32, mm, y up: ``alphabet.JOINTS`` at the frames of the source; NaN where a
-    # joint is absent or unknown
+    # (T, 21, 3) float32, mm, y up: `JOINTS` at the frames of the source; NaN where one is absent
+    # or unknown
     places: NDArray[np.float32]
     # (B, 2) int64: the two joints of each bone, the inner one first; both are there, though there
     # may be frames in which they are unknown
@@ -81,6 +45,9 @@ class Figure:
     # ``r_upper_arm``, ``l_foot``
     parts: tuple[str, ...]
     rate: Fraction  # Frames a second
+    # (T,) float64, radians about the vertical: from where the body is seen from the front, 0 from
+    # where +z points; where nothing tells, the last one known
+    fronts: NDArray[np.float64]
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -92,11 +59,9 @@ class Figure:
         for track in tracks:
             if track not in TRACKS:
                 raise UsageError(f'there is no part "{track}"', wanted=f"one of {' '.join(TRACKS)}")
-            side, group = track[:2], track[2:]
-            if track in _WHOLE or side not in ("r_", "l_"):
-                parts.update(_WHOLE.get(track, (track,)))
-            else:
-                parts.update(side + part for part in _GROUPS.get(group, (group,)))
+            side = track[:2] if track[1] == "_" else ""
+            names = _TABLES["tracks"].get(name := track.removeprefix(side), [name])
+            parts |= {own + it for it in names for own in ([side] if side else ["r_", "l_", ""])}
         for end, before in _INSTEAD.items():
             for side in ("r_", "l_"):
                 if side + end in parts and side + end not in self.parts:
@@ -106,36 +71,131 @@ class Figure:
 
 def figure(motion: Motion) -> Figure:
     """Return the stick figure of a motion."""
-    path = motion.source.path
+    path, head = motion.source.path, JOINTS["Head"]
     if not len(motion):
         raise EncodeError("no frames", place=path, wanted="one at least")
-    body = motion.skeleton.body
-    places = motion.positions.take(body, axis=1)
-    places[:, body < 0] = np.nan
-    if body[JOINT_CODES["Pelvis"]] < 0:
-        hips = [JOINT_CODES[side + "Hip"] for side in "LR"]
-        places[:, JOINT_CODES["Pelvis"]] = places[:, hips].sum(axis=1) / 2
+    played = np.append(motion.skeleton.body, -1)  # no file has a nose
+    places = motion.positions.take(played, axis=1)
+    places[:, played < 0] = np.nan
+    if played[JOINTS["Pelvis"]] < 0:
+        hips = [JOINTS[side + "Hip"] for side in "LR"]
+        places[:, JOINTS["Pelvis"]] = places[:, hips].sum(axis=1) / 2
+    fronts = _fronts(places)
+    looks = np.stack([np.sin(fronts), 0 * fronts, np.cos(fronts)], axis=1)
+    if (axes := motion.axes.get("Head")) is not None:
+        own = np.cross(axes[:, 1], axes[:, 0])
+        looks = np.where(np.isnan(own), looks, own)
+    places[:, JOINTS["Nose"]] = places[:, head] + NOSE * looks
     if 0 < motion.first < len(places):
-        places[: motion.first] = places[motion.first]
+        places[: motion.first], fronts[: motion.first] = places[motion.first], fronts[motion.first]
     known = np.isfinite(places.sum(axis=2))
     places[~known] = np.nan  # a place is known as a whole
-    there = {joint for joint, code in JOINT_CODES.items() if known[:, code].any()}
+    there = {joint for joint, code in JOINTS.items() if known[:, code].any()}
     bones = [
-        (JOINT_CODES[inner], JOINT_CODES[outer], part)
-        for outer, sources, part in BONES
+        (JOINTS[inner], JOINTS[outer], part)
+        for outer, (part, *sources) in _TABLES["bones"].items()
         if outer in there and (inner := next((it for it in sources if it in there), None))
     ]
     if not bones:
         raise EncodeError("no bone of a body is known", place=path, wanted="one at least")
     pairs = np.array([pair for *pair, _ in bones], np.int64)
-    return Figure(frozen(places), frozen(pairs), tuple(part for *_, part in bones), motion.rate)
+    parts = tuple(part for *_, part in bones)
+    return Figure(frozen(places), frozen(pairs), parts, motion.rate, frozen(fronts))
+
+
+_ACROSS = (("LHip", "RHip"), ("LShoulder", "RShoulder"))
+
+
+def _fronts(places: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return from where the body is seen from the front in each frame, (T,) radians."""
+    for left, right in _ACROSS:
+        x, _, z = (places[:, JOINTS[left]] - places[:, JOINTS[right]]).astype(np.float64).T
+        clear = np.flatnonzero(np.hypot(x, z) > 1.0)
+        if len(clear):
+            last = np.maximum(clear.searchsorted(np.arange(len(places)), "right") - 1, 0)
+            found: NDArray[np.float64] = np.arctan2(-z, x)[clear[last]]
+            return found
+    return np.zeros(len(places))
+
+
+def faced(
+    figure: Figure, frames: NDArray[np.int64], about: NDArray[np.int64] | None = None
+) -> Figure:
+    """Return some frames of a figure, turned so that its front is seen from where +z points.
+
+    What counts is the mean over the frames `about`, or the middle one if it turns round. The first
+    pelvis that is known comes to stand above the origin, and the floor is at the lowest joint.
+    """
+    fronts = figure.fronts[frames if about is None else about]
+    mean = np.exp(1j * fronts).mean()
+    front = float(np.angle(mean) if abs(mean) > 0.5 else fronts[len(fronts) // 2])
+    places = figure.places[frames]
+    stands = stood(places)
+    if len(known := np.flatnonzero(~np.isnan(stands[:, 0]))):
+        origin = stands[known[0]] + (0, np.nanmin(places[..., 1]), 0)
+        places = (places - origin) @ View(math.degrees(front), 0).axes().T
+    return replace(figure, places=places.astype(np.float32), fronts=figure.fronts[frames] - front)
+
+
+def stood(places: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the point of the floor below the pelvis, or the body's middle, (F, 3)."""
+    with np.errstate(invalid="ignore"):  # a frame of which nothing is known
+        middle = np.nansum(places, axis=1) / (~np.isnan(places)).sum(axis=1)
+    pelvis = places[:, JOINTS["Pelvis"]]
+    found = np.where(np.isnan(pelvis), middle, pelvis)
+    found[:, 1] = 0
+    return found
+
+
+# Millimetres: how thick a bone is; how much wider what is laid under one that matched; the radius
+# of a head; how far its nose reaches from its middle, and how thick that is
+BONE, BAND, HEAD, NOSE, NOSTRIL = 26.0, 60.0, 95.0, 140.0, 46.0
+LEGEND: dict[str, str] = _TABLES["legend"]
+"""What a legend explains, and the colour of it."""
+
+Point = tuple[float, ...]  # x and y
+Stroke = tuple[Point, Point, float, str]
+"""A line with round ends, its width in mm and its colour: all of a body is made of such."""
+
+
+class Strokes:
+    """The strokes of a figure, in films and on sheets, pages and notebooks."""
+
+    def __init__(self, figure: Figure) -> None:
+        # by stroke: its bone, which share of that is left out, its width and colour
+        self.table: list[tuple[int, float, float, str]] = []
+        for bone, (part, outer) in enumerate(zip(figure.parts, figure.bones[:, 1], strict=True)):
+            color = {"r_": "right", "l_": "left"}.get(part[:2], "bone")
+            nose = outer == JOINTS["Nose"]
+            self.table.append((bone, HEAD / NOSE if nose else 0, NOSTRIL if nose else BONE, color))
+            if outer == JOINTS["Head"]:
+                self.table.append((bone, 1, 2 * HEAD, "head"))
+        bones, shares, *_ = zip(*self.table, strict=True)
+        self.inner, self.outer = figure.bones[[*bones]].T
+        self._share = np.array(shares, np.float32)
+
+    def of(
+        self, points: NDArray[np.floating], depths: NDArray[np.floating], lit: Sequence[bool]
+    ) -> list[Stroke]:
+        """Return the strokes of a pose, the farthest first, below all of them what is lit, (B).
+
+        `points` (21, 2) and `depths` (21,) are those of the joints; what is unknown is left out.
+        """
+        inner, outer, share = points[self.inner], points[self.outer], self._share
+        starts = (inner + (outer - inner) * share[:, None]).tolist()
+        ends = list(zip(map(tuple, starts), map(tuple, outer.tolist()), strict=True))
+        near = depths[self.inner] * (1 - share) + depths[self.outer] * (1 + share)
+        near += (share == 1) * HEAD  # a ball hides its neck
+        known = len(near) - int(np.isnan(near).sum())
+        rows = [(*ends[row], *self.table[row]) for row in near.argsort(kind="stable")[:known]]
+        bands = [(a, b, width + BAND, "lit") for a, b, bone, _, width, _ in rows if lit[bone]]
+        return bands + [(a, b, width, color) for a, b, _, _, width, color in rows]
 
 
 TILT = 12.0  # degrees from which a figure is looked down upon, so that the floor is seen
 SAMPLES = 2048  # frames that are looked at, at most, spread evenly
 WORTH = 0.1  # share by which another view must show more than the front does
 
-_ACROSS = (("LHip", "RHip"), ("LShoulder", "RShoulder"))
 _STAYS = ("gesture", "bend", "touch", "twist", "incline")
 """Kinds of tracks in which a limb moves against the body, not the body over the floor."""
 
@@ -154,72 +214,35 @@ class View:
         up, toward = [-sine * sin, cosine, -sine * cos], [cosine * sin, sine, cosine * cos]
         return np.array([[cos, 0.0, -sin], up, toward])
 
-    def project(self, places: NDArray[np.floating]) -> NDArray[np.float32]:
-        """Return places, (..., 3) mm, y up, on the picture: (..., 2) float32 mm."""
-        seen: NDArray[np.float32] = places.astype(np.float32) @ self.axes()[:2].T.astype(np.float32)
-        return seen
 
+def view(bodies: Iterable[tuple[Figure, Sequence[str]]]) -> View:
+    """Return the one view in which the parts that move spread widest, or else the front.
 
-def view(
-    figure: Figure, tracks: Sequence[str] | None = None, start: int = 0, stop: int | None = None
-) -> View:
-    """Return the view in which the parts that move spread widest, or else the front.
-
-    The front is kept where no other view shows a tenth more. Of the two sides of a line the one
-    nearer to the front is taken; of left and right the right, but the left for parts of the left.
+    Each body is `faced`, and has the tracks that are looked at; without any it is all of it. The
+    front is kept where no other view shows a tenth more. Of the two sides of a line the one nearer
+    to the front is taken; of left and right the right, but the left for parts of the left alone.
     """
-    places = _sampled(figure, start, stop)
-    turn = ahead = _front(places)
-    moves = []
-    for track in tracks or ("body_travel",):
-        joints = np.unique(figure.bones[figure.shown([track])])
-        moves.append(places[:, joints])
-        if kind_of(track) in _STAYS:  # relative to where a limb hangs
-            part = PARTS.get(track.removesuffix("_bend"))
-            hangs = JOINT_CODES[part.parent if part else "Pelvis"]
-            moves[-1] = moves[-1] - places[:, hangs, None]
-    spread = _spread(np.concatenate(moves, axis=1))
+    spread, sides, turn = np.zeros((3, 3)), set[str](), 0.0
+    for figure, tracks in bodies:
+        sides |= {track[:2] for track in tracks}
+        frames = np.linspace(0, len(figure) - 1, min(len(figure), SAMPLES)).astype(np.int64)
+        places, moves = figure.places[frames].astype(np.float64), []
+        for track in tracks or ("body_travel",):
+            joints = np.unique(figure.bones[figure.shown([track])])
+            moves.append(places[:, joints])
+            if kind_of(track) in _STAYS:  # relative to where a limb hangs
+                part = PARTS.get(track.removesuffix("_bend"))
+                hangs = JOINTS[part.parent if part else "Pelvis"]
+                moves[-1] = moves[-1] - places[:, hangs, None]
+        spread += _spread(np.concatenate(moves, axis=1))
     xx, xz, zz = spread[0, 0], spread[0, 2], spread[2, 2]
     if math.hypot(xx - zz, 2 * xz) > 1e-9 * (xx + zz):  # else all turns are equal
-        best = -0.5 * math.atan2(2 * xz, xx - zz)
-        if _spread_seen(spread, best) > (1 + WORTH) * _spread_seen(spread, ahead):
-            side = 1.0 if {track[:2] for track in tracks or ()} == {"l_"} else -1.0
-            off = (best - ahead + math.pi) % (2 * math.pi) - math.pi
+        off = -0.5 * math.atan2(2 * xz, xx - zz)
+        if _spread_seen(spread, off) > (1 + WORTH) * _spread_seen(spread, 0):
+            side = 1.0 if sides == {"l_"} else -1.0
             ways = (off, off - math.copysign(math.pi, off))  # from this side of it or the other
-            turn = ahead + min(ways, key=lambda it: (round(abs(it), 1), -side * it))
-    return _view(turn)
-
-
-def front(figure: Figure, start: int = 0, stop: int | None = None, turned: float = 0.0) -> View:
-    """Return the view from where the body faces, on average."""
-    return _view(_front(_sampled(figure, start, stop)) + math.radians(turned))
-
-
-def _view(turn: float) -> View:
-    return View(round((math.degrees(turn) + 180) % 360 - 180, 6) + 0.0)
-
-
-def _sampled(figure: Figure, start: int, stop: int | None) -> NDArray[np.float64]:
-    """Return the joints in some frames of a span, (S, 20, 3)."""
-    stop = len(figure) if stop is None else stop
-    if not 0 <= start < stop <= len(figure):
-        found = f"nothing from frame {start} to {stop}"
-        raise UsageError(found, wanted=f"a stretch of 0 to {len(figure)}")
-    frames = np.linspace(start, stop - 1, min(stop - start, SAMPLES)).astype(np.int64)
-    return figure.places[frames].astype(np.float64)
-
-
-def _front(places: NDArray[np.float64]) -> float:
-    """Return from where the body is seen from the front, radians: on average, or midway."""
-    for left, right in _ACROSS:
-        across = (places[:, JOINT_CODES[left]] - places[:, JOINT_CODES[right]])[:, [0, 2]]
-        size = np.hypot(*across.T)
-        ways = across[size > 1.0] / size[size > 1.0, None]
-        if len(ways):
-            mean = ways.mean(axis=0)
-            x, z = mean if np.hypot(*mean) > 0.5 else ways[len(ways) // 2]
-            return math.atan2(-z, x)
-    return 0.0
+            turn = min(ways, key=lambda it: (round(abs(it), 1), -side * it))
+    return View(round(math.degrees(turn), 6) + 0.0)
 
 
 def _spread(moves: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -242,14 +265,14 @@ def _spread_seen(spread: NDArray[np.float64], turn: float) -> float:
 Floats = NDArray[np.float32]
 
 # How many times as high as the body the picture is at most: whoever goes further is followed
-ROOM = 1.3
+ROOM = 1.05
 DEEPEST = 4000.0  # millimetres towards the eye in which the floor is drawn
 LEAST = 600.0  # millimetres that are shown, at least
-ROUND = 160.0  # millimetres left free around the figure: a head is larger than its joint
+ROUND = 120.0  # millimetres left free around the figure: a head is larger than its joint
 STEADY = 1.0  # seconds on both sides over which the eye that follows is steadied
 SQUARE = 500.0  # millimetres from one line of the floor to the next
 
-_FEET = [JOINT_CODES[side + joint] for side in "RL" for joint in ("Ankle", "Toe")]
+_FEET = [JOINTS[side + joint] for side in "RL" for joint in ("Ankle", "Toe")]
 _LOWEST = 0.01  # of the frames may have a foot below the floor: a camera errs
 _USUAL = 0.99  # of the frames tell how large a body is: in others a joint may fly away
 _FAR = 50  # squares to the side: of more no floor is drawn
@@ -260,11 +283,12 @@ class FigureScene:
     """A figure placed on a picture, for all film frames."""
 
     size: tuple[int, int]  # Width and height, pixels
+    middle: tuple[float, float]  # Of the part that the figure fills, pixels
     scale: float  # Pixels in a millimetre
-    # (N, 20, 2) float32, pixels from the upper left corner, x to the right, y down: the joints, a
+    # (N, 21, 2) float32, pixels from the upper left corner, x to the right, y down: the joints, a
     # row each film frame; NaN where unknown
     points: Floats
-    depths: Floats  # (N, 20) float32, mm towards the eye
+    depths: Floats  # (N, 21) float32, mm towards the eye
     # (N, 3) float64, mm to the right, up and towards the eye (level): the picture's middle
     eye: NDArray[np.float64]
     view: View
@@ -285,8 +309,9 @@ class FigureScene:
             return []
         right, up, near = self.eye[frame].tolist()
         rows = _marks(near - DEEPEST / 2, near + DEEPEST / 2)
-        ys = [height / 2 + (up - _floor_height(it, self.floor, self.view)) * scale for it in rows]
-        xs = [width / 2 + (it - right) * scale for it in _marks(right - wide, right + wide)]
+        across, down = self.middle
+        ys = [down + (up - _floor_height(it, self.floor, self.view)) * scale for it in rows]
+        xs = [across + (it - right) * scale for it in _marks(right - wide, right + wide)]
         top, bottom = max(min(ys), 0), min(max(ys), height - 1)
         level = [(0, y, width - 1, y) for y in ys if top <= y <= bottom]
         return [*level, *((x, top, x, bottom) for x in xs if x < width and top < bottom)]
@@ -298,14 +323,6 @@ def _floor_height(near: Any, floor: float, view: View) -> Any:
     return math.cos(tilt) * floor - math.sin(tilt) * near
 
 
-def _pixels(
-    right: NDArray[np.floating], up: NDArray[np.floating], size: tuple[int, int], scale: float
-) -> Floats:
-    """Return pixels on the picture of millimetres from its middle."""
-    x, y = right * scale + size[0] / 2, size[1] / 2 - up * scale
-    return np.stack([x, y], axis=-1).astype(np.float32)
-
-
 def _marks(start: float, stop: float) -> list[float]:
     """Return where lines of the floor stand between two places."""
     return [
@@ -314,10 +331,10 @@ def _marks(start: float, stop: float) -> list[float]:
 
 
 def scene(
-    figure: Figure, frames: NDArray[np.int64], view: View, size: tuple[int, int], rate: float
+    figure: Figure, view: View, size: tuple[int, int], rate: float, head: int = 0
 ) -> FigureScene:
-    """Place frames, (N,), of a figure on a picture, at one scale or followed by the eye."""
-    places = figure.places[frames]
+    """Place a figure on a picture below its head, at one scale or followed by the eye."""
+    places = figure.places
     known = ~np.isnan(places[..., 0])
     if not known.any():
         raise ExportError("no joint is known in this stretch", wanted="a body that is seen")
@@ -329,13 +346,14 @@ def scene(
     body = np.quantile(highs - lows, _USUAL, axis=0, method="higher")[:2]
     most = np.maximum(body, ROOM * body[1] * np.array([size[0] / size[1], 1]))
     shown = np.maximum(np.minimum((high - low)[:2], most), LEAST)
-    scale = float((np.array(size) / shown).min())
-    room = np.array([size[0] / scale, size[1] / scale, DEEPEST])
-    eye = np.repeat((low + high)[None] / 2, len(frames), axis=0)
+    fills = size[0], size[1] - head
+    scale, middle = float((np.array(fills) / shown).min()), (size[0] / 2, head + fills[1] / 2)
+    room = np.array([fills[0] / scale, fills[1] / scale, DEEPEST])
+    eye = np.repeat((low + high)[None] / 2, len(places), axis=0)
     if (far := high - low > room * 1.001).any():
         steady, reach = (lows + highs) / 2, round(STEADY * rate)
-        count = np.arange(len(frames))
-        first, last = np.maximum(count - reach, 0), np.minimum(count + reach + 1, len(frames))
+        count = np.arange(len(places))
+        first, last = np.maximum(count - reach, 0), np.minimum(count + reach + 1, len(places))
         for _ in range(2):  # averaged twice: the eye neither starts nor stops suddenly
             sums = np.concatenate([np.zeros((1, 3)), np.cumsum(steady, axis=0)])
             steady = (sums[last] - sums[first]) / (last - first)[:, None]
@@ -344,11 +362,12 @@ def scene(
     lowest = np.nanmin(np.where(np.isnan(heights), np.inf, heights), axis=1)
     lowest = np.sort(lowest[np.isfinite(lowest)])
     floor = float(lowest[int(_LOWEST * len(lowest))]) if len(lowest) else None
-    points = _pixels(seen[..., 0] - eye[:, :1], seen[..., 1] - eye[:, 1:2], size, scale)
-    right, _, near = seen[:, JOINT_CODES["Pelvis"]].T
+    onto = np.array((scale, -scale))
+    points = ((seen[..., :2] - eye[:, None, :2]) * onto + middle).astype(np.float32)
+    right, _, near = seen[:, JOINTS["Pelvis"]].T
     up = _floor_height(near, floor or 0.0, view)
-    path = _pixels(right - eye[0, 0], up - eye[0, 1], size, scale)
-    return FigureScene(size, scale, points, seen[..., 2], eye, view, floor, path)
+    path = ((np.stack([right, up], axis=1) - eye[0, :2]) * onto + middle).astype(np.float32)
+    return FigureScene(size, middle, scale, points, seen[..., 2], eye, view, floor, path)
 
 
 def _ends(
@@ -365,24 +384,18 @@ def _ends(
     return ends[0], ends[1]
 
 
-Color = tuple[int, int, int]
+Color = tuple[int, ...]
 
 PAPER: Color = (255, 255, 255)
-INK: Color = (34, 34, 34)
-LEFT: Color = (140, 140, 140)  # of the limbs on the left: so that sides are told apart
-LIT: Color = (224, 112, 0)  # of parts that matched
+PALETTE: dict[str, Color] = {
+    kind: (*bytes.fromhex(color[1:]),) for kind, color in (BODY | _TABLES["colors"]).items()
+}
+"""Red, green and blue of all that is drawn in a film but its staff."""
 
-FLOOR: Color = (222, 222, 222)
-WAY: Color = (120, 160, 210)
-LINE: Color = (200, 16, 46)  # of the line that moves over the staff
-# All that is drawn on paper; the first and the last are the staff's ink and band
-COLORS = ((0, 0, 0), INK, LEFT, LIT, FLOOR, WAY, LINE, (252, 227, 178))
 SMOOTH = 2  # how many times larger it is drawn than shown
-# Millimetres: how thick bones are; the radius of a head, and of the spot below the pelvis
-BONE, HEAD, SPOT = 26.0, 95.0, 45.0
+SPOT = 45.0  # millimetres, the radius of the spot below the pelvis
 TRAIL = 5.0  # seconds for which the way stays on the floor
-
-_HEAD = JOINT_CODES["Head"]
+SPARSE = 3  # film frames from one of its points to the next
 
 
 class Painter:
@@ -392,14 +405,9 @@ class Painter:
         self, figure: Figure, scene: FigureScene, lit: NDArray[np.bool_], rate: float
     ) -> None:
         self.scene, self.lit, self.trail = scene, lit, round(TRAIL * rate)
-        self.bones = figure.bones.tolist()
-        self.colors = [LEFT if part.startswith("l_") else INK for part in figure.parts]
-        self.size = (scene.size[0] * SMOOTH, scene.size[1] * SMOOTH)
-        size = SMOOTH * scene.scale
-        self.bone, self.head, self.spot = max(BONE * size, 3.0), HEAD * size, SPOT * size
+        self.strokes = Strokes(figure)
+        self.scale = SMOOTH * scene.scale
         self.still = bool((scene.eye == scene.eye[0]).all())
-        outer = {joint for _, joint in self.bones}
-        self.joined = [inner in outer for inner, _ in self.bones]
 
     def ground(self, page: Image, frame: int = 0) -> None:
         """Draw the floor on a page: its lines are level or upright, and need no smoothing."""
@@ -407,7 +415,7 @@ class Painter:
 
         draw = ImageDraw.Draw(page)
         for line in self.scene.lines(frame):
-            draw.line(line, fill=FLOOR)
+            draw.line(line, fill=PALETTE["floor"])
 
     def paint(self, frame: int, page: Image) -> None:
         """Draw a film frame in the left of a page, which has the floor already if it is still."""
@@ -416,17 +424,14 @@ class Painter:
         if not self.still:
             self.ground(page, frame)
         canvas = self._canvas
-        draw = ImageDraw.Draw(canvas)
-        points = [*self._path(draw, frame), *self._body(draw, frame)]
-        if not points:
+        self._path(ImageDraw.Draw(page), frame)
+        if not (boxes := self._body(ImageDraw.Draw(canvas), frame)):
             return
-        free = max(self.head, self.spot, self.bone) + SMOOTH
-        ends, size = np.array(points), np.array(self.size)
-        low = np.clip(ends.min(axis=0) - free, 0, size - SMOOTH).astype(int) // SMOOTH
-        high = np.clip((ends.max(axis=0) + free).astype(int) // SMOOTH + 1, 1, size // SMOOTH)
+        low, high = np.min(boxes, axis=0)[:2] // SMOOTH, np.max(boxes, axis=0)[2:] // SMOOTH + 1
+        size = np.array(self.scene.size)
+        low, high = np.clip(low, 0, size - 1).astype(int), np.clip(high, 1, size).astype(int)
         small = (*low.tolist(), *high.tolist())
-        left, top, right, bottom = (it * SMOOTH for it in small)
-        box = left, top, right, bottom
+        box = tuple(it * SMOOTH for it in small)
         below = page.crop(small)
         page.paste(ImageChops.darker(below, canvas.reduce(SMOOTH, box)), small[:2])
         canvas.paste(PAPER, box)
@@ -436,43 +441,33 @@ class Painter:
         """What a figure is drawn on, larger than it is shown; empty before and after each."""
         from PIL import Image
 
-        return Image.new("RGB", self.size, PAPER)
+        return Image.new("RGB", (self.scene.size[0] * SMOOTH, self.scene.size[1] * SMOOTH), PAPER)
 
-    def _path(self, draw: ImageDraw, frame: int) -> list[tuple[float, float]]:
+    def _path(self, draw: ImageDraw, frame: int) -> None:
         """Draw where the pelvis has gone, and where it is, on the floor."""
         if self.scene.floor is None:
-            return []
-        path = self.scene.path[max(frame - self.trail, 0) : frame + 1]
-        path = (path + np.array(self.scene.shift(frame), np.float32)) * SMOOTH
-        gaps = np.flatnonzero(np.isnan(path[:, 0]))
-        drawn: list[tuple[float, float]] = []
-        for piece in np.split(path, gaps):
+            return
+        path = self.scene.path[max(frame - self.trail, 0) : frame + 1][::-SPARSE]
+        path, r = path + np.array(self.scene.shift(frame), np.float32), SPOT * self.scene.scale
+        path[path[:, 0] > self.scene.size[0] - 1 - r] = np.nan  # the staff is there
+        for piece in np.split(path, np.flatnonzero(np.isnan(path[:, 0]))):
             points = [(x, y) for x, y in piece.tolist() if x == x]
             if len(points) > 1:
-                draw.line(points, fill=WAY, width=2 * SMOOTH)
-            drawn += points
-        if not len(gaps) or gaps[-1] != len(path) - 1:
-            (x, y), r = path[-1].tolist(), self.spot
-            draw.ellipse((x - r, y - r / 3, x + r, y + r / 3), fill=WAY)
-        return drawn
+                draw.line(points, fill=PALETTE["way"], width=2)
+        x, y = path[0].tolist()
+        if x == x:
+            draw.ellipse((x - r, y - r / 3, x + r, y + r / 3), fill=PALETTE["way"])
 
-    def _body(self, draw: ImageDraw, frame: int) -> list[tuple[float, float]]:
-        """Draw the bones that are known, the farthest first."""
-        scene, half = self.scene, self.bone / 2
-        points = (scene.points[frame] * SMOOTH).tolist()
-        depths, lit = scene.depths[frame].tolist(), self.lit[frame].tolist()
-        shown = []
-        for bone, (inner, outer) in enumerate(self.bones):
-            depth = depths[inner] + depths[outer]
-            if depth == depth:
-                shown.append((depth, bone, points[inner], points[outer]))
-        shown.sort(key=lambda it: it[:2])
-        for _, bone, (x, y), (a, b) in shown:
-            color = LIT if lit[bone] else self.colors[bone]
-            draw.line((x, y, a, b), fill=color, width=round(self.bone))
-            for at, to in ((x, y), (a, b))[self.joined[bone] :]:
-                draw.ellipse((at - half, to - half, at + half, to + half), fill=color)
-            if self.bones[bone][1] == _HEAD:
-                r = self.head
-                draw.ellipse((a - r, b - r, a + r, b + r), fill=color)
-        return [point for _, _, *ends in shown for point in ends]
+    def _body(self, draw: ImageDraw, frame: int) -> list[tuple[float, ...]]:
+        """Draw the body as far as it is known; return the boxes of the ends of its strokes."""
+        scene, boxes, ends = self.scene, list[tuple[float, ...]](), set[tuple[float, ...]]()
+        points, lit = scene.points[frame] * SMOOTH, self.lit[frame].tolist()
+        for start, stop, width, color in self.strokes.of(points, scene.depths[frame], lit):
+            wide, fill = max(width * self.scale, 3.0), PALETTE[color]
+            draw.line((start, stop), fill=fill, width=round(wide))
+            half = wide / 2
+            for x, y in {stop, start} - ends | {stop}:  # most begin where another ends
+                boxes.append((x - half, y - half, x + half, y + half))
+                draw.ellipse(boxes[-1], fill=fill)
+            ends |= {start, stop}
+        return boxes

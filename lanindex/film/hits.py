@@ -1,23 +1,25 @@
 """Previews of hits, as a page in HTML that plays them, or as a sheet of pictures."""
 
-import warnings
+import json
 from base64 import b64encode
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from math import ceil, sqrt
+from operator import itemgetter
 from pathlib import Path
 from string import Template
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import JOINT_CODES, TRACKS
+from lanindex.alphabet import TRACKS
 from lanindex.draw import Picture, draw, svg
-from lanindex.draw.picture import PIXEL, Circle, Label, Mark, Polyline, line
+from lanindex.draw.picture import PIXEL, Label, Mark, Polyline, line
 from lanindex.draw.staff import BEAT, MARGIN, NAMES, START, keys_of
-from lanindex.draw.svg import INK
+from lanindex.draw.svg import BODY, INK
 from lanindex.errors import UsageError
-from lanindex.film.figure import Figure, View, view
+from lanindex.film.figure import BAND, HEAD, LEGEND, Figure, Strokes, View, faced, stood, view
 from lanindex.model import Hit, Score
 from lanindex.model.capture import in_words
 
@@ -27,36 +29,31 @@ STAFF = 1000  # height of a hit's staff, units, its starting position apart
 LEAST = 1.0  # seconds that are played and written of a hit, at least
 # Frames a second that can be played, at most, and frames of a hit: of a longer one fewer a second
 RATE, FRAMES = 30, 300
-# How bones are drawn: those on the left are paler, those of what matched in colour
-KINDS = ("far", "bone", "litfar", "litbone")
 UNKNOWN = -32768  # stands for a place that is not known, among whole millimetres
 
-_TOP = JOINT_CODES["Head"]
 _BELOW = 2 * MARGIN + START
 _FLOOR = 60  # units below the feet
-_HEAD = 95.0  # mm, radius
+_THIN = 20  # units that strokes are thick, at least
+_ROUND = HEAD + BAND / 2  # mm that strokes reach beyond joints
 _WIDEST = 200.0  # mm that are shown, at least
-_STILL = 100.0  # mm: as much as poses differ by that, the first differs from the last by its time
+_TIME = 0.1  # of how far poses differ at most: as much the first differs from the last by its time
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Playback:
     """The movement of a hit, as the page plays it."""
 
-    # (F, K, 3) int16, mm from where the pelvis stands first, on the floor; `UNKNOWN` as it says
-    places: NDArray[np.int16]
-    # The two joints of each bone, and how it is drawn: one of `KINDS`
-    bones: tuple[tuple[int, int, str], ...]
-    head: int  # Which joint is the head; -1: none
+    body: Figure  # What is played, seen from the front
+    poses: NDArray[np.int64]  # (POSES) frames of it that differ most
+    parts: tuple[str, ...]  # Tracks that matched
     start: float  # Seconds into the capture
     seconds: float  # How long it lasts
     hit: tuple[float, float]  # Start and end of the hit within these seconds
-    turn: float  # Of the view, degrees
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HitPreview:
-    """A hit with its poses, its staff and its movement."""
+    """A hit with its staff and its movement."""
 
     path: str  # Of the capture
     label: str
@@ -65,7 +62,6 @@ class HitPreview:
     staff: Picture | None = None  # Its symbols on a staff
     base: int = 0  # Where the staff begins, units from above
     beat: int = BEAT  # Units of a second
-    poses: Picture | None = None
     played: Playback | None = None
     trouble: str = ""  # Why there is nothing to play
 
@@ -96,35 +92,28 @@ def preview_of(score: Score, hit: Hit, body: Figure | None, trouble: str = "") -
     )
     if body is None:
         return shot
-    frames = _frames(body, start, stop)
-    if np.isnan(body.places[frames]).all():
-        return replace(shot, trouble="no joint is known meanwhile")
-    parts = [part for part in dict.fromkeys(it.part for it in hit.symbols) if part in TRACKS]
-    kinds = kinds_of(body, parts)
-    eye = view(body, parts or None, int(frames[0]), int(frames[-1]) + 1)
-    own = np.unique(body.bones)
-    numbers = {joint: number for number, joint in enumerate(own.tolist())}
-    bones = tuple(
-        (numbers[inner], numbers[outer], kind)
-        for (inner, outer), kind in zip(body.bones.tolist(), kinds, strict=True)
-    )
-    places = body.places[_frames(body, begin, end)]
-    upon = _upon(places)
-    origin = upon[np.flatnonzero(~np.isnan(upon[:, 0]))[0]].copy()
-    origin[1] = np.nanmin(places[..., 1])
-    moved = (places[:, own] - origin).clip(UNKNOWN + 1, -UNKNOWN - 1)
-    joints = np.where(np.isnan(moved), UNKNOWN, moved.round()).astype(np.int16)
-    played = Playback(
-        joints,
-        bones,
-        numbers.get(_TOP, -1),
-        begin,
-        end - begin,
-        (start - begin, stop - begin),
-        eye.turn,
-    )
-    drawn = poses(body, different(body, frames), kinds, eye, hit.path)
-    return replace(shot, poses=drawn, played=played)
+    played = playback(body, (it.part for it in hit.symbols), (start, stop), (begin, end))
+    return replace(shot, played=played, trouble="" if played else "no joint is known meanwhile")
+
+
+def playback(
+    body: Figure, parts: Iterable[str], hit: tuple[float, float], shown: tuple[float, float]
+) -> Playback | None:
+    """Return a hit as it is played, its parts, seconds and those around; None: nothing is known."""
+    (begin, end), own = shown, _frames(body, *hit)
+    if np.isnan(body.places[own]).all():
+        return None
+    frames = _frames(body, begin, end)
+    moving, tracks = faced(body, frames, own), dict.fromkeys(it for it in parts if it in TRACKS)
+    within = np.unique(frames.searchsorted(own).clip(max=len(frames) - 1))
+    chosen = within[different(moving.places[within])]
+    edges = hit[0] - begin, hit[1] - begin
+    return Playback(moving, chosen, (*tracks,), begin, end - begin, edges)
+
+
+def seen_from(played: Iterable[Playback | None]) -> View:
+    """Return the one view from which all hits of a search are seen."""
+    return view((it.body, it.parts) for it in played if it)
 
 
 def _staff(score: Score, hit: Hit, begin: float, end: float, beat: int) -> Picture | None:
@@ -159,74 +148,58 @@ def _frames(body: Figure, begin: float, end: float) -> NDArray[np.int64]:
     return np.minimum(found, len(body) - 1)
 
 
-def _upon(places: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the point of the floor below the pelvis, or the body's middle, (F, 3)."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # a frame of which nothing is known
-        middle = np.nanmean(places, axis=1)
-    pelvis = places[:, JOINT_CODES["Pelvis"]]
-    upon = np.where(np.isnan(pelvis), middle, pelvis)
-    upon[:, 1] = 0
-    return upon
-
-
-def kinds_of(body: Figure, parts: Sequence[str]) -> list[str]:
-    """Return how each bone is drawn where parts are lit."""
-    return [
-        ("lit" if lit else "") + ("far" if part.startswith("l_") else "bone")
-        for lit, part in zip(body.shown(parts).tolist(), body.parts, strict=True)
-    ]
-
-
-def different(body: Figure, frames: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return frames whose poses differ most, the first and the last among them, in order."""
-    places = body.places[frames] - _upon(body.places[frames])[:, None]
-    apart = np.nan_to_num(places).reshape(len(frames), -1) / sqrt(places.shape[1])
-    apart = np.column_stack([apart, np.linspace(0, _STILL, len(frames))])
-    taken = [0, len(frames) - 1]
+def different(places: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Return which of some poses, (F, 21, 3), differ most, the first among them, in order."""
+    about = places - stood(places)[:, None]
+    apart = np.nan_to_num(about).reshape(len(places), -1) / sqrt(places.shape[1])
+    most = max(float(np.linalg.norm(apart - apart[0], axis=1).max()), 1.0)
+    apart = np.column_stack([apart, np.linspace(0, _TIME * most, len(places))])
+    taken = [0]
     while len(taken) < POSES:
         gaps = [np.linalg.norm(apart - apart[at], axis=1) for at in taken]
         taken.append(int(np.min(gaps, axis=0).argmax()))
-    return frames[sorted(taken)]
+    return np.sort(np.array(taken))
 
 
-def poses(
-    body: Figure, frames: NDArray[np.int64], kinds: Sequence[str], eye: View, path: str
-) -> Picture:
-    """Return poses of some frames side by side, on one floor and at one scale."""
-    places = body.places[frames]
-    seen = eye.project(places - _upon(places)[:, None])
-    low, high = (float(edge(seen[..., 1])) for edge in (np.nanmin, np.nanmax))
-    left, right = (float(edge(seen[..., 0])) for edge in (np.nanmin, np.nanmax))
-    wide = max((right - left) / 2, _WIDEST)
-    tall = max(high - low + 2 * _HEAD, _WIDEST)
-    scale = min(WIDTH / 2 / (wide + _HEAD), (HEIGHT - 2 * _FLOOR) / tall)
+def poses(played: Playback, eye: View, path: str) -> Picture:
+    """Return poses side by side, on one floor and at one scale."""
+    body, axes = played.body, eye.axes().astype(np.float32)
+    places = (body.places - stood(body.places)[:, None])[played.poses] @ axes.T
+    seen = places[..., :2]
+    (left, low), (right, high) = (edge(seen, axis=(0, 1)) for edge in (np.nanmin, np.nanmax))
+    wide = max((right - left) / 2, _WIDEST) + _ROUND
+    tall = max(high - low + 2 * _ROUND, _WIDEST)
+    scale = min(WIDTH / 2 / wide, (HEIGHT - 2 * _FLOOR) / tall)
+    strokes, lit = Strokes(body), body.shown(played.parts).tolist()
     marks: list[Mark] = [line(0, HEIGHT - _FLOOR, POSES * WIDTH, HEIGHT - _FLOOR, "light")]
-    for number in range(len(seen)):
+    onto = np.array((scale, -scale))
+    foot = np.array(((left + right) / 2, low))
+    for number, pose in enumerate((seen - foot) * onto):
         x, y = WIDTH * number + WIDTH // 2, HEIGHT - _FLOOR
-        at = (seen[number] - ((left + right) / 2, low)) * (scale, -scale)
-        known: NDArray[np.bool_] = np.isfinite(at.sum(axis=1))
-        points = np.where(known[:, None], at, 0).round().astype(np.int64).tolist()
-        for kind in KINDS:
-            bones = [
-                (tuple(points[inner]), tuple(points[outer]))
-                for (inner, outer), own in zip(body.bones.tolist(), kinds, strict=True)
-                if own == kind and known[inner] and known[outer]
-            ]
-            if bones:
-                marks.append(Polyline(x, y, tuple(bones), style=kind))
-        if known[_TOP]:
-            style = dict(zip(body.bones[:, 1].tolist(), kinds, strict=True)).get(_TOP, "bone")
-            across, up = points[_TOP]
-            marks.append(Circle(x + across, y + up, round(_HEAD * scale), style))
+        own = strokes.of(pose, places[number, :, 2], lit)
+        for (width, color), some in groupby(own, itemgetter(2, 3)):
+            ways = tuple(
+                ((round(a), round(b)), (round(c), round(d))) for (a, b), (c, d), *_ in some
+            )
+            thick = max(round(width * scale), _THIN)
+            marks.append(Polyline(x, y, ways, style=color, width=thick))
     title = f"{POSES} poses of {path}"
     return Picture(POSES * WIDTH, HEIGHT, title, title, tuple(marks))
+
+
+def legend(tag: str) -> str:
+    """Return what the colours of a body mean, in elements of a page or a picture."""
+    paint = "fill" if tag == "tspan" else "color"
+    return "\u2002".join(
+        f'<{tag} style="{paint}:{BODY[color]}">\u2014</{tag}> {word}'
+        for word, color in LEGEND.items()
+    )
 
 
 PAGE_HITS = 1000  # default number of hits of a page
 
 
-def page(shots: Sequence[HitPreview], title: str) -> str:
+def page(shots: Sequence[HitPreview], title: str, eye: View) -> str:
     """Return hits as a page: items, and buttons of those that can be played."""
     cards = []
     for shot in shots:
@@ -234,26 +207,25 @@ def page(shots: Sequence[HitPreview], title: str) -> str:
         tag, attributes = "div", ""
         if played := shot.played:
             tag = "button"
+            places = played.body.places.clip(UNKNOWN + 1, -UNKNOWN - 1).round()
             data = {  # what the page's script reads
-                "joints": b64encode(played.places.astype("<i2").tobytes()).decode(),
-                "count": played.places.shape[1],
-                "bones": " ".join(f"{inner},{outer},{kind}" for inner, outer, kind in played.bones),
-                "head": played.head,
+                "joints": b64encode(np.nan_to_num(places, nan=UNKNOWN).astype("<i2")).decode(),
+                "strokes": _rows(played),
                 "seconds": f"{played.seconds:g}",
                 "start": f"{played.start:g}",
                 "from": f"{played.hit[0]:g}",
                 "to": f"{played.hit[1]:g}",
-                "turn": f"{played.turn:g}",
                 "base": shot.base,
                 "beat": shot.beat,
             }
             attributes = ' type="button"'
             attributes += "".join(f' data-{name}="{it}"' for name, it in data.items())
+        drawn = played and poses(played, eye, shot.path)
         trouble = svg.text_of(shot.trouble)
         trouble = f'<span class="trouble">{trouble}</span>' if trouble else ""
         pictures = "".join(
             f'<span class="{name}">{svg.write(picture)}</span>'
-            for name, picture in (("poses", shot.poses), ("staff", shot.staff))
+            for name, picture in (("poses", drawn), ("staff", shot.staff))
             if picture
         )
         cards.append(
@@ -264,19 +236,37 @@ def page(shots: Sequence[HitPreview], title: str) -> str:
         )
     template = Template(Path(__file__).with_name("page.html").read_text("utf-8"))
     count = f"{len(shots)} hit{'s' * (len(shots) != 1)}"
-    return template.substitute(title=svg.text_of(title), count=count, cards="".join(cards))
+    return template.substitute(
+        title=svg.text_of(title),
+        count=count,
+        cards="".join(cards),
+        legend=legend("span"),
+        colors=json.dumps(BODY),
+        turn=f"{eye.turn:g}",
+    )
+
+
+def _rows(played: Playback) -> str:
+    """Return the strokes of a body: joints, the share left out, width, colour, lit or not."""
+    strokes, lit = Strokes(played.body), played.body.shown(played.parts)
+    return " ".join(
+        f"{inner},{outer},{share:.3g},{width:g},{color},{lit[bone]:d}"
+        for inner, outer, (bone, share, width, color) in zip(
+            strokes.inner.tolist(), strokes.outer.tolist(), strokes.table, strict=True
+        )
+    )
 
 
 SHEET_HITS = 200  # hits of a sheet, at most
 _SCALE = 0.8  # of a staff
 _STAVES = 124  # pixels of width for a staff
 _CARD = (POSES * WIDTH // PIXEL + _STAVES, HEIGHT // PIXEL + 40)
-_GAP, _SHEET_TOP = 18, 46
+_GAP, _SHEET_TOP = 18, 54
 _LETTERS = 80
 _COLUMNS = 5
 
 
-def sheet(shots: Sequence[HitPreview], title: str) -> str:
+def sheet(shots: Sequence[HitPreview], title: str, eye: View) -> str:
     """Return hits as a picture, SVG."""
     across = min(max(ceil(sqrt(len(shots) / 3)), 1), _COLUMNS)
     down = max(ceil(len(shots) / across), 1)
@@ -285,7 +275,8 @@ def sheet(shots: Sequence[HitPreview], title: str) -> str:
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}"'
         f' viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="11">\n',
-        _text(_GAP, 28, title, ' font-size="16"', across * _LETTERS * 2 // 3),
+        _text(_GAP, 22, title, ' font-size="16"', across * _LETTERS * 2 // 3),
+        f'<text x="{_GAP}" y="40">{legend("tspan")}</text>\n',
     ]
     for number, shot in enumerate(shots):
         x = _GAP + number % across * (_CARD[0] + _GAP)
@@ -295,8 +286,8 @@ def sheet(shots: Sequence[HitPreview], title: str) -> str:
         parts.append(f'<path d="{frame}" fill="none" stroke="#ccc"/>\n')
         parts.append(_text(x + 6, y + 14, shot.path, ' font-weight="bold"', _LETTERS - 12))
         parts.append(_text(x + 6, y + 28, shot.caption, "", _LETTERS))
-        if shot.poses:
-            parts.append(svg.placed(shot.poses, x, low, ink=INK))
+        if shot.played:
+            parts.append(svg.placed(poses(shot.played, eye, shot.path), x, low, ink=INK))
         else:
             parts.append(_text(x + 6, low + 40, shot.trouble, ' fill="#b00020"', _LETTERS - 25))
         if shot.staff:

@@ -6,13 +6,14 @@ shown is bounded, however long a score or a result is.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from lanindex.film.figure import Figure
-    from lanindex.model import Hit, Motion, Score, Symbol
+    from lanindex.film.hits import Playback
+    from lanindex.model import Hit, Motion, Score
 
 SYMBOLS = 400  # symbols of a staff that is shown
 
@@ -41,40 +42,35 @@ def of_motion(motion: Motion) -> str:
 
     title = f"<p>{escape(repr(motion))}</p>"
     try:
-        return title + _poses(figure(motion), 0, len(motion), ())
+        return title + _poses([_played(figure(motion), 0, len(motion), ())])[0]
     except LanindexError as error:
         return f"{title}<p>{escape(str(error))}</p>"
 
 
 def of_hit(hit: Hit) -> str:
     """Return a hit as HTML: some poses, if its file is unchanged, and the symbols that matched."""
-    return f"<p>{escape(repr(hit)[1:-1])}</p>{_poses_or_reason(hit, {})}{_strip(hit)}"
+    (drawn,) = _poses([_hit(hit, {})])
+    return f"<p>{escape(repr(hit)[1:-1])}</p>{drawn}{_strip(hit)}"
 
 
 def of_hits(table: str, hits: Iterable[Hit]) -> str:
-    """Return an HTML table of hits with pictures of them."""
+    """Return an HTML table of hits with pictures of them, all seen from one side."""
     figures: dict[str, Figure | str] = {}
     head, *rows = table.split("</tr>")
-    for number, hit in enumerate(hits):
-        rows[number] += f"<td>{_poses_or_reason(hit, figures)}</td>"
+    for number, drawn in enumerate(_poses([_hit(hit, figures) for hit in hits])):
+        rows[number] += f"<td>{drawn}</td>"
     return "</tr>".join([f"{head}<th>poses</th>", *rows])
 
 
-def _poses_or_reason(hit: Hit, figures: dict[str, Figure | str]) -> str:
-    """Return poses of a hit, or the reason why its file cannot be shown."""
-    from lanindex.errors import LanindexError
-
+def _hit(hit: Hit, figures: dict[str, Figure | str]) -> Playback | str:
+    """Return what moves in a hit, or the reason why its file cannot be shown."""
     place = hit.capture.location
     if place not in figures:
         figures.clear()  # one capture at a time is held
         figures[place] = _figure(hit)
-    figure = figures[place]
-    if isinstance(figure, str):
-        return f"<small>{escape(figure)}</small>"
-    try:
-        return _poses(figure, hit.start, hit.stop, dict.fromkeys(it.part for it in hit.symbols))
-    except LanindexError as error:
-        return f"<small>{escape(str(error))}</small>"
+    if isinstance(body := figures[place], str):
+        return body
+    return _played(body, hit.start, hit.stop, (it.part for it in hit.symbols))
 
 
 def _figure(hit: Hit) -> Figure | str:
@@ -102,58 +98,50 @@ def _figure(hit: Hit) -> Figure | str:
         return str(error)
 
 
-def _poses(body: Figure, start: int, stop: int, parts: Iterable[str]) -> str:
-    """Return poses of a stretch as they stand on sheets, and when each is."""
-    from dataclasses import replace
+def _played(body: Figure, start: int, stop: int, parts: Iterable[str]) -> Playback | str:
+    """Return a stretch of a body as sheets show it, or why it cannot be shown."""
+    from lanindex.film.hits import playback
 
-    import numpy as np
+    seconds = float(start / body.rate), float(max(stop, start + 1) / body.rate)
+    return playback(body, parts, seconds, seconds) or "no joint is known meanwhile"
+
+
+def _poses(stretches: Sequence[Playback | str]) -> list[str]:
+    """Return poses of stretches as they stand on sheets, and when each is, all from one side."""
+    from dataclasses import replace
 
     from lanindex.draw import svg
     from lanindex.draw.picture import Label
-    from lanindex.film.figure import view
-    from lanindex.film.hits import FRAMES, HEIGHT, WIDTH, different, kinds_of, poses
+    from lanindex.film.hits import HEIGHT, WIDTH, legend, poses, seen_from
 
-    tracks = list(parts)
-    frames = np.linspace(start, max(stop - 1, start), FRAMES).round().astype(np.int64)
-    if np.isnan(body.places[frames]).all():
-        return "<small>no joint is known meanwhile</small>"
-    eye, frames = view(body, tracks or None, start, stop), different(body, frames)
-    drawn = poses(body, frames, kinds_of(body, tracks), eye, "a movement")
-    times = [
-        Label(WIDTH * at + WIDTH // 2, HEIGHT + 120, f"{float(frame / body.rate):.2f} s", 140)
-        for at, frame in enumerate(frames.tolist())
-    ]
-    return svg.write(replace(drawn, height=HEIGHT + 160, marks=(*drawn.marks, *times)), scale=0.8)
+    eye, drawn = seen_from(it for it in stretches if not isinstance(it, str)), []
+    for played in stretches:
+        if isinstance(played, str):
+            drawn.append(f"<small>{escape(played)}</small>")
+            continue
+        picture = poses(played, eye, "a movement")
+        times = (played.start + played.poses / len(played.body) * played.seconds).tolist()
+        labels = [
+            Label(WIDTH * at + WIDTH // 2, HEIGHT + 120, f"{time:.2f} s", 140)
+            for at, time in enumerate(times)
+        ]
+        picture = replace(picture, height=HEIGHT + 160, marks=(*picture.marks, *labels))
+        drawn.append(f"{svg.write(picture, scale=0.8)}<br><small>{legend('span')}</small>")
+    return drawn
 
 
 def _strip(hit: Hit) -> str:
     """Return the symbols that matched as a staff."""
-    import numpy as np
-
+    from lanindex import records
     from lanindex.draw import draw, svg
-    from lanindex.model import Score, Span, Track
-    from lanindex.model.symbol import FIELDS, blank
+    from lanindex.notation.tables import score_of
 
-    if not hit.symbols:
+    if not (symbols := dict.fromkeys(hit.symbols[:SYMBOLS])):
         return ""
-    by_part: dict[str, list[Symbol]] = {}
-    for symbol in sorted(hit.symbols[:SYMBOLS], key=lambda one: one.start):
-        by_part.setdefault(symbol.part, []).append(symbol)
-    first = min(it.start for it in hit.symbols)
-    last = max(hit.stop, first + 1, *(it.stop for it in hit.symbols))
-    tracks = {}
-    for part, symbols in by_part.items():
-        rows = blank(len(symbols))
-        for row, symbol in zip(rows, symbols, strict=True):
-            for name in ("direction", "level"):
-                if (word := getattr(symbol, name)) is not None:
-                    row[name] = FIELDS[name].words.index(word)
-            row["amount"] = -1 if symbol.amount is None else symbol.amount
-            row["start"], row["stop"] = symbol.start - first, symbol.stop - first
-            row["ticks"] = np.int32(symbol.stop > symbol.start)
-        tracks[part] = Track(part, rows, (Span(0, last - first),))
-    score = Score(hit.capture.rate, last - first, hit.capture.meter, tracks)
-    return _scrollable(svg.write(draw(score, bars=None, seconds=True)))
+    score = score_of((("", records.of_row(hit.capture, it)) for it in symbols), hit.path)
+    first, last = min(it.start for it in symbols), max(hit.stop, *(it.stop for it in symbols))
+    start, stop = (float(it / score.rate) for it in (first, max(last, first + 1)))
+    return _scrollable(svg.write(draw(score, start=start, stop=stop, bars=None, seconds=True)))
 
 
 def _scrollable(drawn: str) -> str:

@@ -4,14 +4,24 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 
 from lanindex.draw.svg import image
-from lanindex.errors import LanindexError, UsageError
+from lanindex.errors import LanindexError
 from lanindex.film.figure import Figure, figure
 from lanindex.film.film import RATE as FILM_RATE
 from lanindex.film.film import RATES, Film
-from lanindex.film.hits import PAGE_HITS, RATE, SHEET_HITS, HitPreview, page, preview_of, sheet
+from lanindex.film.hits import (
+    PAGE_HITS,
+    RATE,
+    SHEET_HITS,
+    HitPreview,
+    page,
+    preview_of,
+    seen_from,
+    sheet,
+)
 from lanindex.library.connect import Progress, no_progress
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Motion, Reading, Score, Span
@@ -28,21 +38,13 @@ FORMS = {"png": SHEET_HITS, "svg": SHEET_HITS, "html": PAGE_HITS}
 """What hits can be shown as, and how many of them where nobody says."""
 
 
-def form_of(path: Path) -> str:
-    """Return as what hits are shown in a file, by its ending."""
-    form = path.suffix.lower().removeprefix(".")
-    if form not in FORMS:
-        raise UsageError(f'"{path}"', place="--preview", wanted="an ending of png, svg or html")
-    return form
-
-
 def preview(
     store: Store, hits: Hits, path: Path, watch: Progress = no_progress
 ) -> Iterator[tuple[Path, bytes, list[str]]]:
     """Yield the files that show hits, and of each what cannot be seen."""
-    form, folder = form_of(path), common_folder(hit.path for hit in hits)
+    form, folder = path.suffix.lower()[1:], common_folder(hit.path for hit in hits)
     title = f"{hits.pattern} \u00b7 {folder}" if folder.strip("./") else hits.pattern
-    each = len(hits) if form == "html" else SHEET_HITS
+    each, eye = len(hits) if form == "html" else SHEET_HITS, None
     for first in range(0, len(hits), each):
         some = list(hits[first : first + each])  # each is made when it is looked at
         shots: dict[int, HitPreview] = {}
@@ -52,12 +54,12 @@ def preview(
         ordered = [shots[number] for number in range(len(some))]
         troubles = [f"{it.path} {it.when}: {it.trouble}" for it in ordered if it.trouble]
         ordered = [replace(shot, path=shot.path.removeprefix(folder)) for shot in ordered]
-        number = first // each + 1
+        eye, number = eye or seen_from(it.played for it in ordered), first // each + 1
         own = path if number == 1 else path.with_stem(f"{path.stem}-{number}")
         if form == "html":
-            yield own, page(ordered, title).encode(), troubles
+            yield own, page(ordered, title, eye).encode(), troubles
         else:
-            text = sheet(ordered, title)
+            text = sheet(ordered, title, eye)
             yield own, text.encode() if form == "svg" else image(text), troubles
 
 
@@ -98,13 +100,11 @@ def filming(
     rate = RATES.get(form, FILM_RATE)
     moving, beats = figure(stored_motion(store, capture, rate)), counts_beats(capture.format, score)
 
+    shown = partial(Film, moving, score, title=capture.path, rate=rate, seconds=not beats)
+
     def film(request: Request, span: Span) -> bytes:
         start, stop = (float(frame / capture.rate) for frame in (span.start, span.stop))
-        marked = matched(score, request)
-        shown = Film(
-            moving, score, start=start, stop=stop, rate=rate, marked=marked, seconds=not beats
-        )
-        return shown.written(form)
+        return shown(start=start, stop=stop, marked=matched(score, request)).written(form)
 
     return film
 

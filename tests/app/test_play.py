@@ -9,6 +9,8 @@ import pytest
 from dances import RAISE, dance
 from film_frames import seen
 
+from lanindex.film.figure import PALETTE
+
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -52,14 +54,14 @@ def test_a_hit_is_played(run, place: Path) -> None:
     assert done.returncode == 0, done.stderr
     played = seen((place / "hit.gif").read_bytes(), "gif")
     assert played.seconds == pytest.approx(hit["end"] - hit["start"], abs=0.05)
-    orange = (abs(played.frames[-1].astype(int) - (224, 112, 0)) < 30).all(axis=-1)
+    orange = (abs(played.frames[-1].astype(int) - PALETTE["lit"]) < 30).all(axis=-1)
     assert orange[:, :300].any()
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("raise.lnd", "-o", "a.avi"), '"a.avi", wanted an ending of mp4, webp, gif'),
+        (("raise.lnd", "-o", "a.avi"), '"a.avi", wanted an ending of mp4, webp or gif'),
         (
             ("raise.lnd", "-o", "c.gif", "--film-fps", "60"),
             "--film-fps: 60 frames a second, wanted 50",

@@ -125,7 +125,7 @@ class TestSearch:
         assert fits == sorted(by_time, reverse=True) != by_time
         done = run("search", "move", "--words", "own.toml", "--preview", "hits.svg", "--limit", "1")
         assert done.exit_code == 0
-        assert ">move</text>" in Path("hits.svg").read_text()
+        assert ">move \u00b7 the first 1 of" in Path("hits.svg").read_text()
 
     def test_advice_says_the_word(self, run) -> None:
         done = run("search", "@raise -> torso left low")

@@ -1,5 +1,6 @@
 """The stick figure of a motion."""
 
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from motions import motion_of, swung
 import lanindex
 from lanindex.alphabet import JOINT_CODES, TRACKS
 from lanindex.errors import EncodeError, UsageError
-from lanindex.film.figure import figure
+from lanindex.film.figure import JOINTS, NOSTRIL, Strokes, View, faced, figure
 
 SIDES = ("r_", "l_")
 
@@ -23,7 +24,7 @@ def body_with(*gone: str) -> np.ndarray:
 
 def test_each_joint_but_the_pelvis_has_a_bone() -> None:
     found = figure(motion_of(body_with(), Fraction(30)))
-    assert sorted(found.bones[:, 1].tolist()) == list(range(1, 20))
+    assert sorted(found.bones[:, 1].tolist()) == list(range(1, 21))
     assert (len(found), found.rate) == (30, 30)
 
 
@@ -64,7 +65,7 @@ def test_a_gap_stays_a_gap() -> None:
 def test_a_calibration_pose_is_not_shown() -> None:
     body = body_with()
     found = figure(motion_of(body, Fraction(30), first=2))
-    assert (found.places[:2] == body[2].astype(np.float32)).all()
+    assert (found.places[:2, :20] == body[2].astype(np.float32)).all()
 
 
 def test_what_has_no_body_is_refused() -> None:
@@ -86,3 +87,33 @@ def test_real_captures_have_figures(name: str, captures: Path) -> None:
     lengths = np.diff(found.places[:, found.bones], axis=2)[:, :, 0]
     middle = np.nanmedian(np.sqrt((lengths * lengths).sum(axis=-1)), axis=0)
     assert ((middle > 10) & (middle < 800)).all()
+
+
+def looking(found, frame: int = 0) -> np.ndarray:
+    way = found.places[frame, JOINTS["Nose"]] - found.places[frame, JOINTS["Head"]]
+    return way / np.linalg.norm(way)
+
+
+def test_the_nose_is_where_the_head_looks() -> None:
+    motion = motion_of(body_with(), Fraction(30))
+    hips = motion.positions[0, JOINT_CODES["LHip"]] - motion.positions[0, JOINT_CODES["RHip"]]
+    ahead = np.cross(hips, (0, 1, 0))
+    assert np.allclose(looking(figure(motion)), ahead / np.linalg.norm(ahead), atol=1e-5)
+    axes = np.tile(np.array([[0, 0, -1], [0, 1, 0]], np.float32), (30, 1, 1))  # right, up
+    axes[1] = np.nan
+    own = figure(replace(motion, axes={"Head": axes}))
+    assert np.allclose(looking(own), (-1, 0, 0), atol=1e-5)
+    assert np.allclose(looking(own, 1), looking(figure(motion)), atol=1e-5)
+
+
+@pytest.mark.parametrize(("turn", "over"), [(0, True), (-90, True), (90, True), (180, False)])
+def test_a_nose_is_seen_from_the_front_and_the_side(turn: int, over: bool) -> None:
+    """It is drawn over the head from the front, beside it from the side, behind it from behind."""
+    body = faced(figure(motion_of(body_with(), Fraction(30))), np.arange(30))
+    seen = body.places[0] @ View(turn, 0).axes().T
+    strokes = Strokes(body).of(seen[:, :2], seen[:, 2], [False] * len(body.bones))
+    head = next(it for it in strokes if it[3] == "head")
+    nose = next(it for it in strokes if it[2] == NOSTRIL)
+    beside = np.linalg.norm(np.subtract(nose[1], head[1])) > head[2] / 2
+    assert beside == (abs(turn) == 90)
+    assert (beside or strokes.index(nose) > strokes.index(head)) == over

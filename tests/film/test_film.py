@@ -3,7 +3,7 @@
 import sys
 from dataclasses import replace
 from fractions import Fraction
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +13,16 @@ from film_frames import seen
 
 import lanindex
 from lanindex.alphabet import JOINT_CODES
+from lanindex.app.options import ending
+from lanindex.draw.picture import PIXEL, Label
+from lanindex.draw.svg import rendered
 from lanindex.errors import ExportError, UsageError
-from lanindex.film.figure import INK, LEAST, LEFT, LIT, PAPER, Figure, View, figure, scene
-from lanindex.film.film import FORMS, RATES, SIZE, Film, FilmStaff, film_bytes, form_of
+from lanindex.film.figure import LEAST, PALETTE, PAPER, Figure, View, figure, scene
+from lanindex.film.film import FORMS, RATES, SIZE, Film, FilmStaff, film_bytes
 from lanindex.model import Motion, Score
 
 SMALL = (320, 240)
+INK, LEFT, RIGHT, LIT = (PALETTE[kind] for kind in ("bone", "left", "right", "lit"))
 NEAR = 40  # of 255: how far MP4 may blur a colour
 
 
@@ -71,7 +75,12 @@ def test_the_figure_is_where_the_view_says(jacks) -> None:
     film = film_of(*jacks, start=2, stop=6, rate=5, view="front")
     for number, picture in enumerate(film.pictures()):
         pixels = np.asarray(picture)
-        for joint, color in (("RWrist", INK), ("LWrist", LEFT), ("RKnee", INK), ("LKnee", LEFT)):
+        for joint, color in (
+            ("RWrist", RIGHT),
+            ("LWrist", LEFT),
+            ("RKnee", RIGHT),
+            ("LKnee", LEFT),
+        ):
             x, y = film.scene.points[number, JOINT_CODES[joint]].round().astype(int)
             around = pixels[y - 2 : y + 3, x - 2 : x + 3]
             assert is_like(around, color).any(), (number, joint)
@@ -82,9 +91,9 @@ def test_the_figure_is_where_the_view_says(jacks) -> None:
 def test_a_place_is_drawn_to_scale(jacks) -> None:
     motion, score = jacks
     film = film_of(motion, score, view="front")
-    places = motion.positions[:, motion.skeleton.body].astype(float)
-    seen = film.scene.view.project(places)[film.frames]
-    ways = film.scene.points - seen * [1, -1] * film.scene.scale
+    places = motion.positions[:, motion.skeleton.body].astype(float)  # it faces +z
+    seen = (places @ film.scene.view.axes()[:2].T)[film.frames]
+    ways = film.scene.points[:, :20] - seen * [1, -1] * film.scene.scale
     assert np.ptp(ways, axis=(0, 1)) == pytest.approx(0, abs=0.02)  # one shift for all
 
 
@@ -93,7 +102,7 @@ def test_what_matched_is_coloured_while_it_lasts(jacks) -> None:
     marked = [it for it in score.symbols("r_arm") if it.words == "right high"]
     film = film_of(motion, score, rate=10, marked=marked)
     lit = [
-        bool(is_like(np.asarray(picture)[:, : film.scene.size[0]], LIT).any())
+        bool(is_like(np.asarray(picture)[60:, : film.scene.size[0]], LIT).any())
         for picture in film.pictures()
     ]
     rate = float(score.rate)
@@ -146,7 +155,7 @@ def test_a_gap_is_a_gap(jacks) -> None:
     places[100:125] = np.nan
     film = film_of(replace(motion, positions=places), score, view="front")
     ink = [
-        int(is_like(np.asarray(it)[:, : film.scene.size[0]], INK).sum())
+        int(is_like(np.asarray(it)[60:, : film.scene.size[0]], RIGHT).sum())
         for it in islice(film.pictures(), 125)
     ]
     assert max(ink[100:125]) == 0
@@ -204,10 +213,10 @@ def test_the_floor_stays_on_its_side(jacks) -> None:
 
 
 def test_tiny_bodies_are_not_blown_up() -> None:
-    places = np.full((3, 20, 3), np.nan, np.float32)
+    places = np.full((3, 21, 3), np.nan, np.float32)
     places[:, :2] = [[0, 0, 0], [0, 10, 0]]
-    tiny = Figure(places, np.array([[0, 1]]), ("torso",), Fraction(30))
-    assert scene(tiny, np.arange(3), View(0), (300, 300), 25).scale <= 300 / LEAST
+    tiny = Figure(places, np.array([[0, 1]]), ("torso",), Fraction(30), np.zeros(3))
+    assert scene(tiny, View(0), (300, 300), 25).scale <= 300 / LEAST
 
 
 @pytest.mark.parametrize(
@@ -233,11 +242,11 @@ def test_one_frame_is_no_film(jacks) -> None:
         film_of(replace(motion, positions=motion.positions[:1]), score)
 
 
-def test_endings_tell_forms(tmp_path: Path) -> None:
-    assert [form_of(f"a.{form.upper()}") for form in FORMS] == list(FORMS)
+def test_endings_tell_forms() -> None:
+    assert [ending(Path(f"a.{form.upper()}"), FORMS) for form in FORMS] == list(FORMS)
     for name in ("walk.avi", "walk", "webp"):
         with pytest.raises(UsageError, match="an ending of mp4"):
-            form_of(name)
+            ending(Path(name), FORMS)
     with pytest.raises(UsageError, match="50 at most"):
         film_bytes([], "gif", SIZE, Fraction(60))
 
@@ -257,3 +266,60 @@ def test_what_is_not_installed_is_named(
 def test_paper_is_white(jacks) -> None:
     picture = np.asarray(next(film_of(*jacks).pictures()))
     assert is_like(picture, PAPER, 0).mean() > 0.8
+
+
+@pytest.mark.parametrize("way", [(1, 0, 0), (0, 0, 1), (0, 0, 0)])
+def test_a_figure_fills_its_half(jacks, way: tuple[int, int, int]) -> None:
+    """Across the floor and towards the eye as well as on the spot."""
+    motion, score = jacks
+    time = np.arange(len(motion))[:, None] / 25
+    film = film_of(moved(motion, 1200 * time * np.array(way)), score, view="front", rate=5)
+    points = film.scene.points
+    high = np.ptp(points[..., 1], axis=1).max()
+    wide = np.ptp(points[..., 0], axis=1).max()
+    width, height = film.scene.size
+    assert max(high / height, wide / width) > 0.75
+
+
+def test_only_columns_that_move_are_beside_the_figure(jacks) -> None:
+    _, score = jacks
+    assert {"r_arm", "l_arm"} <= {*FilmStaff(score, 0, 12, (320, 480)).parts}
+    rows = score.tracks["l_arm"].symbols
+    still = replace(score.tracks["l_arm"], symbols=rows[rows["start"] == rows["stop"]][:1])
+    tracks = {**score.tracks, "l_arm": still}
+    staff = FilmStaff(replace(score, tracks=tracks), 0, 12, (320, 480))
+    assert "r_arm" in staff.parts
+    assert "l_arm" not in staff.parts
+    named = FilmStaff(replace(score, tracks=tracks), 0, 12, (320, 480), parts=["l_arm"])
+    assert named.parts == ["l_arm"]
+
+
+@pytest.mark.parametrize("size", [(640, 480), (1280, 720)])
+def test_letters_of_a_staff_can_be_read(
+    jacks, size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = []
+    monkeypatch.setattr(
+        "lanindex.film.film.rendered", lambda *it: drawn.append(it) or rendered(*it)
+    )
+    next(film_of(*jacks, size=size).pictures())
+    ((picture, _, scale),) = drawn
+    marks = [it for mark in picture.marks for it in getattr(mark, "marks", [mark])]
+    letters = [it for it in marks if isinstance(it, Label)]
+    assert min(it.size * scale / PIXEL for it in letters) > 11.9
+    names = [it for it in letters if it.turned]
+    assert all(it.y + 0.6 * it.size * len(it.text) <= picture.height for it in names)
+    assert picture.height * scale / PIXEL <= size[1] + 1
+
+
+def test_a_film_tells_its_name_and_the_time(jacks) -> None:
+    film = film_of(*jacks, title="jacks", stop=2, rate=5)
+    above = [np.asarray(it)[:24, : film.scene.size[0]].min(axis=2) < 128 for it in film.pictures()]
+    names = [it[:, :60] for it in above]
+    clocks = [it[:, -60:] for it in above]
+    assert names[0].any()
+    assert all((it == names[0]).all() for it in names)
+    assert all((one != two).any() for one, two in pairwise(clocks))
+    assert not film_of(*jacks, stop=2).painter.lit.any()
+    long = np.asarray(next(film_of(*jacks, title="jacks " * 40, stop=2).pictures()))
+    assert (long[:24, film.scene.size[0] - 60 : film.scene.size[0]].min(axis=2) < 128).any()

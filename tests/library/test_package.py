@@ -25,9 +25,10 @@ Store.open("once.db", create=True).close()
 for name in ("steps.db", "once.db"):
     Store.open(name).close()
     assert migrate.check(name) == []
+from lanindex.film.figure import View
 from lanindex.film.hits import page  # its page is a file of its own
 
-assert page([], "walk").startswith("<!DOCTYPE html>")
+assert page([], "walk", View(0)).startswith("<!DOCTYPE html>")
 assert resources.files("lanindex").joinpath("py.typed").is_file()
 print(migrate.scripts())
 """

@@ -14,7 +14,7 @@ from dances import BOW, RAISE, dance
 from film_frames import seen
 
 from lanindex.errors import ExportError, UsageError
-from lanindex.film.figure import LIT
+from lanindex.film.figure import PALETTE
 from lanindex.formats import read
 from lanindex.formats.bvh import scan
 from lanindex.library.selection import Selection
@@ -432,7 +432,7 @@ def test_films_stand_beside_clips(tmp_path: Path, library: Library, form: str) -
         assert row["preview"] == Path(row["clip"]).with_suffix(f".{form}").name
         film = seen((folder / row["preview"]).read_bytes(), form)
         assert film.seconds == pytest.approx(row["end"] - row["start"], abs=0.05)
-        orange = abs(np.subtract(film.frames, LIT, dtype=np.int16)).max(axis=-1) < 60
+        orange = abs(np.subtract(film.frames, PALETTE["lit"], dtype=np.int16)).max(axis=-1) < 60
         assert orange.any()
     written = [json.loads(it) for it in (folder / "manifest.jsonl").read_text().splitlines()]
     assert written == rows

@@ -148,13 +148,13 @@ def play(
     so on) are for files.
     """
     from lanindex.film.figure import figure
-    from lanindex.film.film import RATE, RATES, Film, form_of
+    from lanindex.film.film import FORMS, RATE, RATES, Film
     from lanindex.library.store import Store
     from lanindex.pipeline.named import named as resolve
     from lanindex.pipeline.preview import motion_of
 
     target = output or Path(f"{safe_stem('hit' if capture == '-' else capture)}.webp")
-    form = form_of(str(target))
+    form = options.ending(target, FORMS)
     rate = RATES.get(form, RATE) if film_fps is None else options.rate(film_fps, "--film-fps")
     width, _, height = size.lower().partition("x")
     if not (width.isdecimal() and height.isdecimal()):
@@ -169,6 +169,7 @@ def play(
     film = Film(
         figure(motion),
         named.score,
+        title=named.title,
         start=named.seconds[0] if start is None else start,
         stop=named.seconds[1] if stop is None else stop,
         rate=rate,

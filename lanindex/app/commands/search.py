@@ -66,9 +66,9 @@ class View:
             pad_frames(self.context, Fraction(1), "--context")
         if self.preview is not None:
             from lanindex.pipeline.files import refuse
-            from lanindex.pipeline.preview import form_of
+            from lanindex.pipeline.preview import FORMS
 
-            form_of(self.preview)
+            options.ending(self.preview, FORMS, "--preview")
             refuse(self.preview, force=self.force)
 
     def first(self, hits: Hits, most: int | None) -> Hits:
@@ -209,16 +209,17 @@ def _hits(
     """Print or draw hits; `best` is how many were searched for, if not all."""
     most = view.limit or (ON_TERMINAL if out.terminal else None)
     if view.limit is None and view.preview is not None:
-        from lanindex.pipeline.preview import FORMS, form_of
+        from lanindex.pipeline.preview import FORMS
 
-        most = FORMS[form_of(view.preview)]
+        most = FORMS[options.ending(view.preview, FORMS)]
     first = view.first(hits, most)
     if view.context is not None:
         print_hits_with_staves(out, library, first, view.context)
     elif view.preview is None:
         print_hits(out, first, first.pattern)
     elif first:
-        _draw(out, library, first.of(title), view.preview, view.force)
+        some = f" \u00b7 the first {len(first):,} of {len(hits):,} hits" * (len(first) < len(hits))
+        _draw(out, library, first.of(title + some), view.preview, view.force)
     cut = cut_note(len(first), len(hits))
     if len(hits) == best:
         cut = "; no others fit better, --limit shows more"
