@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from bvh_bodies import SCHEMES, named, person
+from bvh_bodies import SCHEMES, SIMPLE, named, person
 from typer.testing import CliRunner
 
 from lanindex.app.cli import app
@@ -39,3 +39,10 @@ def test_an_exporter_is_known_by_its_names(tmp_path: Path) -> None:
     path.write_bytes(person(names=names))
     order = "child first (its joints are named as MAE names them)"
     assert f"\ncompose      {order}\n" in said(path)
+
+
+def test_a_body_without_legs_has_no_length_of_a_leg(tmp_path: Path) -> None:
+    path = tmp_path / "upper.bvh"
+    gone = ("Knee", "Ankle", "Toe")
+    path.write_bytes(person(names={it: own for it, own in SIMPLE.items() if it[1:] not in gone}))
+    assert "\nlimbs        no leg, arm 5" in said(path)

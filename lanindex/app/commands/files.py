@@ -288,7 +288,9 @@ def _facts(motion: Motion) -> dict[str, Any]:
 
     turn = float(np.degrees(heading(motion, motion.rate)[motion.first]))
     names = motion.source.made or motion.skeleton.played()
-    leg, arm = Body(motion, load("default")).lengths(["r_leg", "r_arm"])
+    limbs = zip(
+        ("leg", "arm"), Body(motion, load("default")).lengths(["r_leg", "r_arm"]), strict=True
+    )
     guessed = " (by a unit that is a guess)" if "guessed" in motion.source.unit else ""
     first = motion.first
     before = "frame 0 is" if first == 1 else f"frames 0 to {first - 1} are"
@@ -302,7 +304,7 @@ def _facts(motion: Motion) -> dict[str, Any]:
         "up": motion.source.up,
         "compose": motion.source.compose or "the format leaves no choice",
         "height": f"{_height(motion):.0f} mm{guessed}",
-        "limbs": f"leg {leg:.0f} mm, arm {arm:.0f} mm",
+        "limbs": ", ".join(f"{it} {size:.0f} mm" if size > 0 else f"no {it}" for it, size in limbs),
         "facing": f"{(turn + 90) % 360:.0f} degrees from +z towards +x, in the first frame",
         **({"marker set": motion.source.set} if motion.source.set else {}),
         "palms": _palms(motion),
