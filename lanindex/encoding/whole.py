@@ -3,7 +3,8 @@
 Source: ``encoding/BODY.md``, "Travel" and "Turns".
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from math import atan2, degrees
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,12 @@ Floats = NDArray[np.float64]
 GOES, RESTS = 0.35, 0.2
 """Lengths of a leg a second: faster is travel; slower is none any more."""
 
+BEYOND = 7.5
+"""Degrees behind the border of a direction at which the way is another one."""
+
+Way = tuple[int, int, float, float]
+"""First frame and direction of a way; how far it goes ahead and aside."""
+
 
 def travel(hips: Stretch, front: Floats, leg: float, profile: Profile) -> Floats:
     """Return the travels of a body as from `table`; `front` (N,) the chest's, smoothed, radians."""
@@ -54,10 +61,14 @@ def travel(hips: Stretch, front: Floats, leg: float, profile: Profile) -> Floats
         codes[some] = np.round(np.degrees(np.arctan2(ahead, aside)) % 360 / 45) % 8
         fast[some], goes[some] = pace > GOES, pace > RESTS
     codes[~held(fast, goes)] = PLACE
-    starts, stops = np.array(pieces(codes, round(BRIEF * rate))).T
-    code, sizes = codes[starts].astype(int), stops - starts
-    moves = code != PLACE
-    ahead, aside = (np.add.reduceat(it, starts) / sizes for it in (forward, right))
+    parts = [start for start, _ in pieces(codes, round(BRIEF * rate))]
+    went = [np.add.reduceat(it, parts).tolist() for it in (forward, right)]
+    ways = zip(parts, codes[parts].tolist(), *went, strict=True)
+    starts, code, ahead, aside = np.array(_ways(ways)).T
+    starts, code = starts.astype(int), code.astype(int)
+    stops = np.append(starts[1:], count)
+    sizes, moves = stops - starts, code != PLACE
+    ahead, aside = ahead / sizes, aside / sizes
     off = (np.degrees(np.arctan2(ahead, aside)) - 45 * code + 180) % 360 - 180
     margin = 1 - np.where(moves, np.abs(off) / SECTOR, np.hypot(ahead, aside) / GOES)
     top = np.maximum.reduceat(np.hypot(forward, right, out=forward), starts)
@@ -77,6 +88,24 @@ def travel(hips: Stretch, front: Floats, leg: float, profile: Profile) -> Floats
     ):
         found[:, Event._fields.index(name)] = values
     return found
+
+
+def _ways(parts: Iterable[Way]) -> list[Way]:
+    """Return the ways of parts, those joined that lie but little beyond the border of the last."""
+    found = list[Way]()
+    for start, code, ahead, aside in parts:
+        while found and PLACE not in (code, before := found[-1][1]):
+            if abs((_azimuth(ahead, aside) - 45 * before + 180) % 360 - 180) > SECTOR + BEYOND:
+                break
+            start, _, further, beside = found.pop()
+            ahead, aside = ahead + further, aside + beside
+            code = round(_azimuth(ahead, aside) / 45) % 8
+        found.append((start, code, ahead, aside))
+    return found
+
+
+def _azimuth(ahead: float, aside: float) -> float:
+    return degrees(atan2(ahead, aside))
 
 
 TOGETHER = 1 << 14

@@ -17,7 +17,7 @@ from lanindex.encoding.joints import Body
 from lanindex.encoding.limbs import heading
 from lanindex.encoding.profile import load
 from lanindex.encoding.steps import BOTH_BOTH, BOTH_ONE, HOP, LEAP, ONE_BOTH
-from lanindex.encoding.whole import whole
+from lanindex.encoding.whole import _ways, whole
 from lanindex.model import Motion, Score
 
 STEPS = ["r", "l", "r", "l"]
@@ -150,6 +150,24 @@ def test_travel(way):
     assert said(score, "body_travel") == ["place", way, "place"]
     (_, first), (_, second), (_, last) = times(score, "body_travel")
     assert close([first, second, last], [121, 481, score.frames], 25)
+
+
+@pytest.mark.parametrize(
+    ("path", "said"),
+    [
+        ((85, 62, 85, 61), [(0, 2)]),  # degrees; forward lies between 67.5 and 112.5
+        ((80, 62, 60, 62), [(0, 1)]),  # together they lie across the border
+        ((85, 59, 85), [(0, 2), (1, 1), (2, 2)]),
+        ((85, None, 62), [(0, 2), (1, 8), (2, 1)]),
+    ],
+)
+def test_a_way_that_sways_about_a_border_has_one_direction(path, said):
+    parts = [
+        (number, 8 if way is None else round(way / 45), np.sin(away), np.cos(away))
+        for number, way in enumerate(path)
+        for away in [np.radians(way or 0)]
+    ]
+    assert [it[:2] for it in _ways(parts)] == said
 
 
 @pytest.mark.parametrize(("turn", "beside"), [(10, "r_forward"), (-10, "l_forward")])
