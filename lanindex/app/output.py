@@ -70,7 +70,6 @@ class Output:
     color: Annotated[str, Option(metavar="auto|always|never", help="When to use colour.")] = "auto"
 
     def __post_init__(self) -> None:
-        """Check the choice of colour."""
         choice("--color", self.color, ("auto", "always", "never"))
 
     @property

@@ -53,7 +53,6 @@ class Joints:
     unknown: NDArray[np.bool_]  # (T, K) bool, where they are
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self.places)
 
     def __getitem__(self, name: str) -> Floats:

@@ -61,7 +61,6 @@ class Value:
     path: str
 
     def __contains__(self, key: str) -> bool:
-        """Return whether an object has something of that name."""
         return isinstance(self.value, dict) and self.value.get(key) is not None
 
     def get(self, key: str, default: Any = None) -> Value:
@@ -82,7 +81,6 @@ class Value:
             yield Value(value, f"{self.where}[{number}]", self.path)
 
     def __getitem__(self, number: int) -> Value:
-        """Return a value of a list."""
         return Value(self.value[number], f"{self.where}[{number}]", self.path)
 
     def count(self) -> int:

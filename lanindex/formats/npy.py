@@ -84,7 +84,6 @@ class Arrays:
     refused: dict[str, str]  # names of what cannot be read, and why
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return an array."""
         header = self.headers[name]
         data = self.fetch(name, header.first, header.first + header.size)
         order = "F" if header.fortran else "C"

@@ -51,7 +51,6 @@ class Places:
     at: Callable[[Frames, NDArray[np.int64]], tuple[NDArray[Any], NDArray[Any] | None]]
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return len(self.known)
 
 

@@ -125,11 +125,9 @@ class Roster:
     kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __len__(self) -> int:
-        """Return how many captures there are."""
         return len(self.number)
 
     def __post_init__(self) -> None:
-        """Freeze the arrays."""
         for name in ROSTER:
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
@@ -172,7 +170,6 @@ class Columns:
     kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Freeze the arrays."""
         for name in ("bounds", *self.rows, "seen"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
@@ -182,7 +179,6 @@ class Columns:
         return (*_ROWS, *(name for name in _MAYBE if getattr(self, name) is not None))
 
     def __len__(self) -> int:
-        """Return how many symbols there are."""
         return len(self.cell)
 
     @property

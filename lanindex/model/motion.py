@@ -180,7 +180,6 @@ class Motion:
         object.__setattr__(self, "axes", axes)
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return int(self.positions.shape[0])
 
     @property

@@ -152,7 +152,6 @@ class Score(Tabular):
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Freeze the array."""
         object.__setattr__(self, "heading", frozen(self.heading))
 
     def _repr_html_(self) -> str:

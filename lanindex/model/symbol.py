@@ -37,7 +37,6 @@ class Span:
     stop: int
 
     def __len__(self) -> int:
-        """Return the number of frames."""
         return self.stop - self.start
 
 

@@ -42,9 +42,9 @@ class Library:
     A capture is named by its number, or by its path: as ingested, absolute, or the end of it. What
     captures and symbols there are is the matter of its `store`.
 
-    A pattern that is not understood raises a `PatternError`, a capture that is not there or a
-    library that cannot be read a `LibraryError`, what takes longer than its `timeout` a
-    `LanindexError`.
+    A pattern that is not understood raises a `PatternError`, a number that makes no sense or a
+    name that nothing has a `UsageError`, a capture that is not there or a library that cannot be
+    read a `LibraryError`, what takes longer than its `timeout` a `LanindexError`.
 
     Attributes
     ----------
@@ -485,11 +485,6 @@ class Library:
         Groups
             The largest first, each with the capture first that is most like all others.
 
-        Raises
-        ------
-        UsageError
-            Where a number makes no sense.
-
         Examples
         --------
         >>> import lanindex
@@ -536,11 +531,6 @@ class Library:
         Motifs
             First what accounts for most symbols, then what accounts for most of the others.
 
-        Raises
-        ------
-        UsageError
-            Where a number makes no sense, or the library has no such part.
-
         Examples
         --------
         >>> import lanindex
@@ -581,11 +571,6 @@ class Library:
         -------
         Movement
             By group and part; where there are two groups, also in what they differ.
-
-        Raises
-        ------
-        UsageError
-            Where there is no such column, group or part.
 
         Examples
         --------

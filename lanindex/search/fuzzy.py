@@ -125,7 +125,11 @@ class Kinds:
         self.code = places[numbers]
         self.counts, self.bucket = counts[known], known % (BUCKETS + 1)
         self._cell, self._runner = np.divmod(known // (BUCKETS + 1), CELL + 1)
-        self._turns = _turns(self._cell, self._runner, self.bucket)
+        turned = angles(points_of(self._cell, self._runner, self.bucket / BUCKETS), MIDDLES)
+        costs = np.rint(np.maximum(turned - ALLOWED, 0) / WIDTH * UNIT)
+        directed = KNOWN[self._cell][:, None] & KNOWN
+        # (K, cells) what each kind costs where a cell is asked for
+        self._turns = np.where(directed, np.minimum(costs, MOST), MOST).astype(np.int16)
         self._bounds = columns.bounds
 
     def table(self, state: State) -> Costs:
@@ -165,14 +169,6 @@ def kinds_of(columns: Columns) -> Kinds:
         columns.kept[__name__] = Kinds(columns)
     kept: Kinds = columns.kept[__name__]
     return kept
-
-
-def _turns(cell: IntArray, runner: IntArray, bucket: IntArray) -> Costs:
-    """Return what kinds of symbols cost where each cell is asked for: (K, cells)."""
-    turned = angles(points_of(cell, runner, bucket / BUCKETS), MIDDLES)
-    costs = np.rint(np.maximum(turned - ALLOWED, 0) / WIDTH * UNIT)
-    directed = KNOWN[cell][:, None] & KNOWN
-    return np.where(directed, np.minimum(costs, MOST), MOST).astype(np.int16)
 
 
 def costs_of(state: State, costs: Costs, batch: Batch, row: IntArray) -> Costs:
