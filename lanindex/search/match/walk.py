@@ -97,15 +97,20 @@ def best_ends(context: Context, program: Program, enough: str | None) -> list[In
             return None
     if enough == FIRST:
         return _known(context.backwards(program).values)
-    end_values = [_latest_first(it) for it in ending_values(context.batch, program)]
-    fits = context.backwards(program).fits
-    latest = Backwards(context.batch, program, end_values, fits).values
-    last = _known([_latest_first(it) for it in latest])
+    last = _known(latest_ends(context, program))
     if enough == LAST:
         return last
     first = _known(context.backwards(program).values)
     alike = (np.array_equal(end_of(one), end_of(it)) for one, it in zip(first, last, strict=True))
     return first if all(alike) else None
+
+
+def latest_ends(context: Context, program: Program) -> list[IntArray]:
+    """Return by state and event the values of the latest ends, or `NONE`."""
+    end_values = [_latest_first(it) for it in ending_values(context.batch, program)]
+    fits = context.backwards(program).fits
+    latest = Backwards(context.batch, program, end_values, fits)
+    return [_latest_first(it) for it in latest.values]
 
 
 def _known(values: list[IntArray]) -> list[IntArray]:
@@ -681,10 +686,7 @@ class Walk:
     @cached_property
     def _latest_ends(self) -> list[IntArray]:
         """The latest frame in which the line may end from each event, by state, (N,) each."""
-        end_values = [_latest_first(it) for it in ending_values(self._batch, self._program)]
-        fits = self._context.backwards(self._program).fits
-        latest = Backwards(self._batch, self._program, end_values, fits).values
-        return [end_of(_latest_first(it)) for it in latest]
+        return [end_of(it) for it in latest_ends(self._context, self._program)]
 
     def _ends_in_order(self, state: int) -> IntArray | None:
         """Return capture and end of a state's events as one number, None: they do not grow."""
