@@ -36,7 +36,7 @@ def test_states_edges_and_what_is_left_out_are_shown() -> None:
         ("r_arm high during l_arm", "during semi-join with line 2; the last end from each"),
         ("r_arm high with r_arm any", "with cannot be there: a part makes one movement at a time"),
         ("r_arm high ... low with r_arm", "claims another line could want the symbols of states 0"),
-        ("(r_arm high with l_arm) x2+", "horizon 1/4 s, then 4 times as far, until all of the"),
+        ("(r_arm high with l_arm) x2+", "horizon 1/2 s, then 8 times as far, until all of the"),
         ("(r_arm high with l_arm) x2+", "walk from all beginnings at once in captures of at most"),
         ("r_arm at high 2s+", "state 0 r_arm at high 2s+ begins, ends"),
         (

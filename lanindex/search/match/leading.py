@@ -28,10 +28,10 @@ from lanindex.search.match.walk import Ends, Walk, companions
 SHORT = 1000
 """Events of a capture up to which a line is walked from all beginnings at once."""
 
-SOON = Fraction(1, 4)
+SOON = Fraction(1, 2)
 """Seconds from the first frame in which a match may end to the first horizon."""
 
-WIDER = 4  # times as far lies each next horizon
+WIDER = 8  # times as far lies each next horizon
 
 
 def hits_of(context: Context) -> list[HitTable]:
