@@ -35,27 +35,9 @@ from lanindex.model.symbol import blank, joined, listed
 PITCH = round(1.2 * C)  # from one column to the next
 NARROW = round(0.8 * C)  # the same for narrow signs
 
-
-def _pairs(*groups: str) -> tuple[tuple[str, str], ...]:
-    return tuple((f"r_{group}", f"l_{group}") for group in groups)
-
-
-_INSIDE = (
-    *_pairs("support"),
-    ("", "other_support"),
-    *_pairs("leg", "thigh", "shank", "foot", "leg_bend"),
-)
-_OUTSIDE = (
-    *(("torso", "torso_twist"), ("torso_incline", "")),
-    *_pairs("arm", "upper_arm", "forearm", "arm_bend", "hand", "palm"),
-    *(
-        ("head", ""),
-        ("head_turn", ""),
-        ("head_incline", ""),
-        ("body_turn", ""),
-        ("body_travel", ""),
-    ),
-)
+_COLUMNS = shipped("draw/signs.toml")["columns"]
+_INSIDE: list[list[str]] = _COLUMNS["inside"]
+_OUTSIDE: list[list[str]] = _COLUMNS["outside"]
 """Tracks to the right and to the left of the centre, from it outwards."""
 
 _ALWAYS = ("r_support", "r_leg")  # they and their twins have columns, whatever the score has

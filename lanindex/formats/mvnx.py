@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.body import Declared, sampled
+from lanindex.data import shipped
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats.decimals import LARGEST
 from lanindex.formats.file import File, Wanted, clip
@@ -26,37 +27,10 @@ from lanindex.model import Motion, Reading, Span
 Floats = NDArray[np.float64]
 Rows = NDArray[np.float32]
 
-TRUNK = ("Pelvis", "L5", "L3", "T12", "T8", "Neck", "Head")
-ARM = ("Shoulder", "UpperArm", "ForeArm", "Hand")
-LEG = ("UpperLeg", "LowerLeg", "Foot", "Toe")
-ABOVE = {
-    **dict(zip(TRUNK, ("", *TRUNK), strict=False)),
-    **{
-        side + below: side + above if above in limb else above
-        for trunk, limb in (("T8", ARM), ("Pelvis", LEG))
-        for side in ("Right", "Left")
-        for above, below in zip((trunk, *limb), limb, strict=False)
-    },
-}
-"""Segment: the one that it hangs on."""
-
-TIPS = {
-    "Head": "pTopOfHead",
-    **{f"{side}Hand": f"p{side}TopOfHand" for side in ("Right", "Left")},
-    **{f"{side}Toe": f"p{side}Toe" for side in ("Right", "Left")},
-}
-"""Segment: the point on it where it ends."""
-
-_LEGS = frozenset(f"{side}{part}" for side in ("Right", "Left") for part in LEG[1:])
-_ARMS = frozenset(f"{side}{part}" for side in ("Right", "Left") for part in ARM)
-UNSEEN = {
-    "UpperBody": _LEGS,
-    "UpperBodyNoHands": _LEGS,
-    "LowerBody": _ARMS | {"L3", "T12", "T8", "Neck", "Head"},
-    "LowerBodyWithSternum": _ARMS | {"Head"},
-}
-"""By configuration of the suit: segments that begin where nothing is measured."""
-
+_SEGMENTS = shipped("formats/skeletons.toml")["mvnx"]
+ABOVE: dict[str, str] = _SEGMENTS["above"]
+TIPS: dict[str, str] = _SEGMENTS["tips"]
+UNSEEN: dict[str, list[str]] = _SEGMENTS["unseen"]
 _UNIT = (0.5, 2.0)  # lengths of quaternions that tell a turn
 
 
@@ -99,7 +73,7 @@ class _Joint(NamedTuple):
 def _joints(subject: Subject) -> tuple[list[_Joint], tuple[str, ...]]:
     """Return the joints that are measured, and what is left out; parents before children."""
     configuration = subject.attributes.get("configuration", "")
-    unseen = UNSEEN.get(configuration, frozenset())
+    unseen = UNSEEN.get(configuration, ())
     index = {name: number for number, name in reversed(list(enumerate(subject.segments)))}
     known = [name for name in ABOVE if name in index and name not in unseen]
     known += [name for name in index if name and name not in ABOVE]
