@@ -6,6 +6,7 @@ storage, search and drawing read it. A direction's code is its azimuth in steps 
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 from lanindex.data import shipped
 
@@ -85,14 +86,8 @@ HOW_BENT = ("",) * BENT + tuple(f"bent {degree}" for degree in range(BENT, SIXTH
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What the symbols of a track say."""
+    """What the symbols of a track say: a row of ``alphabet.toml``."""
 
-    # ``gesture``: a limb points somewhere. ``support``: it takes the weight. ``step``: the weight
-    # goes to either foot. ``jump``: no foot carries. ``travel``: the body goes somewhere. ``turn``:
-    # it turns about the vertical. ``bend``: an elbow or a knee bends or stretches. ``stance``: a
-    # foot holds the weight. ``touch``: a hand touches something. ``carrier``: something else than
-    # feet takes the weight. ``twist``: a part is turned against the one below. ``incline``: a part
-    # leans out of the vertical
     name: str
     # Kinds of words of the pattern language that fit it: first those of its fields
     words: tuple[str, ...]
@@ -116,46 +111,23 @@ class Kind:
         return self.amounts[number] if number < len(self.amounts) else f"{number}deg"
 
 
-_CELL = ("direction", "level")
-
 MEASURES = ("speed", "size", "straightness")
 """What is measured of a movement but written in no notation: how fast, how far, how straight."""
 
-KINDS = {
-    kind.name: kind
-    for kind in (
-        Kind(
-            *("gesture", (*_CELL, "change", "bend", "pace", "extent"), _CELL, "direction"),
-            amounts=HOW_BENT,
-            measures=MEASURES,
-            lasts=True,
-        ),
-        Kind("support", (*_CELL, "change"), _CELL, "support", lasts=True),
-        Kind("step", (*_CELL, "change"), _CELL),
-        Kind("jump", ("direction", "feet"), ("direction", "amount"), "jump", amounts=FEET),
-        Kind(
-            *("travel", ("direction", "degrees", "pace"), ("direction", "amount"), "travel"),
-            measures=("speed",),
-        ),
-        Kind(
-            *("turn", ("direction", "degrees", "pace"), ("direction", "amount"), "rotation"),
-            ("right", "left"),
-            measures=("speed",),
-        ),
-        Kind("bend", ("bend",), ("amount",), "bend", amounts=DEGREES_BENT, lasts=True),
-        Kind("touch", ("touched",), ("amount",), "touch", amounts=TOUCHED),
-        Kind("stance", ("level",), ("level",), "stance"),
-        Kind("carrier", ("carrier",), ("amount",), "carrier", amounts=CARRIERS),
-        Kind(
-            *("twist", ("direction", "degrees"), ("direction", "amount"), "twist"),
-            ("right", "left", "place"),
-            lasts=True,
-        ),
-        Kind(
-            *("incline", ("direction", "degrees"), ("direction", "amount"), "incline"), lasts=True
-        ),
-    )
+_AMOUNTS = {
+    **{"gesture": HOW_BENT, "bend": DEGREES_BENT},
+    **{"jump": FEET, "touch": TOUCHED, "carrier": CARRIERS},
 }
+
+
+def _kind(name: str, row: dict[str, Any]) -> Kind:
+    fields: dict[str, Any] = {
+        it: tuple(row[it]) if type(row[it]) is list else row[it] for it in row
+    }
+    return Kind(name=name, amounts=_AMOUNTS.get(name, ()), **fields)
+
+
+KINDS = {name: _kind(name, row) for name, row in shipped("alphabet.toml")["kind"].items()}
 """Every kind of track, by name; a library stores its place in this table."""
 
 LINES = {kind.keyword: kind for kind in KINDS.values() if kind.keyword}
@@ -229,6 +201,11 @@ def mirrored_part(name: str) -> str:
     return {"r_": "l_", "l_": "r_"}.get(name[:2], name[:2]) + name[2:]
 
 
+def group_of(part: str) -> str:
+    """Return a part's name without its side."""
+    return part[2:] if part[:2] in ("r_", "l_") else part
+
+
 def is_limb(part: str) -> bool:
     """Return whether a part has a starting position: what the body does as a whole has none."""
     return kind_of(part) in ("gesture", "support", "bend")
@@ -247,4 +224,4 @@ _KIND_OF_GROUP: dict[str, str] = shipped("alphabet.toml")["kinds"]
 
 def kind_of(part: str) -> str:
     """Return the kind of a part's track; of an unknown part, ``gesture``."""
-    return _KIND_OF_GROUP.get(part[2:] if part[:2] in ("r_", "l_") else part, "gesture")
+    return _KIND_OF_GROUP.get(group_of(part), "gesture")

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import HIGH, LOW, MID, PLACE, SIXTHS, kind_of
-from lanindex.draw.staff import group_of, keys_of, rows_of, turns
+from lanindex.alphabet import HIGH, LOW, MID, PLACE, SIXTHS, group_of, kind_of
+from lanindex.draw.staff import keys_of, rows_of, turns
 from lanindex.model import Score, Symbol, Track
 from lanindex.model.derived import STEP, degree_of
 from lanindex.model.symbol import blank

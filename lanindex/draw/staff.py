@@ -9,7 +9,7 @@ from math import ceil, floor
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTION_CODES, KINDS, kind_of
+from lanindex.alphabet import DIRECTION_CODES, KINDS, group_of, kind_of
 from lanindex.data import shipped
 from lanindex.draw.picture import (
     BOW,
@@ -36,22 +36,12 @@ PITCH = round(1.2 * C)  # from one column to the next
 NARROW = round(0.8 * C)  # the same for narrow signs
 
 _COLUMNS = shipped("draw/signs.toml")["columns"]
-_INSIDE: list[list[str]] = _COLUMNS["inside"]
-_OUTSIDE: list[list[str]] = _COLUMNS["outside"]
-"""Tracks to the right and to the left of the centre, from it outwards."""
-
+_INSIDE, _OUTSIDE, BESIDE = (_COLUMNS[it] for it in ("inside", "outside", "beside"))
 _ALWAYS = ("r_support", "r_leg")  # they and their twins have columns, whatever the score has
-# Tracks that have no column: they are drawn across those of others
-BESIDE = ("jump", "hands_touch", "r_hand_touch", "l_hand_touch")
 _LEGS = ("leg", "thigh", "shank", "foot")
 STANCES = frozenset({"r_stance", "l_stance"})  # tracks that are drawn as holds
-# Limbs by the finer tracks that are drawn where a score has no track of the limb
-_LIMB_OF = {
-    side + bone: side + limb
-    for limb, bones in (("leg", ("thigh", "shank", "foot")), ("arm", ("upper_arm", "forearm")))
-    for bone in bones
-    for side in ("r_", "l_")
-}
+_LIMB_OF: dict[str, str] = shipped("draw/signs.toml")["limbs"]
+"""Limbs by the finer tracks that are drawn where a score has no track of the limb."""
 
 _TOUCHED: dict[str, list[str]] = shipped("draw/signs.toml")["touched"]
 """What can be touched, and the columns that stand for it, best first."""
@@ -449,11 +439,6 @@ def _lines(layout: PageLayout) -> list[Mark]:
         for part, at in layout.columns.places.items():
             marks.append(Label(x + at + _NAME // 3, foot, name_of(part), _NAME, "under", True))
     return marks
-
-
-def group_of(part: str) -> str:
-    """Return a part's name without its side."""
-    return part[2:] if part[:2] in ("r_", "l_") else part
 
 
 def name_of(part: str) -> str:

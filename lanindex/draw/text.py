@@ -15,18 +15,14 @@ from textwrap import wrap
 
 import numpy as np
 
-from lanindex.alphabet import BENT, KINDS, Kind, kind_of
+from lanindex.alphabet import BENT, KINDS, Kind, group_of, kind_of
+from lanindex.data import shipped
 from lanindex.draw.staff import STANCES, Key, keys_of, name_of, staff_columns, usual_tracks
 from lanindex.errors import UsageError
 from lanindex.model import Score, Span, Symbol
 from lanindex.model.derived import STRETCHES, degree_of
 
-_SHORTER = {
-    **{"support": "supp", "forearm": "fore arm", "upper": "uppr", "thigh": "thgh"},
-    **{"shank": "shnk", "torso": "tors", "incline": "incl", "twist": "twst", "touch": "tch"},
-    **{"hands": "hnds", "travel": "way", "stance": "stnd", "other": "othr"},
-}
-"""Words of parts that are wider than a column."""
+_TABLE = shipped("draw/text.toml")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,25 +72,7 @@ class Signs:
         return text[: self.cell]
 
 
-UNICODE = Signs(
-    ("→", "↗", "↑", "↖", "←", "↙", "↓", "↘", "□"),
-    ("↻", "", "", "", "↺", "", "", "", "□"),
-    ("▼", "·", "▲", ""),
-    ("██", "▒▒", "░░", "▐▌"),
-    ("\u00d7", "И"),
-    4,
-    *("»", "│", "─", "═", "⋮", "○"),
-)
-ASCII = Signs(
-    ("r", "rf", "f", "lf", "l", "lb", "b", "rb", "o"),
-    ("r", "", "", "", "l", "", "", "", "o"),
-    ("L", "m", "H", ""),
-    ("##", "++", "::", "||"),
-    ("x", "N"),
-    5,
-    *(">", "|", "-", "=", ":", "()"),
-)
-"""Characters for any terminal."""
+UNICODE, ASCII = (Signs(**_TABLE[it]) for it in ("unicode", "ascii"))
 
 
 def names_of(parts: Iterable[str]) -> Iterator[list[str]]:
@@ -102,7 +80,7 @@ def names_of(parts: Iterable[str]) -> Iterator[list[str]]:
     words = []
     for part in parts:
         side = part[0].upper() if part[:2] in ("r_", "l_") else ""
-        own = " ".join(_SHORTER.get(word, word) for word in name_of(part).split())
+        own = " ".join(_TABLE["shorter"].get(word, word) for word in name_of(part).split())
         words.append([side, *own.split()])
     yield from (list(row) for row in zip_longest(*words, fillvalue=""))
 
@@ -116,12 +94,6 @@ _STEPS = (Fraction(1, 10), 5), (Fraction(1, 4), 4)
 _FOLDED = 3  # rows, at most, that say nothing new; more of them are one
 _LINES = 3  # characters of the staff's lines
 _WITHIN = 1 << 20  # sub-rows of a row, for several symbols that begin in it
-
-_FIRST = (
-    *("arm", "support", "leg", "head", "torso", "jump", "body_turn", "body_travel"),
-    *("torso_incline", "hand", "hands_touch", "hand_touch", "other_support", "head_turn"),
-)
-"""Columns by importance where there is no room for all; others go first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,11 +263,10 @@ def _fitting(
     drawn: Sequence[_Column], wanted: Collection[str], most: int
 ) -> tuple[list[_Column], list[_Column]]:
     """Return the columns that are shown, from left to right, and those that have no room."""
-    rank = {name: at for at, name in enumerate(_FIRST)}
+    rank = {name: at for at, name in enumerate(_TABLE["columns"]["first"])}
 
     def importance(column: _Column) -> tuple[bool, int]:
-        group = column.part.removeprefix("r_").removeprefix("l_")
-        return column.part not in wanted, rank.get(group, len(rank))
+        return column.part not in wanted, rank.get(group_of(column.part), len(rank))
 
     ordered = sorted(drawn, key=importance)
     kept = {it.part for it in ordered[:most]}
