@@ -88,7 +88,8 @@ def film_bytes(frames: Iterable[Image], form: str, size: tuple[int, int], rate: 
         stream.pix_fmt = pixels
         stream.codec_context.thread_count = 1  # the same film is then the same bytes everywhere
         for number, frame in enumerate(_ahead(frames)):
-            shot: Any = mixer.reformat(shots.from_image(frame), format=pixels)
+            image = shots.from_image(frame)
+            shot: Any = mixer.reformat(image, format=pixels, interpolation="POINT")
             shot.pts, shot.time_base = number, 1 / rate
             container.mux(stream.encode(shot))
         container.mux(stream.encode(None))

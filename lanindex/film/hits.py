@@ -33,7 +33,7 @@ UNKNOWN = -32768  # stands for a place that is not known, among whole millimetre
 
 _BELOW = 2 * MARGIN + START
 _FLOOR = 60  # units below the feet
-_THIN = 20  # units that strokes are thick, at least
+_THIN = 30  # units that strokes are thick, at least
 _ROUND = HEAD + BAND / 2  # mm that strokes reach beyond joints
 _WIDEST = 200.0  # mm that are shown, at least
 _TIME = 0.1  # of how far poses differ at most: as much the first differs from the last by its time
