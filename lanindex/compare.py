@@ -233,7 +233,5 @@ def _between(one: list[Timed], other: list[Timed], later: float) -> Iterator[Dif
         else:
             yield Difference(right.symbol.part, None, right)
             second += 1
-    for it in one[first:]:
-        yield Difference(it.symbol.part, it, None)
-    for it in other[second:]:
-        yield Difference(it.symbol.part, None, it)
+    yield from (Difference(it.symbol.part, it, None) for it in one[first:])
+    yield from (Difference(it.symbol.part, None, it) for it in other[second:])

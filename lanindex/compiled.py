@@ -29,22 +29,21 @@ class Loops(NamedTuple):
     """Loops that are used together."""
 
     modules: tuple[str, ...]  # What has to be imported
-    # Module and name of the kernel that a capture calls last: once it is in the cache of numba, so
+    # The kernel of the last module that a capture calls last: once it is in the cache of numba, so
     # are the others
-    last: tuple[str, str]
+    last: str
     worth: int  # Bytes of captures from which on compiling them costs less than it saves
 
 
-_NUMBERS = "lanindex.formats.decimals_fast"
-_PLACES = "lanindex.body.kinematics_fast"
-_CURVES = "lanindex.encoding.curves_fast"
-_ENCODE = ("touch", "written")
-
 LOOPS = {
-    "numbers": Loops((_NUMBERS, _PLACES), (_PLACES, "_positions"), 100_000_000),
+    "numbers": Loops(
+        ("lanindex.formats.decimals_fast", "lanindex.body.kinematics_fast"),
+        "_positions",
+        100_000_000,
+    ),
     "encode": Loops(
-        (_CURVES, *(f"lanindex.encoding.{name}_fast" for name in _ENCODE)),
-        ("lanindex.encoding.written_fast", "looked"),
+        tuple(f"lanindex.encoding.{name}_fast" for name in ("curves", "touch", "written")),
+        "looked",
         500_000_000,
     ),
 }
@@ -97,7 +96,7 @@ def cached(name: str) -> bool:
     The cache of an older module looks the same: it is compiled anew when it is called. A change
     of a constant or a function that a module imports from another one is not noticed.
     """
-    module, kernel = LOOPS[name].last
+    module, kernel = LOOPS[name].modules[-1], LOOPS[name].last
     source = Path(__file__).parents[1].joinpath(*module.split(".")).with_suffix(".py")
     python = "".join(map(str, sys.version_info[:2]))
     index = f"{source.stem}.{kernel}-*.py{python}*.nbi"

@@ -73,7 +73,6 @@ class LanindexError(Exception):
         super().__init__(found)
 
     def __str__(self) -> str:
-        """Return the whole message on one line."""
         text = f"{self.place}: {self.found}" if self.place else self.found
         if self.wanted:
             text += f", wanted {self.wanted}"

@@ -50,11 +50,8 @@ class Expectation:
     def unused(self, labels: Iterable[str]) -> list[str]:
         """Return the positives that none of these labels fits, in order."""
         known = set(labels)
-        return sorted(
-            positive
-            for positive in self.positives
-            if not any(_label_matches(label, positive) for label in known)
-        )
+        used = {it for it in self.positives for label in known if _label_matches(label, it)}
+        return sorted(self.positives - used)
 
 
 def _label_matches(label: str, positive: str) -> bool:

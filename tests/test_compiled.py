@@ -25,7 +25,7 @@ def anew(monkeypatch, tmp_path):
 
 def keep(name: str, folder: Path) -> None:
     """Put there what tells that numba keeps loops."""
-    module, kernel = LOOPS[name].last
+    module, kernel = LOOPS[name].modules[-1], LOOPS[name].last
     python = "".join(map(str, sys.version_info[:2]))
     place = folder / "somewhere"
     place.mkdir()

@@ -6,5 +6,3 @@
 
 from lanindex.draw.picture import Picture as Picture
 from lanindex.draw.staff import draw as draw
-
-__all__ = ["Picture", "draw"]

@@ -188,8 +188,6 @@ SMALL = round(0.5 * C)  # the size of numbers
 GAP = C // 16  # left free below and above each symbol
 _PINNED = round(3.2 * SMALL)  # room for a pin above its number
 BOW = round(0.3 * C)  # how deep bows are
-# Draws a symbol from the middle of its column, its lower end and its height
-Sign = Callable[[Symbol, int, int, int], list[Mark]]
 
 
 def turn(symbol: Symbol, x: int, y: int, height: int, half: int = C // 2) -> list[Mark]:
@@ -295,13 +293,11 @@ def bow(x: int, to_x: int, y: int) -> Polyline:
     return Polyline(x, y - BOW, (points,))
 
 
-SIGNS: dict[str, Sign] = {
-    "turn": turn,
-    "circle": circle,
-    "twist": turn,
-    "incline": incline,
-    "travel": travel,
-    "bend": bend,
-    "carrier": carrier,
+SIGNS: dict[str, Callable[[Symbol, int, int, int], list[Mark]]] = {
+    **{"turn": turn, "twist": turn, "circle": circle, "incline": incline},
+    **{"travel": travel, "bend": bend, "carrier": carrier},
 }
-"""What draws the symbols of a kind, and turns by steps; all others have a direction and a level."""
+"""What draws the symbols of a kind, and turns by steps; others have a direction and a level.
+
+Each draws from the middle of a column, its lower end and its height.
+"""

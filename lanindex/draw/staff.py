@@ -666,7 +666,6 @@ def short(seconds: float) -> str:
 
 
 def _group(symbol: Symbol, score: Score, marks: list[Mark]) -> MarkGroup:
-    """Return a symbol's marks with title and data."""
     span = symbol.start, symbol.stop
     start, stop = (short(score.rate.denominator * it / score.rate.numerator) for it in span)
     data = {"part": symbol.part, "direction": symbol.direction, "level": symbol.level}

@@ -64,7 +64,6 @@ def text_of(text: str) -> str:
 
 
 def _element(mark: Mark) -> str:
-    """Return a mark as an element."""
     match mark:
         case Polyline():
             (x, y), commands = mark.lines[0][0], _commands(mark.lines, mark.closed)

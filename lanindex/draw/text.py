@@ -245,7 +245,6 @@ class TextStaff:
 
 
 def _row(frame: int, scale: Fraction) -> int:
-    """Return in which row a frame lies."""
     return frame * scale.denominator // scale.numerator
 
 

@@ -105,7 +105,6 @@ class Hit:
         return str(import_module("lanindex.film.notebook").of_hit(self))
 
     def __repr__(self) -> str:
-        """Return where it is and what it consists of, on one line."""
         words = ", ".join(in_words(self.symbols))
         return f"<Hit {readable(self.path)} {self.when}, fit {self.fit:.2f}: {words}>"
 

@@ -30,17 +30,6 @@ LIMITS: dict[str, dict[str, tuple[float, float]]] = shipped("model/limits.toml")
 """By group of parts: less than the first is slow or small, more than the second fast or large."""
 
 
-def measures_of(part: str) -> tuple[str, ...]:
-    """Return which measures can be known of a part's symbols."""
-    return KINDS[kind_of(part)].measures
-
-
-def limits(part: str, measure: str) -> tuple[float, float] | None:
-    """Return the range in which a measure has no word; None for unknown parts."""
-    group = PARTS[part].group if part in PARTS else part
-    return LIMITS.get(group, {}).get(measure)
-
-
 def stored(name: str, values: NDArray[Any]) -> NDArray[np.int64]:
     """Return a measure as columns store it, (S,): in its smallest unit plus 1; 0 is unknown."""
     whole: NDArray[np.int64] = np.rint(values.astype(np.float64) * FIELDS[name].scale)
@@ -50,8 +39,9 @@ def stored(name: str, values: NDArray[Any]) -> NDArray[np.int64]:
 def graded(part: str, kind: str, values: NDArray[Any]) -> NDArray[np.int8]:
     """Return the grade of each symbol, -1 where unknown, from measures as `stored`, (S,)."""
     name, known = GRADES[kind], values > 0
-    between = limits(part, name)
-    if between is None:
+    group = PARTS[part].group if part in PARTS else part
+    between = LIMITS.get(group, {}).get(name)
+    if between is None:  # of an unknown part
         return np.full(len(values), -1, np.int8)
     low, high = (round(it * FIELDS[name].scale) + 1 for it in between)
     grades = np.where(values < low, BELOW, np.where(values > high, ABOVE, USUAL))
@@ -73,9 +63,6 @@ _ROWS = ("cell", "runner", "margin", "start", "stop")
 EXTRA = ("swings", *MEASURES)
 """Fields that are read only on demand."""
 
-_MAYBE = ("amount", *EXTRA)
-"""Fields that may be absent."""
-
 
 def has_amount(part: str) -> bool:
     """Return whether the symbols of a part have an amount."""
@@ -84,7 +71,7 @@ def has_amount(part: str) -> bool:
 
 def extras_of(part: str) -> tuple[str, ...]:
     """Return the fields of `EXTRA` that a part has."""
-    return ("swings", *measures_of(part))
+    return ("swings", *KINDS[kind_of(part)].measures)
 
 
 def parted(capture: NDArray[Any], start: NDArray[Any], seen: NDArray[Any]) -> NDArray[np.bool_]:
@@ -98,8 +85,8 @@ def parted(capture: NDArray[Any], start: NDArray[Any], seen: NDArray[Any]) -> ND
     return apart
 
 
-def cell_of(direction: int, level: int) -> int:
-    """Return the cell of a direction and a level, -1 where there is none of them."""
+def cell_of(direction: Any, level: Any) -> Any:
+    """Return the cell, or cells, of a direction and a level, -1 where there is none of them."""
     return (direction + 1) | (level + 1) << 4
 
 
@@ -176,7 +163,7 @@ class Columns:
     @property
     def rows(self) -> tuple[str, ...]:
         """The names of fields with a value for each symbol."""
-        return (*_ROWS, *(name for name in _MAYBE if getattr(self, name) is not None))
+        return (*_ROWS, *(name for name in ("amount", *EXTRA) if getattr(self, name) is not None))
 
     def __len__(self) -> int:
         return len(self.cell)
@@ -285,21 +272,22 @@ def columns_of_rows(
     part: str, counts: Sequence[int] | NDArray[Any], symbols: NDArray[Any], seen: NDArray[np.int32]
 ) -> Columns:
     """Return columns of (S,) rows of `SYMBOL`; `counts`, (C,), tells how many a capture has."""
-    cell = _cells(symbols["direction"], symbols["level"])
+    measures = KINDS[kind_of(part)].measures
+    cell = cell_of(symbols["direction"], symbols["level"]).astype(np.uint8)
     cell |= np.where(symbols["passing"], np.uint8(PASSING), np.uint8(0))
     cell |= np.where(symbols["start"] == symbols["stop"], np.uint8(STARTING), np.uint8(0))
     return Columns(
         part,
         np.concatenate([[0], counts]).cumsum(dtype=np.int64),
         cell,
-        _cells(symbols["runner_direction"], symbols["runner_level"]),
+        cell_of(symbols["runner_direction"], symbols["runner_level"]).astype(np.uint8),
         np.rint(symbols["margin"].astype(np.float64) * THOUSANDTHS).astype(np.uint16),
         symbols["start"].copy(),
         symbols["stop"].copy(),
         seen,
         symbols["swings"].astype(np.int32),
         symbols["amount"].copy() if has_amount(part) else None,
-        **{name: stored(name, symbols[name]).astype(np.uint16) for name in measures_of(part)},
+        **{name: stored(name, symbols[name]).astype(np.uint16) for name in measures},
     )
 
 
@@ -310,7 +298,3 @@ def seen_of(known: Sequence[Span], frames: int) -> list[tuple[int, int]]:
     """
     spans = [(span.start, span.stop) for span in known]
     return [] if spans == [(0, frames)] else spans or [(0, 0)]
-
-
-def _cells(directions: NDArray[np.int8], levels: NDArray[np.int8]) -> NDArray[np.uint8]:
-    return ((directions + 1) | (levels + 1) << 4).astype(np.uint8)

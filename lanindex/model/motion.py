@@ -56,7 +56,6 @@ class Skeleton:
     body: NDArray[np.int16]
 
     def __post_init__(self) -> None:
-        """Check the shapes and freeze the arrays."""
         joints = len(self.names)
         for name, shape in (("parents", (joints,)), ("offsets", (joints, 3)), ("body", (20,))):
             object.__setattr__(self, name, _frozen(f"{name} has", getattr(self, name), *shape))
@@ -100,7 +99,6 @@ class Markers:
     positions: NDArray[np.float32]  # (T, M, 3) float32, mm, y up, right-handed; NaN where unknown
 
     def __post_init__(self) -> None:
-        """Check the shape and freeze the array."""
         positions = _frozen("markers have", self.positions, "T", len(self.names), 3)
         object.__setattr__(self, "positions", positions)
 
@@ -163,7 +161,6 @@ class Motion:
     axes: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check shapes and rate and freeze the arrays."""
         joints = len(self.skeleton.names)
         positions = _frozen("positions have", self.positions, "T", joints, 3)
         if self.rate <= 0:
@@ -192,7 +189,6 @@ class Motion:
         return str(import_module("lanindex.film.notebook").of_motion(self))
 
     def __repr__(self) -> str:
-        """Return one line that tells the file, its size and its rate."""
         return (
             f"<Motion {self.source.path}: {len(self)} frames at {float(self.rate):g} Hz, "
             f"{self.seconds:.2f} s, {len(self.skeleton.names)} joints>"

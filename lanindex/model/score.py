@@ -73,7 +73,6 @@ class Track:
     kind: str = ""  # Of ``alphabet.KINDS``; by default the part's
 
     def __post_init__(self) -> None:
-        """Check the dtype and the kind, and freeze the array."""
         object.__setattr__(self, "kind", self.kind or kind_of(self.part))
         if self.kind not in KINDS:
             raise EncodeError(f'the kind "{self.kind}"', wanted=f"one of {', '.join(KINDS)}")
@@ -159,7 +158,6 @@ class Score(Tabular):
         return str(import_module("lanindex.film.notebook").of_score(self))
 
     def __repr__(self) -> str:
-        """Return one line that tells the length and the number of symbols."""
         count = f"{len(self.tracks)} parts, {sum(map(len, self.tracks.values()))} symbols"
         return f"<Score {count}, {self.frames} frames at {float(self.rate):g} Hz>"
 

@@ -166,7 +166,6 @@ class Symbol:
         return _words(self.part, self.direction, self.level, self.amount)
 
     def __str__(self) -> str:
-        """Return the symbol as a person would write it."""
         mark = "*" if self.passing else ""
         return f"{self.part} {self.words}{mark} [{self.start}, {self.stop})"
 

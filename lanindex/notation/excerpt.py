@@ -66,9 +66,8 @@ def _cut(track: Track, span: Span) -> Track:
         known.append(Span(max(one.start - span.start, 0), min(one.stop, span.stop) - span.start))
         here = shown[(shown["start"] >= one.start) & (shown["start"] < one.stop)]
         # what the part arrived at last is its starting position
-        in_force = here[here["stop"] <= span.start][-1:].copy()
-        if not KINDS[track.kind].lasts:  # what is over is nowhere any more
-            in_force = in_force[:0]
+        over = here["stop"] <= span.start  # what does not last is nowhere any more
+        in_force = here[over & KINDS[track.kind].lasts][-1:].copy()
         in_force["start"] = in_force["stop"] = span.start
         in_force["ticks"] = in_force["swings"] = 0
         rows += [in_force, here[(here["stop"] > span.start) & (here["start"] < span.stop)]]

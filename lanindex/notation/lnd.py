@@ -203,7 +203,6 @@ class LndReader:
         return fraction(word)
 
     def _symbol(self, keyword: str, *words: str) -> SymbolLine:
-        """Read the line of a symbol."""
         kind = LINES[keyword]
         if len(words) != len(kind.names) + 3:
             count = {1: "four", 2: "five"}[len(kind.names)]

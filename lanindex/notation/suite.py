@@ -13,18 +13,15 @@ from math import asin, atan2, cos, degrees, hypot, radians, sin
 from typing import Any, NamedTuple
 
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, LEVELS
+from lanindex.data import shipped
 from lanindex.errors import shown
 from lanindex.model import Score
 from lanindex.notation.text import DECIMAL, decoded, refuse, unique_keys
 from lanindex.notation.tiers import SECOND, TierEntry, duration, entries_of, score_of
 
-ARMS = {
-    "right elbow": ("r_upper_arm", "r_arm"),
-    "right wrist": ("r_forearm", "r_arm"),
-    "left elbow": ("l_upper_arm", "l_arm"),
-    "left wrist": ("l_forearm", "l_arm"),
-}
-"""Their columns, and what each is here: half an arm, or the whole arm where a half has no track."""
+_TABLE = shipped("notation/suite.toml")
+ARMS: dict[str, list[str]] = _TABLE["arms"]
+"""Their columns, and what each is here."""
 
 PARTS = (*dict.fromkeys(part for parts in ARMS.values() for part in parts), "body_turn")
 """What is written."""
@@ -33,17 +30,6 @@ _TIMES = _TIME, _LASTS = "start time", "duration"
 _HEAD, _TURN, _MARKS = "head", "rotation", "lanindex"
 _UNKNOWN, _AWAY, _AGAIN, _ANEW = "unknown", "on its way", "again", "anew"
 """Marks beside a column whose position alone would be ambiguous."""
-
-_SIDES = {"r": "Right ", "l": "Left "}
-_LEVELS = dict(zip(LEVELS, ("Low", "Normal", "High"), strict=True))
-_NODS = {"low": "forward high", "mid": "place high", "high": "back high"}
-"""Where a head leans whose face looks to a level."""
-
-_PANS = {
-    **{"forward": "place 0deg", "l_forward": "left 45deg", "left": "left 90deg"},
-    **{"r_forward": "right 45deg", "right": "right 90deg"},
-}
-"""How far a head is turned whose face looks to a direction."""
 
 _POSITION = re.compile(r"Position(\d{1,9})")
 _DEGREES = re.compile(r"-?\d{1,6}(\.\d{0,9})?")
@@ -55,7 +41,8 @@ def _suite_words(words: str) -> tuple[str, str]:
     """Return a direction and a level as LabanotationSuite writes them."""
     way, level = words.split()[:2]
     side, _, depth = way.rpartition("_")
-    return _SIDES.get(side, "") + depth.title().replace("Back", "Backward"), _LEVELS[level]
+    way = _TABLE["sides"].get(side, "") + depth.title().replace("Back", "Backward")
+    return way, _TABLE["levels"][level]
 
 
 _CELLS = {
@@ -96,11 +83,11 @@ def read(content: bytes, place: str) -> Score:
         nods, pans = [], []
         for face in columns[_HEAD]:
             direction, level = face.words.split()
-            if direction not in _PANS:
+            if direction not in _TABLE["pans"]:
                 warnings["a face that looks back or to its place: left out"] = None
                 continue
-            nods.append(_Position(face.time, _NODS[level]))
-            pans.append(_Position(face.time, _PANS[direction]))
+            nods.append(_Position(face.time, _TABLE["nods"][level]))
+            pans.append(_Position(face.time, _TABLE["pans"][direction]))
         tiers["head"], tiers["head_turn"] = _moves(nods, times[0]), _moves(pans, times[0])
     return score_of({part: it for part, it in tiers.items() if it}, place, warnings, times[-1])
 

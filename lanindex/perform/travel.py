@@ -501,7 +501,6 @@ class FeetPath:
         self._now = place
 
     def _move(self, move: Move) -> None:
-        """Step or jump."""
         pivot = float(np.interp(move.start, self.times, self._pivot))
         for side, foot in self._feet.items():
             self._feet[side] = self._now + spun(foot - self._now, pivot - self._pivoted)
