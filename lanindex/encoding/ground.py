@@ -317,7 +317,8 @@ def _flights(
         rim = (stop - start) // 6  # smoothed with what the legs do before and after
         floor = lower[max(start - around, 0) : stop + around].min()
         clears = lower[start:stop].max() - floor >= CLEARS
-        if clears and -_bent(height[start + rim : stop - rim]) * rate**2 >= least:
+        sinks = stop == len(height) or height[stop - 1] < height[stop - 2]
+        if clears and sinks and -_bent(height[start + rim : stop - rim]) * rate**2 >= least:
             found.append((start, stop))
     return found
 

@@ -16,12 +16,12 @@ BRIEF = round(ground.FLICKER * RATE)
 
 
 def flights(
-    frames: int, fall: float, pace: float = 0.0, lift: float = 0.1
+    frames: int, fall: float, pace: float = 0.0, lift: float = 0.1, rise: float = 0.0
 ) -> list[tuple[int, int]]:
     """Return the flights of a body that is without support for some frames, and so falls."""
     carries = np.ones((2, 40), bool)
     carries[:, 10 : 10 + frames] = False
-    height = -fall / 2 * (np.arange(40) / RATE) ** 2
+    height = rise * np.arange(40) / RATE - fall / 2 * (np.arange(40) / RATE) ** 2
     lower = np.where(carries[0], 0.0, lift)
     bare = ground.unsupported(carries, RATE)
     return ground._flights(bare, lower, height, np.full(40, pace, np.float32), RATE)
@@ -52,6 +52,12 @@ def test_who_is_just_as_fast_as_one_that_runs_does_not():
     between = (ground.ONWARD + ground.FALL) / 2
     assert flights(12, between, ground.RUNS) == []
     assert flights(12, between, np.nextafter(np.float32(ground.RUNS), np.float32(3))) == [(10, 22)]
+
+
+def test_hips_sink_at_the_end_of_a_flight_but_at_that_of_the_capture():
+    assert flights(12, 12.0, rise=2.0) == [(10, 22)]
+    assert flights(12, 12.0, rise=3.0) == []
+    assert flights(30, 12.0, rise=9.0) == [(10, 40)]
 
 
 def test_feet_that_just_clear_the_ground_fly():
