@@ -10,6 +10,8 @@ from typing import Any
 
 from lanindex.data import shipped
 
+_WORDS = shipped("words.toml")
+
 DIRECTIONS = (
     *("right", "r_forward", "forward", "l_forward", "left", "l_back", "back", "r_back"),
     "place",
@@ -46,22 +48,14 @@ PALMS = {"RPalm": "RHand", "LPalm": "LHand"}
 Source: ``encoding/BODY.md``, "Palms".
 """
 
-FEET = ("spring", "hop", "leap", "assemble", "sissonne", "unseen")
-"""Which feet a jump leaves and lands on, by the symbol's amount.
+FEET: tuple[str, ...] = tuple(_WORDS["jumps"])
+"""Which feet a jump leaves and lands on, by the symbol's amount."""
 
-Both to both, one to the same, one to the other, one to both, both to one; or not seen.
-"""
-
-
-TOUCHED = ("hand", "head", "trunk", "arm", "thigh", "knee", "shank", "foot")
+TOUCHED: tuple[str, ...] = tuple(_WORDS["touched"])
 """What a hand touches, by the symbol's amount."""
 
-CARRIERS = ("knee", "seat", "trunk", "hand", "other")
-"""What carries the body beside the feet or instead of them, by the symbol's amount.
-
-One knee or both; the seat; the trunk, lying; one hand or both, whatever else carries; or something
-unknown.
-"""
+CARRIERS: tuple[str, ...] = tuple(_WORDS["carriers"])
+"""What carries the body beside the feet or instead of them, by the symbol's amount."""
 
 MOST_AMOUNT = (1 << 15) - 2
 """The largest amount of a symbol: that many degrees are 91 turns, and more are stored as this."""
@@ -86,7 +80,7 @@ HOW_BENT = ("",) * BENT + tuple(f"bent {degree}" for degree in range(BENT, SIXTH
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What the symbols of a track say: a row of ``alphabet.toml``."""
+    """What the symbols of a track say: a row of ``words.toml``."""
 
     name: str
     # Kinds of words of the pattern language that fit it: first those of its fields
@@ -127,7 +121,7 @@ def _kind(name: str, row: dict[str, Any]) -> Kind:
     return Kind(name=name, amounts=_AMOUNTS.get(name, ()), **fields)
 
 
-KINDS = {name: _kind(name, row) for name, row in shipped("alphabet.toml")["kind"].items()}
+KINDS = {name: _kind(name, row) for name, row in _WORDS["kind"].items()}
 """Every kind of track, by name; a library stores its place in this table."""
 
 LINES = {kind.keyword: kind for kind in KINDS.values() if kind.keyword}
@@ -156,8 +150,8 @@ class Part:
         return self.chain[-1]
 
 
-_PAIRED: dict[str, list[str]] = shipped("alphabet.toml")["paired"]
-_SINGLE: dict[str, list[str]] = shipped("alphabet.toml")["single"]
+_PAIRED: dict[str, list[str]] = _WORDS["paired"]
+_SINGLE: dict[str, list[str]] = _WORDS["single"]
 
 PARTS: dict[str, Part] = {
     **{
@@ -219,7 +213,7 @@ def amounts_of(part: str) -> tuple[str, ...]:
     return kind.amounts[1:] if kind.name == "touch" else kind.amounts
 
 
-_KIND_OF_GROUP: dict[str, str] = shipped("alphabet.toml")["kinds"]
+_KIND_OF_GROUP: dict[str, str] = _WORDS["kinds"]
 
 
 def kind_of(part: str) -> str:

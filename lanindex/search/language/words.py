@@ -1,7 +1,7 @@
 """The words of the pattern language, as tables.
 
-Those that scores have too (directions, levels, parts, kinds of jumps such as ``hop``) come from
-``alphabet.py``.
+Those that scores have too come from ``alphabet.py`` (directions, levels, parts) and ``words.toml``
+(kinds of jumps such as ``hop``).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from lanindex.model.columns import ABOVE, BELOW, GRADES, USUAL
 from lanindex.model.derived import bending, stretching
 from lanindex.search.language.times import degrees
 
-_WORDS = shipped("search/language/words.toml")
+_WORDS = shipped("words.toml")
 
 ANY = "any"
 STILL = "still"  # a rest without swings; so is the kind of words that asks for that
