@@ -158,12 +158,20 @@ def _mean_the_same(one: Symbol, other: Symbol) -> bool:
 
 def _aligned(one: list[Timed], other: list[Timed]) -> Iterator[Difference]:
     """Yield the symbols of a track in pairs, or alone."""
+    from rapidfuzz.distance import Levenshtein
+
     numbers: dict[str, int] = {}
     codes = [
         [numbers.setdefault(_meaning(it.symbol), len(numbers)) for it in symbols]
         for symbols in (one, other)
     ]
-    pairs = _pairs_aligned_in_time(_equal(*codes), codes, [one, other])
+    equal = [
+        (run.src_start + step, run.dest_start + step)
+        for run in Levenshtein.opcodes(*codes)
+        if run.tag == "equal"  # in the shortest edit
+        for step in range(run.src_end - run.src_start)
+    ]
+    pairs = _pairs_aligned_in_time(equal, codes, [one, other])
     first = second = 0
     later = 0.0
     for at, to in pairs:
@@ -175,18 +183,6 @@ def _aligned(one: list[Timed], other: list[Timed]) -> Iterator[Difference]:
 
 Pair = tuple[int, int]
 """Indices of two equal symbols, one in each sequence."""
-
-
-def _equal(one: list[int], other: list[int]) -> list[Pair]:
-    """Return the pairs of equal symbols in the shortest edit of two sequences."""
-    from rapidfuzz.distance import Levenshtein
-
-    return [
-        (run.src_start + step, run.dest_start + step)
-        for run in Levenshtein.opcodes(one, other)
-        if run.tag == "equal"
-        for step in range(run.src_end - run.src_start)
-    ]
 
 
 def _pairs_aligned_in_time(

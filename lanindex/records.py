@@ -43,12 +43,8 @@ def of_name(capture: Capture) -> dict[str, Any]:
 
 def of_span(capture: Capture, start: int, stop: int) -> dict[str, Any]:
     """Return the four keys of a range of frames."""
-    return {
-        "start_frame": start,
-        "end_frame": stop,
-        "start": seconds(capture, start),
-        "end": seconds(capture, stop),
-    }
+    times = {"start": seconds(capture, start), "end": seconds(capture, stop)}
+    return {"start_frame": start, "end_frame": stop, **times}
 
 
 def _fields(symbol: Symbol, names: tuple[str, ...]) -> dict[str, Any]:
@@ -67,14 +63,8 @@ def of_symbol(symbol: Symbol) -> dict[str, Any]:
     {'part': 'r_arm', 'direction': 'place', 'level': 'low', 'start_frame': 0, 'end_frame': 0}
     """
     amount = {} if symbol.amount is None else {"amount": symbol.amount}
-    return {
-        "part": symbol.part,
-        "direction": symbol.direction,
-        "level": symbol.level,
-        "start_frame": symbol.start,
-        "end_frame": symbol.stop,
-        **amount,
-    }
+    span = {"start_frame": symbol.start, "end_frame": symbol.stop}
+    return {**_fields(symbol, ("part", "direction", "level")), **span, **amount}
 
 
 def _border_words(symbol: Symbol) -> str | None:

@@ -62,11 +62,8 @@ class Skeleton:
 
     def played(self) -> dict[str, str]:
         """Return the joints of the body model that are present, with the file's names."""
-        return {
-            joint: self.names[index]
-            for joint, index in zip(JOINTS, self.body, strict=True)
-            if index >= 0
-        }
+        players = zip(JOINTS, self.body, strict=True)
+        return {joint: self.names[index] for joint, index in players if index >= 0}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex.alphabet import KINDS
+from lanindex.data import shipped
 from lanindex.errors import NotationError
 
 if TYPE_CHECKING:
@@ -47,17 +48,7 @@ class Notation:
 
 
 NOTATIONS = {
-    it.name: it
-    for it in (
-        Notation("lnd", "LND", ".lnd", ingested=True),
-        Notation("eaf", "ELAN", ".eaf"),
-        Notation("textgrid", "Praat", ".TextGrid"),
-        Notation("laban", "MAE", ".laban", ingested=True, parts=True),
-        Notation("json", "LabanotationSuite", ".json", module="suite", parts=True),
-        Notation("symbols.csv", "CSV", ".symbols.csv", table="csv"),
-        Notation("symbols.jsonl", "JSON lines", ".symbols.jsonl", table="jsonl"),
-        Notation("symbols.parquet", "Parquet", ".symbols.parquet", text=False, table="parquet"),
-    )
+    row["name"]: Notation(**row) for row in shipped("notation/notations.toml")["notations"]
 }
 """Every notation of scores, by name."""
 

@@ -16,17 +16,9 @@ from xml.etree.ElementTree import Element, SubElement
 
 from lanindex.errors import ExportError, NotationError, shown
 from lanindex.model import Score
+from lanindex.notation.markup import parse_xml, write_xml
 from lanindex.notation.text import refuse
-from lanindex.notation.tiers import (
-    SECOND,
-    TierEntry,
-    duration,
-    entries_of,
-    is_part,
-    parse_xml,
-    score_of,
-    write_xml,
-)
+from lanindex.notation.tiers import SECOND, TierEntry, duration, entries_of, is_part, score_of
 
 TYPE = "labanotation"  # the linguistic type of our tiers
 HITS = "lanindex-hits"  # the linguistic type of tiers that hold hits

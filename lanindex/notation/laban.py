@@ -12,16 +12,9 @@ from xml.etree.ElementTree import Element, SubElement, register_namespace
 
 from lanindex.errors import shown
 from lanindex.model import Score
+from lanindex.notation.markup import parse_xml, write_xml
 from lanindex.notation.text import DECIMAL, number, refuse
-from lanindex.notation.tiers import (
-    SECOND,
-    TierEntry,
-    duration,
-    entries_of,
-    parse_xml,
-    score_of,
-    write_xml,
-)
+from lanindex.notation.tiers import SECOND, TierEntry, duration, entries_of, score_of
 
 _NAMED = "http://www.example.org/labanotation"
 _SPACE = f"{{{_NAMED}}}"

@@ -158,21 +158,19 @@ def _left_out(score: Score, body: Body) -> list[str]:
     strange = [f"the standard body has no {it}" for it in score.tracks if it not in TRACKS]
     stiff = [
         f"{part} is one bone and cannot come to place mid: it stays where it is"
-        for part in score.tracks
-        if part in PARTS
-        and PARTS[part].group not in body.limbs
-        and _folds(shown(score, part)).any()
+        for part in _single_bones(score, body)
+        if _folds(shown(score, part)).any()
     ]
     return [*strange, *stiff]
 
 
+def _single_bones(score: Score, body: Body) -> list[str]:
+    return [it for it in score.tracks if it in PARTS and PARTS[it].group not in body.limbs]
+
+
 def _bones(score: Score, times: Floats, body: Body) -> dict[str, Floats]:
     """Return each bone's direction, (T, 3): by its own track, its limb's, or the upper bone's."""
-    own = {
-        part: _bone_directions(score, part, times)
-        for part in score.tracks
-        if part in PARTS and PARTS[part].group not in body.limbs
-    }
+    own = {it: _bone_directions(score, it, times) for it in _single_bones(score, body)}
     own |= {  # inclines are finer than the tracks of torso and head
         part: lean_direction(angles(score, f"{part}_incline", times))
         for part in ("torso", "head")
