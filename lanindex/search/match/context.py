@@ -255,10 +255,12 @@ class Context:
         first = claims.first.copy()
         for part in self._lanes:
             for manner in MANNERS:
-                lane, ends = self.lane(manner, part), self._ends(part, manner)
-                begin = lane + np.searchsorted(ends, capture * FAR + since)
+                lane = self.lane(manner, part)
                 own = (first >= lane) & (first <= lane + len(self.batch.rows(part)))
-                first = np.where(own, np.maximum(first, begin), first)
+                if own.any():
+                    ends = self._ends(part, manner)
+                    begin = lane + np.searchsorted(ends, capture * FAR + since)
+                    first = np.where(own, np.maximum(first, begin), first)
         return in_sets(first, claims.last)
 
     def _ends(self, part: str, manner: str) -> IntArray:
