@@ -56,9 +56,7 @@ class Difference:
     @property
     def longer(self) -> float:
         """Seconds by which the other lasts longer; 0 if there is only one."""
-        if self.one is None or self.other is None:
-            return 0.0
-        return self.other.stop - self.one.stop - self.later
+        return self.other.stop - self.one.stop - self.later if self.one and self.other else 0.0
 
 
 @dataclass(frozen=True, slots=True)

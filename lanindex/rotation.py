@@ -42,10 +42,7 @@ def _fitted(rest: Floats, now: Floats) -> Floats:
 
 
 def _smallest(start: Floats, stop: Floats) -> Floats:
-    """Return the smallest rotations (T, 3, 3) from one direction (T, 3) to another.
-
-    Half a turn is made about the vertical; from up to down about x.
-    """
+    """Return the smallest rotations (T, 3, 3) from one direction (T, 3) to another."""
     start, stop = _unit(start), _unit(stop)
     axis, cosine = np.cross(start, stop), np.sum(start * stop, axis=1)
     sine = np.linalg.norm(axis, axis=1)
@@ -57,7 +54,7 @@ def _smallest(start: Floats, stop: Floats) -> Floats:
     turns: Floats = (
         np.eye(3) + sine[:, None, None] * cross + (1 - cosine)[:, None, None] * (cross @ cross)
     )
-    if opposite.any():
+    if opposite.any():  # half a turn about the vertical; from up to down about x
         upright = np.array([0.0, 1.0, 0.0]) - start[opposite, 1:2] * start[opposite]
         vague = np.linalg.norm(upright, axis=1) < 1e-6
         upright[vague] = [1.0, 0.0, 0.0]

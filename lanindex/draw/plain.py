@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, MID, PLACE, SIXTHS, group_of, kind_of
-from lanindex.draw.staff import keys_of, rows_of, turns
+from lanindex.draw.staff import keys_of, turns
 from lanindex.model import Score, Symbol, Track
 from lanindex.model.derived import STEP, degree_of
+from lanindex.model.score import rows_of
 from lanindex.model.symbol import blank
 
 Rows = NDArray[np.void]
@@ -44,7 +45,7 @@ def plain(score: Score, marked: Iterable[Symbol] = ()) -> Score:
     """Return a score with what a reader expects, and with symbols that are marked."""
     keys, found = keys_of(score, marked), dict[str, Track]()
     for part, track in score.tracks.items():
-        rows = track.symbols[~track.symbols["passing"]]
+        rows = rows_of(score, part)
         spans = zip(rows["start"].tolist(), rows["stop"].tolist(), strict=True)
         lit = np.array([(part, *span) in keys for span in spans], bool)
         rule = _RULES.get(group_of(part))
@@ -81,15 +82,12 @@ def _left_out(tracks: Mapping[str, Track], walks: Rows) -> set[str]:
 
 
 def _moves_alone(rows: Mapping[str, Rows], side: str, part: str, walks: Rows) -> bool:
-    """Return whether a part moves while the one that it hangs on rests, or twice as often.
-
-    What swings with a walk does not count.
-    """
+    """Return whether a part moves while the one that it hangs on rests, or twice as often."""
     base, whole, least = _FINER[part]
     if side + part not in rows or side + base not in rows:
         return side + part in rows
 
-    def moving(part: str) -> Rows:
+    def moving(part: str) -> Rows:  # what swings with a walk does not count
         own = rows.get(side + part, blank(0))
         return own[(own["start"] < own["stop"]) & ~_during(own, walks)]
 
@@ -161,8 +159,7 @@ def _walks(score: Score) -> Rows:
     steps, pause = rows_of(score, STEP), float(score.rate) * _PAUSE
     ends = np.maximum.accumulate(steps["stop"])
     apart = steps["start"][1:] > ends[:-1] + pause
-    walks = blank(int(apart.sum()) + 1 if len(steps) else 0)
-    walks["start"] = steps["start"][np.append(True, apart)[: len(steps)]]
+    walks: Rows = steps[np.append(True, apart)[: len(steps)]]
     walks["stop"] = ends[np.append(apart, True)[: len(steps)]] + pause  # the last step swings out
     return walks
 

@@ -30,6 +30,7 @@ from lanindex.draw.picture import (
 from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
 from lanindex.model.derived import STEP, SUPPORTS
+from lanindex.model.score import rows_of
 from lanindex.model.symbol import blank, joined, listed
 
 PITCH = round(1.2 * C)  # from one column to the next
@@ -361,13 +362,9 @@ def _staves(
     beat: int,
     heading: int = 0,
 ) -> tuple[PageLayout, list[Mark], list[str]]:
-    """Return scores side by side, from count to count: layout, marks, and symbols in words.
-
-    Each staff has `bars` bars, or up to a quarter more where the last one would be a stub; without
-    them there is one long strip; `beat` is the height of a count.
-    """
+    """Return scores side by side, from count to count: layout, marks, and symbols in words."""
     (start, stop), edges = ends, [0]
-    if bars:
+    if bars:  # else it is one long strip
         unit = 1 if clocks[0].seconds else clocks[0].bar
         first = floor(start / unit + _EPS) * unit
         staves = max(ceil((stop - first) / (bars * clocks[0].bar) - _STUB), 1)
@@ -509,11 +506,6 @@ def turns(score: Score) -> tuple[NDArray[np.void], ...]:
     return own[~(right | left)], own[step], own[(right | left) & ~step]
 
 
-def rows_of(score: Score, part: str) -> NDArray[np.void]:
-    """Return the symbols of a part, none where it has no track."""
-    return score.tracks[part].symbols if part in score.tracks else blank(0)
-
-
 def _meet(rows: NDArray[np.void], others: NDArray[np.void]) -> NDArray[np.bool_]:
     """Return which rows share frames with any of others."""
     later, sooner = rows["start"][:, None] < others["stop"], others["start"] < rows["stop"][:, None]
@@ -559,8 +551,7 @@ class SymbolPainter:
     def track(self, part: str) -> list[MarkGroup]:
         """Return the symbols of a track: the one in force at the beginning, and those behind."""
         layout, kind = self.layout, KINDS[kind_of(part)]
-        rows = self.score.tracks[part].symbols
-        rows = rows[~rows["passing"]]
+        rows = rows_of(self.score, part)
         begins, ends = layout.clock.symbols(rows)
         over = ends <= layout.start
         before = listed(part, rows[over & (kind.lasts | (begins == ends))][-1:])

@@ -21,6 +21,7 @@ from lanindex.draw.staff import STANCES, Key, keys_of, name_of, staff_columns, u
 from lanindex.errors import UsageError
 from lanindex.model import Score, Span, Symbol
 from lanindex.model.derived import STRETCHES, degree_of
+from lanindex.model.score import rows_of
 
 _TABLE = shipped("draw/text.toml")
 
@@ -139,11 +140,8 @@ class TextStaff:
 
     def __init__(self, score: Score, signs: Signs = UNICODE) -> None:
         self.score, self.signs = score, signs
-        self._rows = {
-            part: rows
-            for part, track in score.tracks.items()
-            if len(rows := track.symbols[~track.symbols["passing"]])
-        }
+        every = {part: rows_of(score, part) for part in score.tracks}
+        self._rows = {part: rows for part, rows in every.items() if len(rows)}
 
     def lines(
         self,

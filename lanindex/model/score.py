@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from importlib import import_module
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import KINDS, kind_of
 from lanindex.errors import EncodeError, LanindexError, UsageError, extra
-from lanindex.model.symbol import FIELDS, SYMBOL, Span, Symbol, frozen, joined, listed
+from lanindex.model.symbol import FIELDS, SYMBOL, Span, Symbol, blank, frozen, joined, listed
 
 
 class Tabular:
@@ -184,3 +184,9 @@ class Score(Tabular):
             raise UsageError(f'there is no part "{part}"', wanted=f"one of {' '.join(self.tracks)}")
         parts = self.tracks if part is None else (part,)
         return [symbol for name in parts for symbol in self.tracks[name].listed()]
+
+
+def rows_of(score: Score, part: str) -> NDArray[Any]:
+    """Return the rows of a part that a score shows, (S,) of `SYMBOL`; none without a track."""
+    rows = score.tracks[part].symbols if part in score.tracks else blank(0)
+    return cast(NDArray[Any], rows[~rows["passing"]])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINTS, LOW, MID, PLACE
 from lanindex.data import shipped
-from lanindex.model import SYMBOL, Score, Skeleton
+from lanindex.model import Skeleton
 from lanindex.model.derived import DEGREE, degree_of
 
 Floats = NDArray[np.float64]
@@ -159,19 +159,12 @@ def turned(vectors: Floats, left: Floats) -> Floats:
     return np.stack((x * cosine + z * sine, y, z * cosine - x * sine), axis=-1)
 
 
-def shown(score: Score, part: str) -> NDArray[Any]:
-    """Return the rows of a part that the score shows, (S,) of `SYMBOL`."""
-    rows = score.tracks[part].symbols if part in score.tracks else np.zeros(0, SYMBOL)
-    found: NDArray[Any] = rows[~rows["passing"]]
-    return found
-
-
 Reach = tuple[slice, Cell, Cell, Floats]
 """Frames in which a part goes from a cell to another, or stays, and the share done, (T,)."""
 
 
 def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> Iterator[Reach]:
-    """Yield the reaches and rests of rows that are `shown`, at times (T,) in seconds."""
+    """Yield the reaches and rests of rows as of `rows_of`, at times (T,) in seconds."""
     now, done = rest, 0
     for row in rows:
         cell = int(row["direction"]), int(row["level"])

@@ -30,6 +30,7 @@ from lanindex.body.axes import facing, planes
 from lanindex.data import shipped
 from lanindex.errors import UsageError
 from lanindex.model import Motion, Score, Source
+from lanindex.model.score import rows_of
 from lanindex.perform.limbs import (
     FOLDED,
     UP,
@@ -44,7 +45,6 @@ from lanindex.perform.limbs import (
     reach_when_bent,
     reaches,
     share_done,
-    shown,
     standard,
     turned,
     unit,
@@ -130,7 +130,7 @@ def perform(
     warnings += bring_hands(joints, score, times, body)
     palms = {}
     for part in (part for part in FACING if part in bones):
-        ends = shown(score, part)["stop"] / float(score.rate)
+        ends = rows_of(score, part)["stop"] / float(score.rate)
         arrived = np.minimum(np.searchsorted(times, ends), frames - 1)
         palms[part] = _fronted(_on_stage(bones[part])[:, None], travel)[:, 0], arrived
     warnings += face_palms(joints, palms, body)
@@ -159,7 +159,7 @@ def _left_out(score: Score, body: Body) -> list[str]:
     stiff = [
         f"{part} is one bone and cannot come to place mid: it stays where it is"
         for part in _single_bones(score, body)
-        if _folds(shown(score, part)).any()
+        if _folds(rows_of(score, part)).any()
     ]
     return [*strange, *stiff]
 
@@ -207,7 +207,7 @@ def _side(part: str) -> float:
 
 def _bone_directions(score: Score, part: str, times: Floats) -> Floats:
     """Return where a single bone points, (T, 3)."""
-    rows = shown(score, part)
+    rows = rows_of(score, part)
     points = np.empty((len(times), 3))
     side = np.array([0.0, 0.0, _side(part)])
     rest = REST.get(part, (PLACE, LOW))
@@ -224,11 +224,11 @@ def _bent_limb_directions(
     directions, aside = np.empty((2, len(times), 3))
     reach_of = np.empty(len(times))
     mirror = np.array([1.0, 1.0, _side(part)])
-    for frames, begin, end, share in reaches(shown(score, part), times, score.rate, (PLACE, LOW)):
+    for frames, begin, end, share in reaches(rows_of(score, part), times, score.rate, (PLACE, LOW)):
         ways = _limb_directions(begin, end, share, limb, mirror)
         directions[frames], aside[frames], reach_of[frames] = ways
     if BENDS[part] in score.tracks:
-        bent_reach = reach_when_bent(shown(score, BENDS[part]), times, score.rate)
+        bent_reach = reach_when_bent(rows_of(score, BENDS[part]), times, score.rate)
         reach_of = np.minimum(np.maximum(reach_of, IN_PLACE), bent_reach)
     along = reach_of[:, None] * directions
     across = np.sqrt(np.maximum(1 - reach_of**2, 0))[:, None] * aside
@@ -372,7 +372,7 @@ def palm_axes(joints: Floats, body: Body) -> dict[str, NDArray[np.float32]]:
 def angles(score: Score, part: str, times: Floats) -> NDArray[np.complex128]:
     """Return the twist or lean of a part, (T,) degrees: real to the right, imaginary forward."""
     found, now = np.zeros(len(times), np.complex128), 0j
-    for row in shown(score, part):
+    for row in rows_of(score, part):
         start, stop = (float(Fraction(int(row[end])) / score.rate) for end in ("start", "stop"))
         some = slice(int(np.searchsorted(times, start)), None)
         code, degrees, there = int(row["direction"]), int(row["amount"]), 0j

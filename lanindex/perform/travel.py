@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import CARRIERS, DIRECTION_CODES, FEET, HIGH, LOW, PLACE
 from lanindex.data import shipped
 from lanindex.model import Score
+from lanindex.model.score import rows_of
 from lanindex.perform.limbs import (
     FORWARD,
     UP,
@@ -29,7 +30,6 @@ from lanindex.perform.limbs import (
     minimum_jerk,
     reach_when_bent,
     share_done,
-    shown,
     turned,
     unit,
 )
@@ -120,11 +120,10 @@ class Rest:
 
 def carrier_spans(score: Score) -> list[CarrierSpan]:
     """Return from when to when something else than feet carries, in seconds, and what."""
-    rows = score.tracks[OTHER].symbols if OTHER in score.tracks else ()
     rate = float(score.rate)
     return [
         (float(row["start"]) / rate, float(row["stop"]) / rate, CARRIERS[row["amount"]])
-        for row in rows
+        for row in rows_of(score, OTHER)
         if 0 <= row["amount"] < len(CARRIERS) and row["start"] < row["stop"]
     ]
 
@@ -198,7 +197,7 @@ class Resting:
             self._shares.append((some, share / np.maximum(self.done[some], 1e-9)))
         self._begins = dict[str, Floats]()
         for part in score.tracks:
-            rows = shown(score, part)
+            rows = rows_of(score, part)
             rows = rows[rows["stop"] > rows["start"]]
             self._begins[part] = np.sort(rows["start"] / float(score.rate))
 
@@ -565,7 +564,7 @@ class Travel:
 
 def travel_of(score: Score, times: Floats, body: Body, bones: Bones) -> Travel | None:
     """Return how the body goes at seconds, (T,), where the score tells anything of it."""
-    moving = {name: shown(score, name) for name in WEIGHT}
+    moving = {name: rows_of(score, name) for name in WEIGHT}
     moving = {name: rows[rows["stop"] > rows["start"]] for name, rows in moving.items()}
     carried = carrier_spans(score)
     if not carried and not any(map(len, moving.values())):
@@ -586,7 +585,8 @@ def travel_of(score: Score, times: Floats, body: Body, bones: Bones) -> Travel |
     levels = _levels(score, moves, times)
     heels, ahead = np.maximum(levels, 0), np.tile(FORWARD, (len(times), 1))
     reaches = {
-        side: reach_when_bent(shown(score, f"{side}_leg_bend"), times, score.rate) for side in SIDES
+        side: reach_when_bent(rows_of(score, f"{side}_leg_bend"), times, score.rate)
+        for side in SIDES
     }
     own, feet = sorted((*moves, *path.drawn), key=lambda it: it.start), list[FootPlacement]()
     for side in SIDES:
