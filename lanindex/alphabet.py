@@ -66,9 +66,7 @@ FASTEST = 40.94
 SIXTHS = 6
 """The number of degrees of bending; at the last one the ends of a limb meet."""
 
-DEGREES_BENT = tuple(
-    f"{way}{degree}" for way in ("bend", "stretch") for degree in range(SIXTHS + 1)
-)
+DEGREES_BENT = tuple(f"{way}{it}" for way in ("bend", "stretch") for it in range(SIXTHS + 1))
 """To which degree a limb is bent or stretched, by the symbol's amount."""
 
 BENT = 2

@@ -140,11 +140,9 @@ def read_patterns(
             ):
                 pass
             case _:
-                raise UsageError(
-                    f"{shown(name)} = {quoted(entry)}",
-                    place=str(path),
-                    wanted='name = {pattern = "...", positives = ["label", ...]}',
-                )
+                wanted = 'name = {pattern = "...", positives = ["label", ...]}'
+                found = f"{shown(name)} = {quoted(entry)}"
+                raise UsageError(found, place=str(path), wanted=wanted)
         place = f"{path}: {shown(name)}"
         try:
             query = query_of(pattern_in(text, Path(path).parent), words=words)

@@ -51,9 +51,8 @@ def _smallest(start: Floats, stop: Floats) -> Floats:
     cross = np.zeros((len(start), 3, 3))
     for row, column, source in ((2, 1, 0), (0, 2, 1), (1, 0, 2)):
         cross[:, row, column], cross[:, column, row] = axis[:, source], -axis[:, source]
-    turns: Floats = (
-        np.eye(3) + sine[:, None, None] * cross + (1 - cosine)[:, None, None] * (cross @ cross)
-    )
+    along, square = sine[:, None, None], (1 - cosine)[:, None, None]
+    turns: Floats = np.eye(3) + along * cross + square * (cross @ cross)
     if opposite.any():  # half a turn about the vertical; from up to down about x
         upright = np.array([0.0, 1.0, 0.0]) - start[opposite, 1:2] * start[opposite]
         vague = np.linalg.norm(upright, axis=1) < 1e-6

@@ -222,10 +222,8 @@ def _amount(symbol: Symbol, x: int, middle: int, room: int) -> list[Mark]:
         return []
     if room < _PINNED:
         return [_number(symbol, x, middle + SMALL // 3)]
-    way, pin = (
-        radians(symbol.amount * (-1 if symbol.direction == "left" else 1)),
-        middle - SMALL // 2,
-    )
+    side = -1 if symbol.direction == "left" else 1
+    way, pin = radians(side * symbol.amount), middle - SMALL // 2
     across, down = round(SMALL * sin(way)), round(-SMALL * cos(way))
     end = x + across // 2, pin + down // 2
     shaft = line(x - across // 2, pin - down // 2, *end)

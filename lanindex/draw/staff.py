@@ -3,7 +3,7 @@
 from bisect import bisect_right
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import groupby, pairwise
 from math import ceil, floor
 
 import numpy as np
@@ -473,10 +473,9 @@ def _holds(layout: PageLayout, tops: Mapping[int, int]) -> list[MarkGroup]:
     changes.sort()
     found, state, since, feet = [], {"+": 0, "r": 0, "l": 0, "c": 0}, 0.0, ""
     low = 0  # where a hold begins: where the support before it ends on paper
-    for index, (time, key, change) in enumerate(changes):
-        state[key] += change
-        if index + 1 < len(changes) and changes[index + 1][0] <= time:
-            continue
+    for time, together in groupby(changes, key=lambda it: it[0]):
+        for _, key, change in together:
+            state[key] += change
         now = "+" if state["+"] else "".join(it for it in "rlc" if state[it]) or "?"
         if now == feet:
             continue

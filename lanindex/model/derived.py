@@ -36,9 +36,8 @@ def steps(feet: Sequence[Track], jump: Track | None = None) -> Track:
     _, own, count = np.unique(rows[["start", "stop"]], return_inverse=True, return_counts=True)
     rows = rows[count[own.ravel()] == 1]  # feet that slide apart together take no step
     if jump is not None:
-        landed = np.sort(
-            jump.symbols["stop"][(jump.symbols["amount"][:, None] == _NO_STEPS).any(axis=1)]
-        )
+        without = (jump.symbols["amount"][:, None] == _NO_STEPS).any(axis=1)
+        landed = np.sort(jump.symbols["stop"][without])
         before, until = (np.searchsorted(landed, rows[end], "right") for end in ("start", "stop"))
         rows = rows[before == until]
     return Track(STEP, rows[np.lexsort((rows["stop"], rows["start"]))], known)
@@ -86,9 +85,8 @@ def degree_of(amount: Amount) -> Amount:
 
 def with_bends(tracks: dict[str, Track]) -> dict[str, Track]:
     """Return tracks in which gestures of arms and legs have the degree of bend in force."""
-    bent = {limb: _bent(tracks[limb], tracks.get(part)) for limb, part in BENDS.items()
-            if limb in tracks}  # fmt: skip
-    return {**tracks, **bent}
+    limbs = [limb for limb in BENDS if limb in tracks]
+    return {**tracks, **{it: _bent(tracks[it], tracks.get(BENDS[it])) for it in limbs}}
 
 
 def _bent(limb: Track, bend: Track | None) -> Track:

@@ -39,11 +39,8 @@ class Tabular:
             except ModuleNotFoundError as error:
                 if error.name != name:
                     raise
-        raise LanindexError(
-            "no library of data frames is installed",
-            wanted="pandas or polars",
-            remedy="Type: pip install pandas",
-        )
+        found, remedy = "no library of data frames is installed", "Type: pip install pandas"
+        raise LanindexError(found, wanted="pandas or polars", remedy=remedy)
 
 
 def _library(name: str) -> Any:
@@ -166,10 +163,8 @@ class Score(Tabular):
         rows = joined(track.symbols for track in self.tracks.values())
         texts = {how.shown or name: how.values(rows[name].tolist()) for name, how in FIELDS.items()}
         parts = [part for part, track in self.tracks.items() for _ in range(len(track))]
-        seconds = {
-            end: (rows[name] / float(self.rate)).round(6).tolist()
-            for end, name in (("start", "start"), ("end", "stop"))
-        }
+        edges = {"start": rows["start"], "end": rows["stop"]}
+        seconds = {it: (edges[it] / float(self.rate)).round(6).tolist() for it in edges}
         return {"part": parts, **{name: (texts | seconds)[name] for name in _COLUMNS}}
 
     def symbols(self, part: str | None = None) -> list[Symbol]:

@@ -47,9 +47,7 @@ class Notation:
         return getattr(importlib.import_module(f"lanindex.notation.{module}"), name)
 
 
-NOTATIONS = {
-    row["name"]: Notation(**row) for row in shipped("notation/notations.toml")["notations"]
-}
+NOTATIONS = {it["name"]: Notation(**it) for it in shipped("notation/notations.toml")["notations"]}
 """Every notation of scores, by name."""
 
 TABLES = {it.table: it for it in NOTATIONS.values() if it.table}  # the tables, by their last ending

@@ -127,12 +127,10 @@ def write(
         root = _document(into, place)
     else:
         # the schema wants a date; this variable makes the same file again (reproducible-builds.org)
-        told = os.environ.get("SOURCE_DATE_EPOCH", "")
-        date = (
-            datetime.fromtimestamp(int(told), UTC) if _EPOCH.fullmatch(told) else datetime.now(UTC)
-        )
-        told = date.isoformat(timespec="seconds")
-        attributes = {"AUTHOR": "LanIndex", "DATE": told, "FORMAT": "3.0", "VERSION": "3.0"}
+        told = _EPOCH.fullmatch(os.environ.get("SOURCE_DATE_EPOCH", ""))
+        date = datetime.fromtimestamp(int(told[0]), UTC) if told else datetime.now(UTC)
+        attributes = {"AUTHOR": "LanIndex", "DATE": date.isoformat(timespec="seconds")}
+        attributes |= {"FORMAT": "3.0", "VERSION": "3.0"}
         root = Element(_ROOT, {**attributes, f"{_XSI}noNamespaceSchemaLocation": _SCHEMA})
         SubElement(root, "HEADER", {"MEDIA_FILE": "", "TIME_UNITS": "milliseconds"})
         SubElement(root, "TIME_ORDER")

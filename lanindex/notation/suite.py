@@ -8,7 +8,7 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from itertools import pairwise
+from itertools import pairwise, product
 from math import asin, atan2, cos, degrees, hypot, radians, sin
 from typing import Any, NamedTuple
 
@@ -45,11 +45,7 @@ def _suite_words(words: str) -> tuple[str, str]:
     return way, _TABLE["levels"][level]
 
 
-_CELLS = {
-    _suite_words(f"{direction} {level}"): f"{direction} {level}"
-    for direction in DIRECTIONS
-    for level in LEVELS
-}
+_CELLS = {_suite_words(it): it for it in map(" ".join, product(DIRECTIONS, LEVELS))}
 """Our words for each direction and level of LabanotationSuite."""
 
 

@@ -39,9 +39,8 @@ def entries_of(score: Score) -> dict[str, list[TierEntry]]:
         if not (KINDS[track.kind].keyword and len(track)):
             continue
         if not PART.fullmatch(part):
-            raise ExportError(
-                f'the part "{shown(part)}"', wanted="small letters and _, as in r_arm"
-            )
+            wanted = "small letters and _, as in r_arm"
+            raise ExportError(f'the part "{shown(part)}"', wanted=wanted)
         entries = tiers[part] = list[TierEntry]()
         for symbol in track.listed():
             if symbol.passing:
@@ -114,9 +113,8 @@ def _read(part: str, words: str, place: str) -> tuple[tuple[int, ...], int]:
         if codes and word not in codes:
             refuse(place, f'"{shown(words)}"', " ".join(codes))
         if not codes and (degrees is None or int(degrees[1]) > MOST_AMOUNT):
-            refuse(
-                place, f'"{shown(words)}"', f"degrees at its end, like 90deg, at most {MOST_AMOUNT}"
-            )
+            wanted = f"degrees at its end, like 90deg, at most {MOST_AMOUNT}"
+            refuse(place, f'"{shown(words)}"', wanted)
         cell.append(int(degrees[1]) if degrees else codes[word])
     bend = " ".join(rest)
     if bend and (kind_of(part) != "gesture" or bend not in HOW_BENT):

@@ -270,9 +270,8 @@ def _transported(across: Floats, ends: Floats, directions: Floats, share: Floats
     axis, whole = axis / max(sine, _SLIGHT), 2 * np.arctan2(sine, ends[0] @ ends[1])
     there = _rotated(across[0], axis, whole)
     missing = np.arctan2(np.cross(there, across[2]) @ ends[2], there @ across[2])
-    return _rotated(
-        _rotated(across[0], axis, whole * share[:, None]), directions, missing * share[:, None]
-    )
+    carried = _rotated(across[0], axis, whole * share[:, None])
+    return _rotated(carried, directions, missing * share[:, None])
 
 
 def _rotated(vectors: Floats, axis: Floats, angle: Any) -> Floats:

@@ -57,11 +57,11 @@ class Pose:
     """How the body rests on one carrier."""
 
     ahead: float  # Of the hips before the feet
-    up: float | None  # Height of the hips; None: such that the lower knee lies at `LIES`
     # How long before it has come down support begins, and after it begins to rise support ends:
     # seconds, if it is on the way for one; else with the power of 1.5 of that time
     comes: float
     leaves: float
+    up: float | None = None  # Height of the hips; None: such that the lower knee lies at `LIES`
     heels: float = 0.0  # How high they are raised
     knees: float = 90.0  # Direction in which they bend
     trunk: float | None = None  # Direction; None: as before
@@ -76,10 +76,7 @@ class Pose:
         return float(np.sqrt(self.drop / (self.drop + height)))
 
 
-POSES = {
-    name: Pose(**{"up": None, **row})
-    for name, row in shipped("perform/figure.toml")["poses"].items()
-}
+POSES = {name: Pose(**row) for name, row in shipped("perform/figure.toml")["poses"].items()}
 """By what carries."""
 
 
@@ -157,9 +154,8 @@ def plan_rests(
         rests.append(Rest(start, stop, down, rise, what, returns))
         tight = (not before and 0 < start < step_end - LANDS + LEAST / 2) or room < LEAST / 2
         if tight or after:
-            doubts.append(
-                f"{what} carries at {start:g} s: there is no time to come down, or to rise"
-            )
+            late = "there is no time to come down, or to rise"
+            doubts.append(f"{what} carries at {start:g} s: {late}")
         if stop - start < pose.least:
             doubts.append(f"{what} carries at {start:g} s for so short a time that nobody sees it")
     return rests, list(dict.fromkeys(doubts))
@@ -729,11 +725,9 @@ def _moves(rows: dict[str, Rows], rate: float) -> list[Move]:
 
 def _levels(score: Score, moves: list[Move], times: Floats) -> Floats:
     """Return how much higher the body is than with straight legs, in lengths of a leg."""
-    level = -1  # at which the feet stand at first
-    for track in (score.tracks.get(f"{side}_support") for side in SIDES):
-        if track and len(track) and track.symbols["start"][0] == track.symbols["stop"][0]:
-            level = int(track.symbols["level"][0])
-            break
+    firsts = [it[:1] for it in (rows_of(score, f"{side}_support") for side in SIDES)]
+    stood = [int(it["level"][0]) for it in firsts if (it["start"] == it["stop"]).any()]
+    level = stood[0] if stood else -1  # at which the feet stand at first
     knots, values = [-1.0], [HEIGHT.get(level, 0.0)]
     for move in moves:
         if move.level >= 0:
