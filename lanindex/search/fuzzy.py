@@ -213,6 +213,11 @@ class Net:
         nearest, joined = self.edges[0, 0], self.edges[0].any(axis=0)
         between, both_nearest = on_the_way(self.states, joined), nearest[:, :, None] & nearest
         self.edges[1] = [(between & it).any(axis=1) for it in (both_nearest, ~both_nearest)]
+        # by state: over a step or not, by ... or ->, and from which states one comes to it
+        self.before = [
+            [(*it, own) for it in np.ndindex(2, 2) if (own := self.edges[*it, :, state]).any()]
+            for state in range(len(self.states))
+        ]
         # (K,) what leaving out each state costs at least
         self.least = np.where(between.any(axis=(0, 2)), BETWEEN, MISSING)
         self.branches = bool(joined.any())  # one match may go on in several: passing symbols, too
@@ -346,6 +351,7 @@ class FuzzyLine:
         for state, table in zip(net.states, self._tables, strict=True):
             if "change" not in state.fits[0] or self._most < CHANGE:
                 table[(table == 0) & (kinds.fit(state) <= clear) & (clear > 0)] = NEVER
+        self._told: tuple[Batch, int, Symbols] | None = None  # the capture that was told last
         self._able = np.any([table <= self._most for table in self._tables], axis=0)
 
     def possible(self) -> BoolArray:
@@ -412,10 +418,14 @@ class FuzzyLine:
 
     def rows(self, batch: Batch, capture: int, first: int, last: int) -> list[tuple[int, int]]:
         """Return the rows, counted in their capture, and the states of the best match of a span."""
-        row = np.arange(first, last + 1)
-        code = self._kinds.code[self._bounds[batch.places[capture]] + row]
-        symbols = self._symbols(batch, batch.rows(self.net.part).bounds[capture] + row, code)
-        symbols.entry[:, 1:] = NOTHING
+        if not self._told or self._told[:2] != (batch, capture):
+            begin, end = batch.rows(self.net.part).bounds[capture : capture + 2].tolist()
+            code = self._kinds.code[self._bounds[batch.places[capture]] :][: end - begin]
+            self._told = batch, capture, self._symbols(batch, np.arange(begin, end), code)
+        symbols = Symbols._make(it[..., first : last + 1] for it in self._told[2])
+        entry = np.full_like(symbols.entry, NOTHING)
+        entry[:, 0] = symbols.entry[:, 0]
+        symbols = symbols._replace(entry=entry)
         arrived, gone = followed(self.net, symbols, self._most)
         state, at = int((arrived[:, -1] + symbols.exit[:, -1]).argmin()), last - first
         path = [(last, state)]
@@ -454,14 +464,13 @@ def _once(net: Net, symbols: Symbols, most: int, gone: IntArray) -> tuple[IntArr
     arrived, gone, limit = np.empty_like(gone), gone.copy(), most + 1 << COST
     for state in range(len(net.states)):
         keys, waiting = symbols.entry[state].copy(), np.full(gone.shape[1], NOTHING)
-        for over, later in np.ndindex(2, 2):
-            if (before := net.edges[over, later, :, state]).any():
-                came = np.min(gone[before], axis=0) - symbols.behind[later]
-                np.minimum.accumulate(came, out=came)
-                ahead = came[:-1] + symbols.before[later, 1:] + (over * BETWEEN << COST)
-                np.minimum(keys[1:], ahead, out=keys[1:])
-                if not over:
-                    np.minimum(waiting, came + symbols.behind[later], out=waiting)
+        for over, later, before in net.before[state]:
+            came = np.min(gone[before], axis=0) - symbols.behind[later]
+            np.minimum.accumulate(came, out=came)
+            ahead = came[:-1] + symbols.before[later, 1:] + (over * BETWEEN << COST)
+            np.minimum(keys[1:], ahead, out=keys[1:])
+            if not over:
+                np.minimum(waiting, came + symbols.behind[later], out=waiting)
         costs = symbols.costs[state]
         keys += costs.astype(np.int64) << COST
         keys = np.maximum(keys, keys & ~BLUR | np.where(costs == 0, symbols.blur[state], 0))

@@ -134,12 +134,12 @@ class Context:
         """Tell by state which of its events meet the conditions on that step alone."""
         found, lacking = [], self._lacking(program)
         for state, settled in zip(program.states, self.settled(program), strict=True):
-            every = np.arange(len(self.batch.events(state)))
-            fits = np.full(len(every), state.number not in lacking)
+            many = len(self.batch.events(state))
+            fits = np.broadcast_to(state.number not in lacking, many)
             if settled.of_step:
-                notes = np.full((self.clauses.width, len(every)), -1)
-                notes = self.clauses.noted(self.batch, state, every, notes)
-                fits = np.zeros(len(every), bool)
+                notes = np.full((self.clauses.width, many), -1)
+                notes = self.clauses.noted(self.batch, state, np.arange(many), notes)
+                fits = np.zeros(many, bool)
                 fits[self.met(settled.of_step, self.batch.events(state).capture, notes)] = True
             found.append(fits)
         return found
