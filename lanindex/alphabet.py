@@ -169,16 +169,13 @@ FACING = tuple(name for name, part in PARTS.items() if part.child in PALMS)
 ALWAYS = tuple(name for name in PARTS if name not in FACING)
 """The parts that any capture may have."""
 
-BODY = (
-    *("r_support", "l_support", "step", "jump", "body_travel", "body_turn"),
-    *("torso_twist", "head_turn", "torso_incline", "head_incline"),
-)
+BODY: tuple[str, ...] = tuple(_WORDS["body"])
 """The tracks of the whole body, in order."""
 
 BENDS = {part: f"{part}_bend" for part in PARTS if part[2:] in ("arm", "leg")}
 """The tracks of elbows and knees, by the limb they belong to."""
 
-CONTACTS = ("r_stance", "l_stance", "other_support", "hands_touch", "r_hand_touch", "l_hand_touch")
+CONTACTS: tuple[str, ...] = tuple(_WORDS["contacts"])
 """The tracks of contacts: of the body with the ground, of hands with each other and the body."""
 
 TRACKS = (*PARTS, *BODY, *BENDS.values(), *CONTACTS)

@@ -15,6 +15,7 @@ from lanindex.model import Score, Symbol
 from lanindex.model.derived import STEP
 
 SECONDS = 0.1  # how far apart the edges of symbols at the same time may lie
+Pair = tuple[int, int]  # indices of two equal symbols, one in each sequence
 DEGREES = 5  # by how much equal turns, twists and inclines may differ
 
 
@@ -177,10 +178,6 @@ def _aligned(one: list[Timed], other: list[Timed]) -> Iterator[Difference]:
         yield Difference(one[at].symbol.part, one[at], other[to])
         first, second, later = at + 1, to + 1, other[to].start - one[at].start
     yield from _between(one[first:], other[second:], later)
-
-
-Pair = tuple[int, int]
-"""Indices of two equal symbols, one in each sequence."""
 
 
 def _pairs_aligned_in_time(

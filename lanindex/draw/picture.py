@@ -187,6 +187,7 @@ def _strokes(outline: Points) -> tuple[Points, ...]:
 SMALL = round(0.5 * C)  # the size of numbers
 GAP = C // 16  # left free below and above each symbol
 _PINNED = round(3.2 * SMALL)  # room for a pin above its number
+_CROSS = round(0.36 * C)  # width and height of the signs of bends
 BOW = round(0.3 * C)  # how deep bows are
 
 
@@ -250,9 +251,6 @@ def travel(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
     stem = (((0, 0), (0, -low)), ((0, -low - size), (0, -height)))
     where = sign(x - width // 2, y - low, symbol.direction, None, size, width=width)
     return [Polyline(x, y, (*ends, *stem)), *where]
-
-
-_CROSS = round(0.36 * C)  # width and height of the signs of bends
 
 
 def bend(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:

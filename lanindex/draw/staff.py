@@ -36,9 +36,11 @@ from lanindex.model.symbol import blank, joined, listed
 PITCH = round(1.2 * C)  # from one column to the next
 NARROW = round(0.8 * C)  # the same for narrow signs
 
+FIVE = 5  # seconds in a bar where seconds are counted
 _COLUMNS = shipped("draw/signs.toml")["columns"]
 _INSIDE, _OUTSIDE, BESIDE = (_COLUMNS[it] for it in ("inside", "outside", "beside"))
 _ALWAYS = ("r_support", "r_leg")  # they and their twins have columns, whatever the score has
+TURN = "body_turn"
 _LEGS = ("leg", "thigh", "shank", "foot")
 STANCES = frozenset({"r_stance", "l_stance"})  # tracks that are drawn as holds
 _LIMB_OF: dict[str, str] = shipped("draw/signs.toml")["limbs"]
@@ -102,9 +104,6 @@ def staff_columns(parts: Iterable[str]) -> StaffColumns:
         ends_right = at if right in wanted else ends_right
     own = {part: x for part, x in places.items() if part in wanted}
     return StaffColumns(own, inner, max(inner, ends_left), max(inner, ends_right))
-
-
-FIVE = 5  # seconds in a bar where seconds are counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -493,9 +492,6 @@ def _holds(layout: PageLayout, tops: Mapping[int, int]) -> list[MarkGroup]:
                     marks = [Label(x + side, y, held, size) for side in (-PITCH // 2, PITCH // 2)]
                 found.append(MarkGroup(tuple(marks), words))
     return found
-
-
-TURN = "body_turn"
 
 
 def turns(score: Score) -> tuple[NDArray[np.void], ...]:

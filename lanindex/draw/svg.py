@@ -27,6 +27,7 @@ STYLES: dict[str, str] = _SIGNS["styles"] | {
 }
 """Attributes by style; all else comes from the picture's root."""
 
+A4, EDGE = (595, 842), 42  # a sheet and its margin, points
 _ROOT = (
     ' fill="{ink}" stroke="{ink}" stroke-width="7" stroke-linejoin="miter"'
     ' font-family="sans-serif" text-anchor="middle"'
@@ -111,9 +112,6 @@ def _commands(lines: tuple[Points, ...], closed: bool) -> str:
 
 def _point(x: int, y: int) -> str:
     return f"{x}{y}" if y < 0 else f"{x} {y}"
-
-
-A4, EDGE = (595, 842), 42  # a sheet and its margin, points
 
 
 def pages(picture: Picture) -> list[Picture]:

@@ -21,6 +21,7 @@ from lanindex.model import Meter, Score, Span, Track
 from lanindex.notation.text import read_text, refuse, words_of
 
 AUTO = "auto"  # in place of a file of beats: find them in the movement
+FOUND = "// tempo: "  # how the comment begins of a score whose tempo was found in its movement
 SPREAD = 0.05  # largest deviation from the mean interval, as its share, of even beats
 NEAREST = 0.05  # seconds from one beat to the next, at least
 
@@ -92,9 +93,6 @@ class Beats:
                 if len(times) > 1 and all(NEAREST <= b - a < 1e6 for a, b in pairwise(times)):
                     return cls(first, times)
         return None
-
-
-FOUND = "// tempo: "  # how the comment begins of a score whose tempo was found in its movement
 
 
 def describe_tempo(meter: Meter, lines: Iterable[str]) -> str:

@@ -59,7 +59,6 @@ _HEADING = re.compile(r"#\s*(speed|rhythm|unit_total|unit)(?![a-z_])\s*=?\s*(.*)
 _ONE_LINE = re.compile(r"[^\r\n]+")
 _COUNT = re.compile(r"\d{1,9}")
 _RHYTHM = re.compile(r"([1-9]\d?)\s*/\s*([1-9]\d?)")
-_KEYWORDS = (*LINES, "#speed", "#rhythm")
 # Keywords of the whole body; lines with them for a limb are kept, not read
 _WHOLE_BODY = ("support", "jump", "travel", "rotation")
 _AS_WELL = {("direction", "support")}  # keywords that also begin symbols of another kind
@@ -158,7 +157,7 @@ class LndReader:
         """Refuse a misspelt keyword: its line would be kept, its symbol lost in silence."""
         from rapidfuzz.distance import OSA
 
-        for keyword in _KEYWORDS:
+        for keyword in (*LINES, "#speed", "#rhythm"):
             if OSA.distance(word.partition("=")[0], keyword) <= len(keyword) // 4:
                 raise self.fault(f'"{shown(word)}"', f'"{keyword}"')
 

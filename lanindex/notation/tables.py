@@ -31,6 +31,7 @@ COLUMNS: dict[str, type] = {
 }
 """What a row holds, in order: `lanindex.records.of_row`."""
 
+Rows = Iterator[tuple[str, Mapping[str, Any]]]  # of a file, each with its place
 _FEWEST = ("part", "fps", "start_frame", "end_frame")
 _MEASURED = ("swings", "margin", "speed", "size", "straightness")
 _CODES = {"direction": DIRECTION_CODES, "level": LEVEL_CODES}
@@ -49,10 +50,6 @@ def rows_in(capture: Capture, tracks: Mapping[str, Track]) -> Iterator[dict[str,
     for track in tracks.values():
         for symbol in track.listed():
             yield records.of_row(capture, symbol)
-
-
-Rows = Iterator[tuple[str, Mapping[str, Any]]]
-"""The rows of a file, each with its place."""
 
 
 def score_of(rows: Rows, place: str) -> Score:

@@ -139,5 +139,4 @@ def write(score: Score) -> str:
 
 
 def _seconds(time: int) -> str:
-    """Return milliseconds as seconds, without needless digits."""
     return f"{time // SECOND}.{time % SECOND:03}".rstrip("0").rstrip(".")

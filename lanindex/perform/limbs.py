@@ -19,6 +19,8 @@ from lanindex.model.derived import DEGREE, degree_of
 
 Floats = NDArray[np.float64]
 Cell = tuple[int, int]
+# Frames in which a part goes from a cell to another, or stays, and the share done, (T,)
+Reach = tuple[slice, Cell, Cell, Floats]
 
 FORWARD, UP, RIGHT = np.eye(3)
 FOLDED: Cell = (PLACE, MID)
@@ -157,10 +159,6 @@ def turned(vectors: Floats, left: Floats) -> Floats:
     sine, cosine = np.sin(left), np.cos(left)
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.stack((x * cosine + z * sine, y, z * cosine - x * sine), axis=-1)
-
-
-Reach = tuple[slice, Cell, Cell, Floats]
-"""Frames in which a part goes from a cell to another, or stays, and the share done, (T,)."""
 
 
 def reaches(rows: NDArray[Any], times: Floats, rate: Fraction, rest: Cell) -> Iterator[Reach]:

@@ -61,6 +61,7 @@ REST: dict[str, Cell] = {
 TURNING = 0.19
 _SLIGHT = 1e-6  # a part of a unit vector that tells nothing: what is shorter has no direction
 IN_PLACE = 0.3  # how much of its length a limb reaches at most that is in place and bent as told
+NEARLY = 0.92  # cosine of 23 degrees: a palm farther off than that is reported
 FASTEST = 10_000  # frames a second, at most
 LONGEST = 100_000  # frames, at most: a slip in a file's number of units shall not take all memory
 
@@ -330,9 +331,6 @@ def _fronted(vectors: Floats, travel: Travel | None) -> Floats:
 def _on_stage(vectors: Floats) -> Floats:
     """Turn vectors from the body frame to the stage: right is -x, forward +z."""
     return np.stack([-vectors[..., 2], vectors[..., 1], vectors[..., 0]], axis=-1)
-
-
-NEARLY = 0.92  # cosine of 23 degrees: a palm farther off than that is reported
 
 
 def face_palms(

@@ -45,6 +45,7 @@ SIDES = "rl"
 Rows = NDArray[Any]
 Bones = dict[str, Floats]  # by bone, or by side
 
+_RANKS = ("other", "knee", "hand", "seat", "trunk")  # carriers; of several the last one is written
 LIES = 0.07  # lengths of a leg above the floor: so high lies a knee or a wrist that carries
 
 Window = tuple[float, float]
@@ -173,9 +174,6 @@ def _joined(one: CarrierSpan, two: CarrierSpan) -> Window | None:
         return until - length, until
     begin = one[1] - POSES[one[2]].leaves * length**1.5
     return begin, begin + length
-
-
-_RANKS = ("other", "knee", "hand", "seat", "trunk")  # carriers; of several the last one is written
 
 
 class Resting:
