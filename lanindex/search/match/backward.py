@@ -79,7 +79,8 @@ class Backwards:
             else:
                 (state,) = states
                 own = self._beyond(state), end_values[state], self._events(state).cost
-                self.values[state] = np.where(fits[state], _combined(*own), NONE)
+                self.values[state] = _combined(*own)
+                self.values[state][~fits[state]] = NONE
 
     def ahead(self, edge: Edge) -> tuple[IntArray, Transitions]:
         """Return the values that an edge enters, `NONE` if it does not, and where it leads."""
