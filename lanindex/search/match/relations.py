@@ -289,13 +289,13 @@ def end_bounds(relation: str, lines: Spans, others: SpanIndex, margins: Margins)
     elif relation in ("ending with", "exactly with"):
         first = np.maximum(first, smallest_in(ends[order], begin, behind, 0) - slack)
         last = slack - smallest_in(-ends[order], begin, behind, 0)
-    own = hull_rank(lines.start, lines.until)
-    rank = np.where((begin < behind) & (first <= last), own, NEVER)
+    rank = own = hull_rank(lines.start, lines.until)
     if RELATIONS[relation].adds_frames:
         ranks = hull_rank(others.lines.low, others.lines.high)[order]
         best = smallest_in(ranks, begin, behind, NEVER)
         best = best & ~LATEST | np.maximum(best & LATEST, own & LATEST)  # the line is in the hull
-        rank = np.maximum(rank, best)
+        rank = np.maximum(own, best)
+    rank = np.where((begin < behind) & (first <= last), rank, NEVER)
     return EndBounds(first, last, rank)
 
 

@@ -271,10 +271,14 @@ class _Joins(Joins):
 
 
 def _lying_in(program: Program) -> set[Program]:
-    """Return the lines beside a program that lie in the hit, wherever they are."""
+    """Return the lines beside a program that lie in the hit, wherever they are.
+
+    Beside a line that runs on there may be others: what goes on behind the hit is no hit only if it
+    is complete.
+    """
     inside: set[Program] = set()
     outside: set[Program] = set()
-    todo = [(program, True)]
+    todo = [(program, not program.open_ended)]
     while todo:
         line, within = todo.pop()
         for companion in line.companions:
