@@ -40,7 +40,7 @@ def drawings(html: str) -> list[ElementTree.Element]:
 def test_all_are_shown(library) -> None:
     from IPython.core.interactiveshell import InteractiveShell
 
-    shell = InteractiveShell()
+    shell = InteractiveShell(warn_venv=False)  # another environment may be active
     hits = library.search("r_arm right mid", Selection("*.bvh"))
     motion = lanindex.read(hits[0].capture.location)
     for thing, least in (
