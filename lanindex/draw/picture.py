@@ -256,17 +256,13 @@ def travel(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
 def bend(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
     """Return a cross and the degree of a bend, or posts for a straight limb, and how long."""
     size, degree = min(height, _CROSS), degree_of(symbol.amount or 0)
-    half, at = size // 2, -size // 2 * bool(degree)
+    half, left = size // 2, x - C * 3 // 10 * bool(degree)  # the number stands beside the cross
     cross = (((-half, 0), (half, -size)), ((-half, -size), (half, 0)))
     posts = (((-half, -size), (-half, 0), (half, -size), (half, 0)),)
-    strokes = tuple(
-        tuple((at + right, up) for right, up in it) for it in (cross if degree else posts)
-    )
-    if height > size + 2 * GAP:
-        strokes += (((0, -size - 2 * GAP), (0, -height)),)
-    marks: list[Mark] = [Polyline(x, y, strokes)]
+    stem = (((0, -size - 2 * GAP), (0, -height)),) * (height > size + 2 * GAP)
+    marks: list[Mark] = [Polyline(left, y, (*(cross if degree else posts), *stem))]
     if degree and height >= _CROSS:
-        marks.append(Label(x + half + SMALL // 5, y, str(degree), SMALL))
+        marks.append(Label(x + C // 5, y, str(degree), SMALL))
     return marks
 
 

@@ -34,7 +34,8 @@ from lanindex.model.score import rows_of
 from lanindex.model.symbol import blank, joined, listed
 
 PITCH = round(1.2 * C)  # from one column to the next
-NARROW = round(0.8 * C)  # the same for narrow signs
+PITCHES = {"bend": C, "turn": round(1.5 * C)}
+"""The same by kinds of symbols, whose signs are narrow or whose numbers, in films, are wide."""
 
 FIVE = 5  # seconds in a bar where seconds are counted
 _COLUMNS = shipped("draw/signs.toml")["columns"]
@@ -96,7 +97,7 @@ def staff_columns(parts: Iterable[str]) -> StaffColumns:
     inside = [pair for pair in _INSIDE if pair[0] in _ALWAYS or wanted & {*pair}]
     outside = [pair for pair in _OUTSIDE if wanted & {*pair}]
     for number, (right, left) in enumerate([*inside, *outside]):
-        wide = NARROW if kind_of(right) == "bend" else PITCH
+        wide = PITCHES.get(kind_of(right), PITCH)
         places |= {right: at + wide // 2, left: -at - wide // 2}
         at += wide
         inner = at if number + 1 == len(inside) else inner

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lanindex.alphabet import kind_of
-from lanindex.draw import draw
+from lanindex.draw import Picture, draw
 from lanindex.draw import staff as paper
 from lanindex.draw.picture import PIXEL, Label, Mark, MarkGroup
 from lanindex.draw.plain import plain
@@ -320,10 +320,8 @@ class FilmStaff:
         picture, times, downs = self._drawn(number)
         return picture, float(np.interp(seconds, times, downs))
 
-    def _page_image(self, number: int) -> tuple[Image, list[float], list[float]]:
-        """Return a page, some of its moments, and their places from the top."""
-        from PIL import Image
-
+    def page(self, number: int) -> tuple[Picture, float, float]:
+        """Return a page, and from when to when it lasts."""
         start = self.start + number * self.lasts
         stop = min(start + self.lasts, self.stop)
         picture = draw(
@@ -335,10 +333,17 @@ class FilmStaff:
             seconds=self.seconds,
             marked=self._marked,
         )
-        self.warnings |= dict.fromkeys(picture.warnings)
         least = round(self.letter * PIXEL / self.scale)
         marks = tuple(_legible(mark, least) for mark in picture.marks)
-        picture = replace(picture, height=picture.height - paper.NAMES + self._names, marks=marks)
+        height = picture.height - paper.NAMES + self._names
+        return replace(picture, height=height, marks=marks), start, stop
+
+    def _page_image(self, number: int) -> tuple[Image, list[float], list[float]]:
+        """Return a page, some of its moments, and their places from the top."""
+        from PIL import Image
+
+        picture, start, stop = self.page(number)
+        self.warnings |= dict.fromkeys(picture.warnings)
         scale = min(self.scale, PIXEL * self.height / picture.height)
         with Image.open(BytesIO(rendered(picture, "png", scale))) as image:
             page = Image.new("RGB", (self.width, self.height), PAPER)

@@ -1,15 +1,17 @@
-"""Signs, holds and labels of a drawn score lie apart, and inside the picture."""
+"""Signs, holds and labels of a drawn score lie apart, and inside the picture, in films too."""
 
 from itertools import pairwise
+from math import ceil
 from pathlib import Path
 
 import pytest
 
 import lanindex
 from lanindex.draw import Picture, draw
-from lanindex.draw.picture import C, Circle, Label, Mark, MarkGroup, Polyline
+from lanindex.draw.picture import PIXEL, C, Circle, Label, Mark, MarkGroup, Polyline
 from lanindex.draw.plain import plain
 from lanindex.draw.staff import BESIDE
+from lanindex.film.film import SIZE, FilmStaff
 
 Box = tuple[float, float, float, float]
 
@@ -60,17 +62,17 @@ def boxes(picture: Picture) -> list[tuple[str, Box]]:
     return found
 
 
-def overlaps(picture: Picture) -> list[tuple[str, str]]:
-    """Return what lies on something else, or beside the picture."""
+def overlaps(picture: Picture, most: int = 3) -> list[tuple[str, str]]:
+    """Return what lies on something else, by more than `most` units, or beside the picture."""
     found, wide, high = [], picture.width, picture.height
     ordered = sorted(boxes(picture), key=lambda it: it[1][0])
     for at, (name, (left, top, right, bottom)) in enumerate(ordered):
         if left < 0 or top < 0 or right > wide or bottom > high:
             found.append((name, "outside"))
         for other, (begin, up, end, down) in ordered[at + 1 :]:
-            if begin > right - 3:
+            if begin > right - most:
                 break
-            if min(bottom, down) - max(top, up) > 3 and min(right, end) - begin > 3:
+            if min(bottom, down) - max(top, up) > most < min(right, end) - begin:
                 found.append((name, other))
     return found
 
@@ -80,6 +82,10 @@ def check(path: Path) -> None:
     for drawn in (plain(score), score):
         for bars in (4, 1):
             assert overlaps(draw(drawn, heading=(path.name,), bars=bars, legend=True)) == []
+    seconds = min(float(score.frames / score.rate), 20)
+    film = FilmStaff(score, 0, seconds, (SIZE[0] // 2, SIZE[1]))
+    for number in range(ceil(seconds / film.lasts)):
+        assert overlaps(film.page(number)[0], 2 * PIXEL) == []  # its letters are larger
 
 
 @pytest.mark.parametrize("path", CORPUS, ids=lambda path: path.name)
