@@ -185,13 +185,17 @@ def pieces(codes: NDArray[Any], least: int) -> list[tuple[int, int]]:
     return found
 
 
-def turns(heading: Floats, profile: Profile) -> Floats:
-    """Return the turns of an unwrapped heading (N,), degrees, as from `table`."""
+def turns(heading: Floats, profile: Profile, chest: Floats | None = None) -> Floats:
+    """Return the turns of an unwrapped heading (N,), degrees, as from `table`.
+
+    `chest` (N,) is the heading of the shoulders, where they are known.
+    """
     rate = float(profile.rate)
     if len(heading) < 2:
         return table([])
     calm = smooth(heading, window(STRIDE, profile.rate))
-    light = smooth(heading, window(profile.smoothing, profile.rate))
+    both = np.array((heading, heading if chest is None else chest))
+    both = smooth(both, window(profile.smoothing, profile.rate))
     pace = np.abs(np.gradient(calm)) * rate
     found = []
     for first, last in swings(calm, turning_points(calm), TURNS):
@@ -199,11 +203,14 @@ def turns(heading: Floats, profile: Profile) -> Floats:
         edges = [first, *(first + edge for edge in chain(*rests)), last + 1]
         for start, stop in zip(edges[::2], edges[1::2], strict=True):
             if stop > start and abs(calm[stop - 1] - calm[start]) >= TURNS:
-                found.append(_turning(light[start:stop], start, rate))
-    edges = [0, *chain(*((one.start, one.stop) for one in found)), len(heading)]
-    around = zip(found, edges[::2], edges[3::2], strict=False)
-    told = (_told(light, *one, round(STRIDE * rate)) for one in around)
-    return table([one for one in told if one.amount >= TURNS])
+                found.append(_turning(both[0, start:stop], start, rate))
+    while True:
+        edges = [0, *chain(*((one.start, one.stop) for one in found)), len(heading)]
+        around = zip(found, edges[::2], edges[3::2], strict=False)
+        told = [_told(both, *one, round(STRIDE * rate)) for one in around]
+        found = [one for one in told if one.amount >= TURNS]
+        if len(found) == len(told):  # else what lay beside no turn lies there
+            return table(found)
 
 
 def _turning(heading: Floats, start: int, rate: float) -> Event:
@@ -216,12 +223,17 @@ def _turning(heading: Floats, start: int, rate: float) -> Event:
     return Event(start + first, start + last, code, -1, 0, speed=float(pace.max()) / 360)
 
 
-def _told(heading: Floats, turn: Event, low: int, high: int, stride: int) -> Event:
-    """Return a turn with its degrees, as the heading between its neighbours, [low, high), tells."""
+def _told(headings: Floats, turn: Event, low: int, high: int, stride: int) -> Event:
+    """Return a turn with its degrees, as the headings between its neighbours, [low, high), tell.
+
+    `headings` (2, N) are those of the hips, which it is measured by, and of the chest.
+    """
     start, stop = turn.start, turn.stop
-    before = heading[max(low, start - stride + 1) : start + 1].mean()
-    after = heading[stop : max(min(high, stop + stride), stop + 1)].mean()
-    amount = round(abs(float(after - before)))
+    before = headings[:, max(low, start - stride + 1) : start + 1].mean(axis=1)
+    after = headings[:, stop : max(min(high, stop + stride), stop + 1)].mean(axis=1)
+    left = turn.direction == DIRECTION_CODES["left"]
+    hips, chest = (after - before if left else before - after).tolist()
+    amount = round(hips) if chest >= TURNS / 2 else 0
     return turn._replace(amount=amount, margin=min(amount / TURNS - 1, 1.0))
 
 

@@ -246,7 +246,7 @@ def load(name: str | Path = "default") -> Profile:
     )
 
 
-METHOD = b"9"
+METHOD = b"10"
 """Which method encodes: another one makes other symbols with the same numbers."""
 
 

@@ -137,12 +137,12 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
     chest = heading(body.motion, profile.rate, body, AXES[::-1])
     for hips in stretches(body, ("RHip", "LHip")):
         begin, frames = hips.frames.start, slice(hips.frames.start, hips.frames.stop)
-        way = table([])
+        way, front = table([]), unwrapped(chest[frames])
         if leg:
-            front = smooth(unwrapped(chest[frames]), window(STRIDE, profile.rate))
-            way = travel(hips, front, leg, profile)
+            way = travel(hips, smooth(front, window(STRIDE, profile.rate)), leg, profile)
         yield "body_travel", hips.known, begin, way
-        yield "body_turn", hips.known, begin, turns(np.degrees(unwrapped(turn[frames])), profile)
+        ends = np.degrees(unwrapped(turn[frames])), profile, np.degrees(front)
+        yield "body_turn", hips.known, begin, turns(*ends)
     yield from leans(body, turn)
 
 

@@ -40,6 +40,24 @@ def test_the_sway_of_a_walk_does_not_count_in_a_turn(phase):
     assert abs(curves.Event(*turn).amount - 90) <= 5
 
 
+def told(hips, chest) -> list[int]:
+    """Return the degrees of the turns of headings that rest half a second at each of some."""
+    times = np.ravel([(3 + 0.7 * it, 3.5 + 0.7 * it) for it in range(len(hips))])
+    ways = [np.interp(np.arange(600) / 60, times, np.repeat(it, 2)) for it in (hips, chest)]
+    return [curves.Event(*it).amount for it in turns(ways[0], load("default"), ways[1])]
+
+
+def test_what_the_shoulders_do_not_turn_is_no_turn():
+    assert told([0, 90], [0, 90]) == told([0, 90], [0, 60]) == [90]
+    assert told([0, 90], [0, 10]) == told([0, 90], [0, -60]) == []
+
+
+def test_what_is_no_turn_does_not_bound_one():
+    assert told([0, 90, 30], [0, 90, 30]) == [90, 60]
+    (turn,) = told([0, 90, 30], [0, 90, 90])
+    assert 45 <= turn <= 75  # the mean of half a second at 90 and another at 30
+
+
 @pytest.mark.parametrize("pace", [[1, 1, 1, 1], [0, 1, 1, 1], [2, 1, 1, 1]])
 def test_an_even_pace_has_a_beginning(pace):
     for part in range(4):

@@ -115,6 +115,33 @@ def test_turns_by_steps(degrees):
     assert close([turn.start, turn.stop], [61, 61 + 30 * count], 15)
 
 
+def swaying(motion: Motion, phase: float) -> Motion:
+    """Return a walk of steps of half a second with hips and shoulders that sway, in degrees."""
+    places = motion.positions.astype(float)
+    angle = np.radians(np.sin(2 * np.pi * np.arange(len(motion)) / float(motion.rate) + phase))
+    for joint, degrees in (("Hip", 12), ("Shoulder", -8)):
+        left, right = (motion.skeleton.body[JOINT_CODES[side + joint]] for side in "LR")
+        half = (places[:, right] - places[:, left])[:, ::2] @ (0.5, 0.5j)
+        swayed = half * (np.exp(1j * degrees * angle) - 1)
+        for side, way in ((right, swayed), (left, -swayed)):
+            places[:, side, 0] += way.real
+            places[:, side, 2] += way.imag
+    return replace(motion, positions=places.astype(np.float32))
+
+
+@pytest.mark.parametrize("degrees", [90, -90, 180, -180, 360, -360])
+@pytest.mark.parametrize(("rate", "goes"), [(30, True), (60, False), (120, True)])
+def test_turns_of_bodies_that_sway(rate, goes, degrees):
+    walks = [Do("rl"[it % 2], "forward", 0.6) for it in range(6)] if goes else [Do("stand")] * 3
+    turn = [Do("stand", seconds=abs(degrees) / 150, turn=degrees)]
+    if goes:
+        turn = [Do(foot, "forward", 0.4, turn=degrees / 4) for foot in STEPS]
+    for phase in (0.0, 2.0, 4.0):
+        (told,) = encode(swaying(walk(walks + turn + walks, rate), phase)).symbols("body_turn")
+        assert told.direction == ("left" if degrees > 0 else "right")
+        assert abs(told.amount - abs(degrees)) <= 5
+
+
 def test_two_turns_with_a_rest_between_are_two():
     turn, rest = [Do("r", turn=45), Do("l", turn=45)], Do("stand", seconds=1.5)
     score = encode(walk([rest, *turn, rest, *turn, rest]))
