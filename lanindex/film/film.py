@@ -179,16 +179,16 @@ class Film:
             score, start, stop, half, self.letter, parts=parts, marked=marked, seconds=seconds
         )
         about, looked = self.frames, list(parts or ())
-        if view == AUTO and marked:
+        if marked:
             first, last = min(it.start for it in marked), max(it.stop for it in marked)
             at = about / float(figure.rate / score.rate)
             hit = about[(first <= at) & (at < last)]
-            if len(hit):
-                about = hit
-            looked = list(dict.fromkeys(it.part for it in marked))
+            about, looked = hit if len(hit) else about, [it.part for it in marked]
         moving = faced(figure, self.frames, about)
-        eye = best_view([(faced(figure, about), looked)])
-        eye = eye if view == AUTO else View(turned_of(view))
+        if view == AUTO:
+            eye = best_view([(faced(figure, about), list(dict.fromkeys(looked)))])
+        else:
+            eye = View(turned_of(view))
         lit = np.zeros((count, len(figure.bones)), bool)  # which bones are coloured when
         for symbol in marked:
             begins, ends = (float(it / score.rate) for it in (symbol.start, symbol.stop))

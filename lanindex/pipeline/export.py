@@ -77,6 +77,7 @@ def clips(
     """Yield the files of clips, then the manifest; its rows are appended to `rows`."""
     if options.format not in FORMATS:
         raise UsageError(f'"{shown(options.format)}"', place="--format", wanted=", ".join(FORMATS))
+    film = None
     if options.preview is not None:
         from lanindex.film.film import FORMS
         from lanindex.pipeline.preview import filming
@@ -84,13 +85,12 @@ def clips(
         if options.preview not in FORMS:
             found = f'"{shown(options.preview)}"'
             raise UsageError(found, place="--preview", wanted=", ".join(FORMS))
+        requests = list(requests)
+        film = filming(store, requests, options.preview)
     used_names, lost = {*MANIFEST}, Counter[str]()
-    for _, group in groupby(requests, key=lambda request: _identity(request.capture)):
-        of_capture = list(group)
-        capture = held_as(store, of_capture[0].capture)
+    for capture, of_capture in by_capture(store, requests):
         score = store.score(capture.id)
         suffix, cut = _cutter(store, capture, options, lost)
-        film = filming(store, capture, score, options.preview) if options.preview else None
         for request in of_capture:
             span = clip_span(capture, request.hit, options.pad)
             name = clip_name(capture, span, used_names)
@@ -99,7 +99,7 @@ def clips(
             yield formats.File(f"{name}.lnd", lnd.write(excerpt(score, span)).encode())
             preview = f"{name}.{options.preview}" if film else None
             if film and preview:
-                yield formats.File(preview, film(request, span))
+                yield formats.File(preview, film(capture, score, request, span))
             rows.append(_manifest_row(name + suffix, capture, request, span, preview))
     if rows:
         yield from _manifest_files(rows)
@@ -267,6 +267,15 @@ def suspects(store: Store, replaced: Iterable[Path]) -> list[str]:
 
 def _identity(capture: Capture) -> tuple[int, str, str]:
     return capture.id, capture.location, capture.sha256
+
+
+def by_capture(
+    store: Store, requests: Iterable[Request]
+) -> Iterator[tuple[Capture, list[Request]]]:
+    """Yield captures of a library, each with those requests for it that follow each other."""
+    for _, group in groupby(requests, key=lambda request: _identity(request.capture)):
+        own = list(group)
+        yield held_as(store, own[0].capture), own
 
 
 def held_as(store: Store, capture: Capture) -> Capture:

@@ -1,10 +1,10 @@
 """Films and pictures of hits: the motion of what is shown, and the files that show it."""
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache
 from pathlib import Path
 
 from lanindex.draw.svg import image
@@ -17,7 +17,9 @@ from lanindex.film.hits import (
     RATE,
     SHEET_HITS,
     HitPreview,
+    Playback,
     page,
+    playback,
     preview_of,
     seen_from,
     sheet,
@@ -30,7 +32,7 @@ from lanindex.model.derived import STEP
 from lanindex.notation import NOTATIONS
 from lanindex.perform import perform
 from lanindex.pipeline import convert
-from lanindex.pipeline.export import stored_motion
+from lanindex.pipeline.export import by_capture, stored_motion
 from lanindex.pipeline.named import Named, Request, counts_beats, matched
 from lanindex.search.hits import Hits
 
@@ -94,17 +96,34 @@ def _body(store: Store, capture: Capture) -> tuple[Figure | None, str]:
 
 
 def filming(
-    store: Store, capture: Capture, score: Score, form: str
-) -> Callable[[Request, Span], bytes]:
-    """Return what films clips of a capture, the symbols of their hits in colour."""
+    store: Store, requests: Iterable[Request], form: str
+) -> Callable[[Capture, Score, Request, Span], bytes]:
+    """Return what films clips, the symbols of their hits in colour, all from one side."""
     rate = RATES.get(form, FILM_RATE)
-    moving, beats = figure(stored_motion(store, capture, rate)), counts_beats(capture.format, score)
+    body = lru_cache(1)(lambda capture: figure(stored_motion(store, capture, rate)))
 
-    shown = partial(Film, moving, score, title=capture.path, rate=rate, seconds=not beats)
+    def played() -> Iterator[Playback | None]:
+        for capture, own in by_capture(store, requests):
+            for it in own:
+                seconds = float(it.hit.start / capture.rate), float(it.hit.stop / capture.rate)
+                parts = (symbol["part"] for symbol in it.symbols)
+                yield playback(body(capture), parts, seconds, seconds)
 
-    def film(request: Request, span: Span) -> bytes:
+    side = seen_from(played()).turn
+
+    def film(capture: Capture, score: Score, request: Request, span: Span) -> bytes:
         start, stop = (float(frame / capture.rate) for frame in (span.start, span.stop))
-        return shown(start=start, stop=stop, marked=matched(score, request)).written(form)
+        return Film(
+            body(capture),
+            score,
+            title=capture.path,
+            start=start,
+            stop=stop,
+            rate=rate,
+            view=side,
+            marked=matched(score, request),
+            seconds=not counts_beats(capture.format, score),
+        ).written(form)
 
     return film
 

@@ -15,6 +15,7 @@ from film_frames import seen
 
 from lanindex.errors import ExportError, UsageError
 from lanindex.film.figure import PALETTE
+from lanindex.film.film import Film
 from lanindex.formats import read
 from lanindex.formats.bvh import scan
 from lanindex.library.selection import Selection
@@ -437,6 +438,20 @@ def test_films_stand_beside_clips(tmp_path: Path, library: Library, form: str) -
     written = [json.loads(it) for it in (folder / "manifest.jsonl").read_text().splitlines()]
     assert written == rows
     assert library.export(hits, tmp_path / "clips")[0].keys() == rows[0].keys() - {"preview"}
+
+
+def test_films_of_one_export_are_seen_from_one_side(
+    tmp_path: Path, library: Library, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    turns = []
+    monkeypatch.setattr(Film, "written", lambda film, _: turns.append(film.scene.view.turn) or b"")
+    raised, bowed = (
+        library.search("r_arm -> r_arm", Selection(it)) for it in ("*se.bvh", "*w.bvh")
+    )
+    for number, hits in enumerate((raised, bowed, [*raised, *bowed])):
+        library.export(hits, tmp_path / f"films{number}", preview="mp4")
+    assert turns[: len(raised)] != turns[-len(bowed) :]
+    assert len(set(turns[len(raised) + len(bowed) :])) == 1
 
 
 def test_scores_have_films_too(tmp_path: Path, library: Library) -> None:
