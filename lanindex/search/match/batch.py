@@ -53,6 +53,7 @@ LARGE = 1 << 19
 so that a search takes little memory beside the columns that it reads."""
 
 FEWEST_ROWS = 1 << 14  # a batch may have in any library: each batch costs time of its own
+CAPTURE = 4  # rows that a capture counts for at least: it has a length, bounds, a clock
 MOST_STATES = 32  # steps of a line that `possible` looks at
 
 
@@ -481,15 +482,15 @@ def _key(state: State) -> object:
 
 
 def split(columns: Collection[Columns], places: IntArray, most: int) -> list[IntArray]:
-    """Split captures into batches of at most `most` captures, and `most` rows of each part.
+    """Split captures into batches of at most `most` rows of each part; a capture has `CAPTURE`.
 
     Batches are smaller in a library smaller than `LARGE`; a single capture may have more rows.
     """
     library = max(map(len, columns), default=0)
     rows = max(min(most, FEWEST_ROWS), most * min(library, LARGE) // LARGE)
-    longest = np.ones(len(places), np.int64)
+    longest = np.full(len(places), CAPTURE)
     for own in columns:
-        longest = np.maximum(longest, own.bounds[places + 1] - own.bounds[places])
+        np.maximum(longest, np.diff(own.bounds)[places], out=longest)
     slab = np.cumsum(longest) // rows
     return np.split(places, np.flatnonzero(starts_of(slab))[1:]) if len(places) else []
 

@@ -104,6 +104,7 @@ class Context:
         self._widths: list[int] = []
         self._begins = [0]
         self._settled: dict[Program, list[SettledConditions]] = {}
+        self._hosts: dict[Program, BoolArray] = {}
 
     def count_tried(self, capture: IntArray) -> BoolArray | None:
         """Count matches by their captures; return which are not refused, None: all of them."""
@@ -193,9 +194,31 @@ class Context:
         return self._alive[program]
 
     def roots(self, program: Program) -> list[BoolArray]:
-        """Return, by entry, at which events of its state a line may begin."""
-        alive = self.alive(program)
-        return [roots(self.batch, program, it) & alive[it.state] for it in program.entries]
+        """Return, by entry, at which events of its state a line may begin.
+
+        A line beside a group begins only in captures in which the group may open.
+        """
+        alive, found = self.alive(program), []
+        for entry in program.entries:
+            fits = roots(self.batch, program, entry) & alive[entry.state]
+            if program is not self.program:
+                capture = self.batch.events(program.states[entry.state]).capture
+                fits &= self._hosting(program)[capture]
+            found.append(fits)
+        return found
+
+    def _hosting(self, program: Program) -> BoolArray:
+        """Tell in which captures a group may open that a line stands beside, (captures,) bool."""
+        if program not in self._hosts:
+            found = self._hosts[program] = np.zeros(len(self.batch), bool)
+            for host, group in self.rewrites.hosts[program]:
+                alive = self.alive(host)
+                ways = [*zip(host.entries, self.roots(host), strict=True)]
+                ways += [(it.entry, alive[it.entry.state]) for edges in host.edges for it in edges]
+                for entry, fits in ways:
+                    if group in entry.opens:
+                        found[self.batch.events(host.states[entry.state]).capture[fits]] = True
+        return self._hosts[program]
 
     def possible(self) -> BoolArray:
         """Tell in which captures all lines that a hit needs can begin, (captures,) bool."""

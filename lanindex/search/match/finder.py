@@ -52,7 +52,7 @@ Watch = Callable[[int, int], None]
 """Called now and then with how many captures are done, and of how many; it may raise."""
 
 MANY = 1000  # captures from which on those that cannot have a hit are left out first
-MOST_ROWS = 1 << 17  # rows of a part, or captures, in a batch
+MOST_ROWS = 1 << 17  # rows of a part in a batch
 NARROWER = 'Bound what it tries: write "...[<5s]" for "...", or search fewer captures.'
 """The remedy where a search takes too much time or memory."""
 

@@ -7,11 +7,12 @@ line beside the first can never stand there. `Rewrites` holds what can be left o
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
 from itertools import combinations_with_replacement, product
 
 from lanindex.search.match.relations import FIRST, RELATIONS
-from lanindex.search.plan import NEGATIONS, Companion, Program, State, components
+from lanindex.search.plan import NEGATIONS, Companion, Group, Program, State, components
 
 MANNERS = ("move", "at", "hold")
 """What a symbol may be taken as."""
@@ -50,6 +51,9 @@ class Rewrites:
         self.contested: dict[Program, set[int]] = {}  # states whose symbols another line could want
         self.rivals: dict[Program, set[Program]] = {}  # the lines that could want them
         self.outside: set[Program] = set()  # lines whose claims matter to lines further out
+        self.hosts = defaultdict[Program, list[tuple[Program, Group]]](
+            list
+        )  # what lines are beside
         self.standing = {it: _standing(program, it) for it in program.outermost.companions}
         self._lines: list[_Line] = []
         self._list(program)
@@ -91,6 +95,7 @@ class Rewrites:
                 deeper = denied + (companion.relation in NEGATIONS)
                 apart = group is program.outermost and RELATIONS[companion.relation].shares_nothing
                 for inner in self.programs(companion):
+                    self.hosts[inner].append((program, group))
                     self._list(
                         inner,
                         again=group in repeated,

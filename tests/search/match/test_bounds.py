@@ -148,6 +148,8 @@ def test_what_ends_soon_is_found_without_what_ends_late(monkeypatch):
         "a: r_arm any ... b: any during head any where a.level < b.level",
         # a bracket opens where what stands beside it may
         "r_arm any ... ((l_arm any ... any) with (r_arm high x40)) ... r_arm any",
+        # what stands beside a bracket is looked for where the bracket may open
+        "r_arm any -> ((head high x40) with (l_arm any ... any ... any))?",
         # of a line that runs on, the first end is looked up
         "r_arm any ... any -> high x0..2",
     ],
