@@ -9,7 +9,7 @@ from math import ceil, floor
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTION_CODES, KINDS, group_of, kind_of
+from lanindex.alphabet import DIRECTION_CODES, KINDS, PLACE, group_of, kind_of
 from lanindex.data import shipped
 from lanindex.draw.picture import (
     BOW,
@@ -495,11 +495,26 @@ def _holds(layout: PageLayout, tops: Mapping[int, int]) -> list[MarkGroup]:
     return found
 
 
+_CURVE, _STEP = 3, 90  # steps of a way that curves, at least; degrees that each turns, at most
+
+
 def turns(score: Score) -> tuple[NDArray[np.void], ...]:
-    """Return the turns of the body: while no foot takes the weight, by steps, and others."""
-    own = rows_of(score, TURN)
-    step, right, left = (_meet(own, rows_of(score, part)) for part in (STEP, *SUPPORTS))
-    return own[~(right | left)], own[step], own[(right | left) & ~step]
+    """Return the turns of the body: while no foot takes the weight, along curves, and others."""
+    own, steps = rows_of(score, TURN), rows_of(score, STEP)
+    right, left = (_meet(own, rows_of(score, part)) for part in SUPPORTS)
+    spot = ~(right | left)
+    middles = (steps["start"] + steps["stop"]) / 2
+    ends = (np.searchsorted(middles, own[it]).tolist() for it in ("start", "stop"))
+    within = [steps["direction"][slice(*it)] for it in zip(*ends, strict=True)]
+    most = _STEP * np.array([_onward(ways) for ways in within], int)
+    curve = (own["amount"] <= most) & (most >= _STEP * _CURVE)
+    return own[spot], own[curve & ~spot], own[~(curve | spot)]
+
+
+def _onward(ways: NDArray[np.int8]) -> int:
+    """Return how many steps lead somewhere, 0 if some lie beyond 45 degrees of one another."""
+    ways = ways[ways != PLACE]
+    return len(ways) if np.isin((ways[:, None] - ways) % 8, (0, 1, 7)).all() else 0
 
 
 def _meet(rows: NDArray[np.void], others: NDArray[np.void]) -> NDArray[np.bool_]:

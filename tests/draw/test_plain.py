@@ -118,10 +118,13 @@ def test_weight_is_held_from_the_starting_position_on_and_on_every_staff() -> No
 
 
 def test_a_turn_is_a_pivot_a_circular_way_or_a_turn_in_the_air() -> None:
-    lines = [f"rotation body_turn right 90 {at} {at + 1}" for at in (0.5, 2.5, 5)]
+    lines = [
+        f"rotation body_turn right 90 {at} {stop}" for at, stop in ((0.5, 2), (2.5, 3.5), (5, 6))
+    ]
+    third = "support r_support r_forward mid 1.5 2"
     landing = [f"support {side}_support place mid 5 6" for side in ("r", "l")]
     turned = score(
-        *lines, *landing, "jump jump place spring 5 6", "travel body_travel forward 0 0 1"
+        *lines, third, *landing, "jump jump place spring 5 6", "travel body_travel forward 0 0 1"
     )
     picture = draw(plain(turned))
     way, spot, flown = (it for it in picture.groups() if it.data["part"] == "body_turn")
@@ -133,6 +136,22 @@ def test_a_turn_is_a_pivot_a_circular_way_or_a_turn_in_the_air() -> None:
     assert [len(it.marks[0].lines[0]) for it in (way, spot, flown)] == [2, 4, 4]  # a bar, boxes
     assert "body_travel" not in {it.data["part"] for it in picture.groups()}  # the circle tells it
     assert "90" in [it.text for it in way.marks if isinstance(it, Label)]
+
+
+@pytest.mark.parametrize(
+    ("third", "degrees", "ends"),
+    [
+        ("forward", 90, 2),  # a bar of a circular way, or a box of a turn
+        ("forward", 360, 4),
+        ("back", 90, 4),
+        ("place", 90, 4),
+    ],
+)
+def test_a_turn_is_a_circular_way_where_three_steps_curve(third: str, degrees: int, ends: int):
+    turn = f"rotation body_turn left {degrees} 0.5 2"
+    turned = draw(plain(score(turn, f"support r_support {third} mid 1.5 2"))).groups()
+    (told,) = (it for it in turned if it.data["part"] == "body_turn")
+    assert len(told.marks[0].lines[0]) == ends
 
 
 def across(group: MarkGroup) -> list[int]:
