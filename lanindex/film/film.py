@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -10,7 +11,7 @@ from fractions import Fraction
 from functools import lru_cache
 from io import BytesIO
 from itertools import combinations
-from math import floor, inf
+from math import ceil, floor, inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -303,8 +304,12 @@ class FilmStaff:
         # height of the names, and of all that is below the staff's beginning, units
         self._names = round((PIXEL * self.height - room) / self.scale)
         self._below = _AROUND - 2 * paper.MARGIN + self._names
-        counts = floor((room / self.scale - _AROUND) / paper.BEAT + 1e-9)
-        self.lasts = max(counts, 1) / self.rate
+        full = max(floor((room / self.scale - _AROUND) / paper.BEAT + 1e-9), 1)  # counts of a page
+        counts = (stop - start) * self.rate
+        edges = [full * page for page in range(ceil(counts / full - 1e-9))]
+        if len(edges) > 1:  # the last two share what is left: neither is a stub
+            edges[-1] = edges[-2] + round((counts - edges[-2]) / 2)
+        self.edges = [start + it / self.rate for it in edges]  # when pages begin, seconds
         self._drawn = lru_cache(maxsize=1)(self._page_image)  # the page that is being filmed
 
     def _moves(self, part: str) -> bool:
@@ -316,14 +321,13 @@ class FilmStaff:
 
     def at(self, seconds: float) -> tuple[Image, float]:
         """Return the page that shows a moment, and how far down on it the moment lies, pixels."""
-        number = floor((seconds - self.start) / self.lasts + 1e-9)
+        number = bisect_right(self.edges, seconds + 1e-9) - 1
         picture, times, downs = self._drawn(number)
         return picture, float(np.interp(seconds, times, downs))
 
     def page(self, number: int) -> tuple[Picture, float, float]:
         """Return a page, and from when to when it lasts."""
-        start = self.start + number * self.lasts
-        stop = min(start + self.lasts, self.stop)
+        start, stop = [*self.edges, self.stop][number : number + 2]
         picture = draw(
             self.score,
             parts=self.parts,

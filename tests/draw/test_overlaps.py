@@ -1,7 +1,6 @@
 """Signs, holds and labels of a drawn score lie apart, and inside the picture, in films too."""
 
 from itertools import pairwise
-from math import ceil
 from pathlib import Path
 
 import pytest
@@ -84,7 +83,7 @@ def check(path: Path) -> None:
             assert overlaps(draw(drawn, heading=(path.name,), bars=bars, legend=True)) == []
     seconds = min(float(score.frames / score.rate), 20)
     film = FilmStaff(score, 0, seconds, (SIZE[0] // 2, SIZE[1]))
-    for number in range(ceil(seconds / film.lasts)):
+    for number in range(len(film.edges)):
         assert overlaps(film.page(number)[0], 2 * PIXEL) == []  # its letters are larger
 
 

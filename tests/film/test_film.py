@@ -122,7 +122,7 @@ def test_a_moment_is_coloured_long_enough_to_be_seen(jacks) -> None:
 
 def test_the_line_goes_up_with_time(jacks) -> None:
     staff = FilmStaff(jacks[1], 0, 12, (300, 500), seconds=True)
-    assert staff.lasts == 6
+    assert staff.edges == [0, 6]
     pages, downs = zip(*(staff.at(second) for second in range(12)), strict=True)
     assert [page is pages[0] for page in pages] == [True] * 6 + [False] * 6
     assert len({id(page) for page in pages}) == 2
@@ -130,6 +130,13 @@ def test_the_line_goes_up_with_time(jacks) -> None:
     assert np.delete(steps, 5) == pytest.approx(steps[0])
     assert steps[0] < 0
     assert downs[6] == pytest.approx(downs[0])
+
+
+@pytest.mark.parametrize(("seconds", "edges"), [(5, [0]), (6.1, [0, 3]), (11.9, [0, 6])])
+def test_no_page_is_a_stub(jacks, seconds: float, edges: list[float]) -> None:
+    staff = FilmStaff(jacks[1], 0, seconds, (300, 500))
+    assert staff.edges == edges
+    assert staff.at(seconds - 0.01)[1] < staff.at(edges[-1])[1]
 
 
 def test_who_goes_far_is_followed_and_never_lost(jacks) -> None:
