@@ -118,17 +118,20 @@ def grounds(body: Body, leg: float) -> Iterator[Ground]:
     for one in stretches(body, needed, wished):
         feet, wide = _feet(one, leg, rate)
         level = _level(one, leg, feet, STANCE * rate) if wide else feet.heights
-        carries, high, uneven = carried(feet, level, rate)
+        carries, over, high, uneven = carried(feet, level, rate)
         doubts: tuple[str, ...] = (UNTOLD,) if uneven else ()
         bent, height = _legs(one, leg)
+        hips = level.min(axis=(0, 1)), height, feet.pace, rate
+        flown = _flights(unsupported(carries, rate), *hips)
+        carries |= _lowest(feet, over, carries, flown, rate)
         bare = unsupported(carries, rate)
-        air = _flights(bare, level.min(axis=(0, 1)), height, feet.pace, rate)
+        air = _flights(bare, *hips)
         for start, stop in air:
             high[start:stop] = False
         for start, stop in runs(high):
             high[start:stop] = stop - start >= SETTLES * rate
         doubts += (HANGS,) if high.any() else ()
-        del level, height
+        del level, over, height, hips
         lost = np.count_nonzero(~(np.any(carries, axis=0) | high))
         lost -= sum(stop - start for start, stop in air)
         if lost > LOST * carries.shape[1]:
@@ -227,10 +230,13 @@ def _level(one: Stretch, leg: float, feet: Feet, least: float) -> NDArray[np.flo
     return heights
 
 
-def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flags, Flags, bool]:
-    """Return which feet carry, (2, N), and in which frames both are off every floor, (N,).
+def carried(
+    feet: Feet, heights: NDArray[np.float32], rate: float
+) -> tuple[Flags, NDArray[np.float32], Flags, bool]:
+    """Return which feet carry and how high they are over the floor, (2, N) each.
 
-    The last is whether no floor explains `heights` (2, K, N).
+    Then in which frames both are off every floor, (N,), and whether no floor explains `heights`
+    (2, K, N).
     """
     speed = feet.speed
     height = np.full(speed.shape, np.inf, np.float32)
@@ -248,8 +254,34 @@ def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flag
     most = levels[int(np.append(np.diff(levels) > RISES, True).argmax())] + RISES
     if uneven:
         height = np.where(height > most, np.float32(np.inf), np.float32(0))
-    high = lower > most
-    begins = (speed < np.maximum(STANDS, SHARE * feet.pace)) & (height < NEAR)
+    return _standing(feet, height, rate), height, lower > most, uneven
+
+
+def _lowest(
+    feet: Feet,
+    height: NDArray[np.float32],
+    carries: Flags,
+    flown: list[tuple[int, int]],
+    rate: float,
+) -> Flags:
+    """Return which feet carry where none does near the floor for long, and nobody flies."""
+    lower = np.minimum(*height)
+    lost = ~np.any(carries, axis=0) & (lower < RISES)
+    for start, stop in flown:
+        lost[start:stop] = False
+    for start, stop in runs(lost):
+        lost[start:stop] = stop - start >= STANCE * rate
+    over = np.where(lost, height - np.where(lost, lower, 0), np.inf)
+    alone = over[::-1] >= LIFTED  # the other foot does not carry
+    return _standing(feet, over, rate, np.where(alone & lost, SLIDES, STANDS))
+
+
+def _standing(
+    feet: Feet, height: NDArray[np.float32], rate: float, slow: Floats | float = STANDS
+) -> Flags:
+    """Return which feet are slow at heights over a floor, (2, N), without flicker."""
+    speed = feet.speed
+    begins = (speed < np.maximum(slow, SHARE * feet.pace)) & (height < NEAR)
     stays = (speed < SLIDES) & (height < LIFTED)
     carries = np.array([held(*foot) for foot in zip(begins, stays, strict=True)])
     brief = round(FLICKER * rate)
@@ -258,7 +290,7 @@ def carried(feet: Feet, heights: NDArray[np.float32], rate: float) -> tuple[Flag
             for start, stop in runs(foot == there):
                 if start > 0 and stop < len(foot) and stop - start <= most:
                     foot[start:stop] = not there
-    return carries, high, uneven
+    return carries
 
 
 def stood(points: NDArray[np.float32], speed: Floats, least: float) -> Floats:

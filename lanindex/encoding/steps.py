@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, MID, PLACE
 from lanindex.encoding.arithmetic import runs
-from lanindex.encoding.curves import SECTOR, Event, begun
-from lanindex.encoding.ground import FLICKER, FOOT, HIPS, SIDES, STIRS, Ground
+from lanindex.encoding.curves import BRIEF, SECTOR, Event, begun, lulls
+from lanindex.encoding.ground import FLICKER, FOOT, HIPS, SIDES, STANDS, STIRS, Ground
 
 Floats = NDArray[np.float64]
 Heights = NDArray[np.float32]
@@ -77,7 +77,7 @@ def sector(forward: float, right: float, least: float) -> tuple[int, float]:
 
 def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
     """Return the steps and the flights, each in order of time; `turn` (N,) the heading, radians."""
-    brief = round(FLICKER * ground.rate)
+    brief, held = round(FLICKER * ground.rate), round(BRIEF * ground.rate)
     full = 0  # when the last foot stood
     landed = _together(ground, _landings(ground), brief)
     feet = [[stop for _, stop, foot in landed if foot == own] for own in range(2)]
@@ -92,6 +92,9 @@ def events(ground: Ground, turn: Floats) -> tuple[list[Event], list[Event]]:
             start = full
             if release - full > stop - release:  # it rests before it is lifted
                 start += round(begun(ground.feet.speed[foot, full:stop], release - full, STIRS))
+            first = max(start, release)
+            rests = lulls(ground.feet.speed[foot, first : stop - brief], STANDS, held)
+            start = max([start, *(first + end for _, end in rests if first + end < stop - brief)])
         spans.append((start, stop))
         full = stop
     found = [

@@ -65,6 +65,29 @@ def test_feet_that_just_clear_the_ground_fly():
     assert flights(12, 12.0, lift=np.nextafter(ground.CLEARS, 0)) == []
 
 
+@pytest.mark.parametrize(
+    ("speeds", "heights", "frames", "carry"),
+    [
+        ((0.2, 0.2), (0.3, 0.35), 26, (True, True)),  # the floor is where the lower foot is
+        ((0.2, 0.2), (0.3, 0.4), 26, (True, False)),  # the other one is lifted,
+        ((0.8, 0.2), (0.3, 0.4), 26, (True, False)),  # so that only the lower one can carry,
+        ((0.8, 0.8), (0.3, 0.35), 26, (False, False)),  # else slow enough feet do,
+        ((0.2, 0.2), (0.3, 0.3), 24, (False, False)),  # but not for a moment
+        ((0.2, 0.2), (0.8, 0.8), 26, (False, False)),  # nor where something else carries
+    ],
+)
+def test_who_does_not_fall_stands_on_the_lower_foot(speeds, heights, frames, carry):
+    high, there = (np.repeat(np.array(it)[:, None], 40, axis=1) for it in (heights, carry))
+    feet = SimpleNamespace(
+        speed=np.repeat(np.array(speeds)[:, None], 40, axis=1), pace=np.zeros(40)
+    )
+    carries = np.ones((2, 40), bool)
+    carries[:, 8 : 8 + frames] = False
+    there[:, :8] = there[:, 8 + frames :] = False
+    assert (ground._lowest(feet, high, carries, [], RATE) == there).all()
+    assert not ground._lowest(feet, high, carries, [(8, 8 + frames)], RATE).any()
+
+
 @pytest.mark.parametrize(("fall", "flies"), [(5.0, False), (6.0, False), (8.0, True), (10.0, True)])
 def test_an_adult_who_sinks_more_slowly_than_a_body_falls_does_not_fly(fall, flies):
     assert bool(flights(30, fall / 0.82, pace=1.5)) == flies

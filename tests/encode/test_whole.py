@@ -21,6 +21,7 @@ from lanindex.encoding.whole import _ways, whole
 from lanindex.model import Motion, Score
 
 STEPS = ["r", "l", "r", "l"]
+UP = np.array([0, 1, 0], np.float32)
 
 
 def said(score: Score, part: str) -> list[str]:
@@ -53,6 +54,23 @@ def test_steps_in_every_direction(way):
 def test_steps_follow_one_another_without_a_hole():
     found = times(encode(going("forward")), "step")
     assert all(one[1] == two[0] for one, two in pairwise(found))
+
+
+@pytest.mark.parametrize("drift", [0.12, 0.4])
+def test_steps_are_found_where_the_floor_rises_under_the_feet(drift):
+    steps = [Do(foot, "forward", 0.5) for foot in STEPS]
+    motion = walk([Do("stand", seconds=2), *steps, *steps, Do("stand")])
+    rise = drift * LEG * np.clip(np.arange(len(motion)) / 60 - 1, 0, 1)
+    floats = replace(motion, positions=motion.positions + np.float32(rise)[:, None, None] * UP)
+    assert said(encode(floats), "step") == ["forward mid"] * 8
+
+
+def test_a_step_of_a_foot_that_was_held_begins_behind_the_hold():
+    motion = walk([Do("stand"), Do("r", "forward", 0.5), Do("stand")])
+    frames = np.repeat(np.arange(len(motion)), np.where(np.arange(len(motion)) == 45, 120, 1))
+    held = encode(replace(motion, positions=motion.positions[frames]))
+    (step,) = times(held, "step")
+    assert close([*step], [165, 181], 6)
 
 
 def test_a_step_after_a_rest_begins_as_the_foot_leaves():
