@@ -20,7 +20,7 @@ from lanindex.data import shipped
 from lanindex.draw.staff import STANCES, Key, keys_of, name_of, staff_columns, usual_tracks
 from lanindex.errors import UsageError
 from lanindex.model import Score, Span, Symbol
-from lanindex.model.derived import STRETCHES, degree_of
+from lanindex.model.derived import degree_of
 from lanindex.model.score import rows_of
 
 _TABLE = shipped("draw/text.toml")
@@ -34,7 +34,7 @@ class Signs:
     turns: tuple[str, ...]
     levels: tuple[str, ...]  # By a level's code, and last where there is none
     bars: tuple[str, ...]
-    bends: tuple[str, str]  # To bend, to stretch
+    bends: tuple[str, str]  # Bent, straight
     cell: int  # How many there are in a column, behind one for the mark
     # Before what is marked; the staff's lines, upright, across, and where it begins and ends; rows
     # that say nothing new; a foot that stands
@@ -49,10 +49,11 @@ class Signs:
     def legend(self) -> str:
         """What the signs mean, in a line."""
         (right, _, forward, *_, place), (low, mid, high, _) = self.directions, self.levels
+        bent, straight = self.bends
         return (
             f"time runs down; {forward} forward, {right} right, {place} place, {high} high,"
-            f" {mid} mid, {low} low; a number: how far bent, or degrees; {self.mark} matched,"
-            f" {self.hold} stands, ? not known"
+            f" {mid} mid, {low} low; {bent} bent, {straight} straight; a number: sixths"
+            f" of a bend, or degrees; {self.mark} matched, {self.hold} stands, ? not known"
         )
 
     def of(self, kind: Kind, direction: int, level: int, amount: int) -> str:
@@ -63,7 +64,8 @@ class Signs:
         if amount < 0:
             pass
         elif kind.name == "bend":
-            text += f"{self.bends[amount >= STRETCHES]}{degree_of(amount)}"
+            degree = degree_of(amount)
+            text += f"{self.bends[not degree]}{degree or ''}"
         elif kind.name == "gesture":
             text += str(amount) if amount >= BENT else ""
         elif kind.amounts:
