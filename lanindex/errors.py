@@ -9,6 +9,7 @@ the remedy::
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from importlib import import_module
 from typing import Any
 
 
@@ -125,6 +126,21 @@ def extra(
     except ImportError as error:
         remedy = f"It comes with: pip install 'lanindex[{name}]'."
         raise error_type(f"{error.name} is not installed", place=place, remedy=remedy) from error
+
+
+_WRITERS = {
+    **{"png": ("pictures", "resvg_py"), "pdf": ("pictures", "svglib"), "gif": ("film", "PIL")},
+    **{"webp": ("film", "av"), "mp4": ("film", "av"), "parquet": ("tables", "pyarrow")},
+}
+"""By the ending of a file: the extra and the library that write it."""
+
+
+def writable(form: str) -> None:
+    """Refuse a form whose library is missing, before there is something to write."""
+    if form in _WRITERS:
+        name, library = _WRITERS[form]
+        with extra(name, form):
+            import_module(library)
 
 
 class OutOfMemoryError(LanindexError):

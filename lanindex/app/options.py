@@ -15,7 +15,7 @@ import typer
 
 import lanindex
 from lanindex.app.output import Output, choice
-from lanindex.errors import LanindexError, UsageError
+from lanindex.errors import LanindexError, UsageError, writable
 from lanindex.library.selection import Selection
 
 if TYPE_CHECKING:
@@ -298,12 +298,13 @@ def capture_id(text: str) -> int | str:
 
 
 def ending(path: Path, allowed: Collection[str], option: str = "--output") -> str:
-    """Return the ending of a file to write, without its dot."""
+    """Return the ending of a file that can be written, without its dot."""
     form = path.suffix.lower().removeprefix(".")
     if form not in allowed:
         *others, last = allowed
         wanted = f"an ending of {', '.join(others)} or {last}"
         raise UsageError(f'"{path}"', place=option, wanted=wanted)
+    writable(form)
     return form
 
 

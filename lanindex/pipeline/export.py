@@ -20,7 +20,15 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex import formats
 from lanindex.alphabet import KINDS, kind_of
-from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, counted, shown
+from lanindex.errors import (
+    CaptureError,
+    ExportError,
+    LibraryError,
+    UsageError,
+    counted,
+    shown,
+    writable,
+)
 from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading, Span
 from lanindex.notation import NOTATIONS, lnd
@@ -85,6 +93,7 @@ def clips(
         if options.preview not in FORMS:
             found = f'"{shown(options.preview)}"'
             raise UsageError(found, place="--preview", wanted=", ".join(FORMS))
+        writable(options.preview)
         requests = list(requests)
         film = filming(store, requests, options.preview)
     used_names, lost = {*MANIFEST}, Counter[str]()

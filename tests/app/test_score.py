@@ -148,14 +148,25 @@ def test_mistakes_are_said(run, words: tuple[str, ...], said: str) -> None:
     assert "Traceback" not in done.stderr
 
 
-def test_a_missing_library_for_images_is_said(place: Path) -> None:
+@pytest.mark.parametrize(
+    ("words", "library", "extra"),
+    [
+        (["score", "none.lnd", "-o", "b.png"], "resvg_py", "pictures"),
+        (["search", "r_arm high", "--preview", "b.png"], "resvg_py", "pictures"),
+        (["play", "none.lnd", "-o", "b.gif"], "PIL", "film"),
+    ],
+)
+def test_a_missing_library_for_images_is_said_first(
+    place: Path, words: list[str], library: str, extra: str
+) -> None:
     code = (
-        "import sys; sys.modules['resvg_py'] = None\n"
-        f"sys.argv = ['lanindex', 'score', 'raise.lnd', '-o', 'b.png']\n{MAIN}"
+        f"import sys; sys.modules['{library}'] = None\n"
+        f"sys.argv = {['lanindex', *words, '--db', 'none.db']}\n{MAIN}"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=place, capture_output=True, text=True, check=False
     )
     assert done.returncode == 2
-    assert "pip install 'lanindex[pictures]'" in done.stderr
-    assert not (place / "b.png").exists()
+    said = f"{library} is not installed. It comes with: pip install 'lanindex[{extra}]'.\n"
+    assert done.stderr == f"lanindex: {words[-1][2:]}: {said}"
+    assert not (place / words[-1]).exists()
