@@ -253,7 +253,7 @@ class Walk:
         self._alive = [self._opening(*it) for it in enumerate(context.alive(program))]
         self._runs_on, self.best_ends = enough == ONLY, best_ends(context, program, enough)
         self._expiry = Expiry(joiner, program)
-        self._ends: dict[int, IntArray | None] = {}  # of events, by state, as `_ends_in_order`
+        self._soonest: dict[int, IntArray] = {}  # by state, as `_soonest_ends`
 
     def _opening(self, state: int, fits: BoolArray) -> BoolArray:
         """Return which events of a state fit beside which the brackets that they open may close."""
@@ -656,13 +656,11 @@ class Walk:
         low, high = reach.low[event], reach.high[event]
         limits = self._latest(edge, rows)
         if limits:
-            in_order = self._ends_in_order(edge.entry.state)
-            if in_order is not None:
-                latest, horizon = limits
-                beyond = np.minimum(high, np.searchsorted(in_order, latest, "right"))
-                soon = np.searchsorted(in_order, np.minimum(latest, horizon), "right")
-                high = np.minimum(high, soon)
-                self._cut_off.append(rows.parent[high < beyond])
+            soonest, (latest, horizon) = self._soonest_ends(edge.entry.state), limits
+            beyond = np.minimum(high, np.searchsorted(soonest, latest, "right"))
+            soon = np.searchsorted(soonest, np.minimum(latest, horizon), "right")
+            high = np.minimum(high, soon)
+            self._cut_off.append(rows.parent[high < beyond])
         ranges = [(low, high, None)]
         if len(reach.outliers[1]):
             ranges.append((reach.bounds[event], reach.bounds[event + 1], reach.outliers[1]))
@@ -672,7 +670,6 @@ class Walk:
                 sources = some[sources]
                 places = places if listed is None else listed[places]
                 if limits:
-                    latest, horizon = limits
                     ends = events.capture[places] * FAR + events.end[places]
                     fits, nearby = ends <= latest[sources], ends <= horizon[sources]
                     self._cut_off.append(rows.parent[sources[fits & ~nearby]])
@@ -688,13 +685,13 @@ class Walk:
         """The latest frame in which the line may end from each event, by state, (N,) each."""
         return [end_of(it) for it in latest_ends(self._context, self._program)]
 
-    def _ends_in_order(self, state: int) -> IntArray | None:
-        """Return capture and end of a state's events as one number, None: they do not grow."""
-        if state not in self._ends:
+    def _soonest_ends(self, state: int) -> IntArray:
+        """Return capture and first end of each event of a state and all behind it as one number."""
+        if state not in self._soonest:
             events = self._batch.events(self._program.states[state])
             ends = events.capture * FAR + events.end
-            self._ends[state] = ends if (np.diff(ends) >= 0).all() else None
-        return self._ends[state]
+            self._soonest[state] = np.minimum.accumulate(ends[::-1])[::-1]
+        return self._soonest[state]
 
     def is_cut_off(self, nodes: IntArray) -> BoolArray:
         """Return which nodes may go on beyond the horizon."""
