@@ -185,6 +185,25 @@ class TestWidth:
         assert output.cut("walk", 4) == "walk"
 
 
+def test_lists_are_short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A doubt is said once, above all that it is about; of many labels the most frequent stand."""
+    rows = ["file,label"]
+    for number, label in enumerate(("bow", "greet", "bow")):
+        path = dance(tmp_path / f"{number}.bvh", BOW)
+        path.write_text(path.read_text().replace("Frames: ", "Frames: 9"))
+        rows.append(f"{path.name},{label}")
+    (tmp_path / "labels.csv").write_text("\n".join(rows))
+    called(tmp_path, "ingest", ".", "--labels", "labels.csv")
+    lines = shown("list", "--doubts", cwd=tmp_path).splitlines()
+    assert lines[0].startswith("Frames: says 9")
+    assert lines[1:4] == ["  0.bvh", "  1.bvh", "  2.bvh"]
+    monkeypatch.setattr("lanindex.app.commands.overview.LABELS_ON_TERMINAL", 1)
+    told = shown("stats", cwd=tmp_path)
+    assert "label bow" in told
+    assert "label greet" not in told
+    assert "the 1 most frequent of 2 labels; --json has all" in told
+
+
 class TestProgress:
     def test_it_is_shown_and_gone_in_the_end(self, place: Path) -> None:
         at_once = "from lanindex.app import cli, output; output.PATIENCE = -1; cli.main()"

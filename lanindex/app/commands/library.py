@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable
 from itertools import chain
 from pathlib import Path
@@ -36,15 +37,19 @@ def list_captures(
         captures = [capture for capture in captures if capture.warnings]
     seconds = [float(capture.frames / capture.rate) for capture in captures]
     folder = out.folder(capture.path for capture in captures)
-    if doubts and not out.json:
+    if doubts and out.terminal and not out.json:
+        doubtful: dict[str, list[str]] = defaultdict(list)
         for capture in captures:
-            if out.terminal:
-                out.line(out.paint(capture.path.removeprefix(folder), "path"))
             for warning in capture.warnings:
-                if out.terminal:
-                    out.line("  ", warning)
-                else:
-                    out.row([capture.id, capture.path, warning])
+                doubtful[warning].append(capture.path.removeprefix(folder))
+        for warning, those in doubtful.items():
+            out.line(warning)
+            for path in those:
+                out.line("  ", out.paint(path, "path"))
+    elif doubts and not out.json:
+        for capture in captures:
+            for warning in capture.warnings:
+                out.row([capture.id, capture.path, warning])
     elif captures:
         paths = (it.path.removeprefix(folder) for it in captures)
         rows = (

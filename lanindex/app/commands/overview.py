@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lanindex.pipeline.motifs import Motifs, Recurring
     from lanindex.pipeline.movement import Movement
 
+LABELS_ON_TERMINAL = 20  # labels that a terminal shows of a library
 MOTIFS_ON_TERMINAL = 20  # motifs that a terminal shows without --limit
 
 
@@ -78,6 +79,10 @@ def _summarize(out: Output, stats: Stats) -> None:
         return out.record(asdict(stats))
     from lanindex.alphabet import TRACKS
 
+    labels, cut = len(stats.labels), out.terminal and len(stats.labels) > LABELS_ON_TERMINAL
+    if cut:
+        most = Counter(stats.labels).most_common(LABELS_ON_TERMINAL)
+        stats = replace(stats, labels=dict(most))
     rows = [
         ("captures", f"{stats.captures}"),
         ("movement", f"{duration(stats.seconds)}, {stats.frames} frames"),
@@ -93,6 +98,8 @@ def _summarize(out: Output, stats: Stats) -> None:
     never = [part for part in TRACKS if part not in stats.parts]
     rows += [("in no capture", " ".join(never))] if stats.captures and never else []
     out.table(("what", "how much"), rows)
+    if cut:
+        out.note(f"the {LABELS_ON_TERMINAL} most frequent of {labels:,} labels; --json has all")
 
 
 def _moves(out: Output, movement: Movement) -> None:
