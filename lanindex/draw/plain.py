@@ -26,6 +26,7 @@ _CHANGE = 2  # degrees by which a bend differs from the one that is drawn last, 
 _SWINGING = 3  # the same of an arm that swings with a walk; knees of steps are not drawn
 _UNDONE = 0.5  # seconds: a bend that is undone sooner is not drawn
 _UPRIGHT = 22.5  # degrees: an incline below this is nearer to upright than to the next direction
+_PULSE = 5  # movements in which a part that pulses is back, at most, the first included
 _GRID = 0.25  # beats: what is shorter cannot be read
 _DETOUR = 45.0  # degrees by which a position on the way may lie off it
 _ELBOW = 3  # degrees of a bent arm that swings as a runner's does, at least
@@ -223,15 +224,27 @@ def _bends(score: Score, part: str, rows: Rows) -> Mask:
 
 
 def _leans(score: Score, part: str, rows: Rows) -> Mask:
-    """Return what leaves its rest, and comes back to it; it rests where it hardly leans."""
-    rest = rows["direction"] == PLACE
+    """Return what leaves its rest, comes back to it or changes, and is not undone at once."""
+    walks, rest = _during(rows, _walks(score)), rows["direction"] == PLACE
     if kind_of(part) == "gesture":
         rest &= rows["level"] == HIGH
-    elif kind_of(part) == "incline":
-        rest |= rows["amount"] < _UPRIGHT
-    elif part == "torso_twist":
-        rest |= (rows["amount"] < _TWIST) & _during(rows, _walks(score))
-    told: Mask = ~rest | np.append(False, ~rest)[:-1]
+        points, last = _points(rows), np.array([0.0, 1.0, 0.0])
+    else:
+        rest |= (rows["amount"] < _UPRIGHT) & (kind_of(part) == "incline")
+        if part == "torso_twist":
+            rest |= (rows["amount"] < _TWIST) & walks
+        around, size = np.radians(45.0 * rows["direction"]), np.radians(rows["amount"] * ~rest)
+        points = np.stack([size * np.cos(around), size * np.sin(around)], axis=-1)
+        last = np.zeros(2)
+    told, fixed = np.zeros(len(rows), bool), rows["start"] == rows["stop"]
+    second, beat = float(score.rate), float(score.rate * 60 / score.meter.speed)
+    until = rows["start"] + np.where(walks, second * _UNDONE, beat * _GRID)
+    for at, point in enumerate(points):
+        off = np.degrees(np.linalg.norm(points[at : at + _PULSE] - last, axis=-1))
+        soon = rows["start"][at + 1 : at + _PULSE] < until[at]
+        pulse = off[0] <= 2 * _UPRIGHT and (soon & (off[1:] < _UPRIGHT)).any()
+        told[at] = not rest[at] if fixed[at] else off[0] >= _UPRIGHT and not pulse
+        last = point if told[at] | fixed[at] else last
     return told
 
 

@@ -117,6 +117,24 @@ def test_weight_is_held_from_the_starting_position_on_and_on_every_staff() -> No
     assert len({it.marks[0].y for it in held}) == 1
 
 
+@pytest.mark.parametrize(
+    ("leans", "left"),
+    [
+        ("forward 30 1 1.3, place 0 1.3 1.6", []),  # a pulse of a walk
+        ("forward 50 1 1.3, place 0 1.3 1.6", ["forward 50", "place 0"]),  # too far
+        ("forward 30 1 1.6, place 0 1.6 1.9", ["forward 30", "place 0"]),  # too slow, and here
+        ("forward 30 3 3.3, place 0 3.3 3.6", ["forward 30", "place 0"]),  # nobody steps
+        ("forward 30 3 3.2, place 0 3.2 3.6", []),
+        ("forward 30 1 2, r_forward 25 2 3", ["forward 30"]),
+        ("forward 40 1 2, r_forward 70 2 3", ["forward 40", "r_forward 70"]),
+        ("forward 60 1 1.3, forward 30 1.3 1.6, forward 60 1.6 3", ["forward 60"]),
+    ],
+)
+def test_heads_and_torsos_do_not_pulse_with_the_steps(leans: str, left: list[str]) -> None:
+    lines = [f"incline head_incline {it.strip()}" for it in leans.split(",")]
+    assert told(score("incline head_incline place 0 0 0", *lines), "head_incline") == left
+
+
 def test_a_turn_is_a_pivot_a_circular_way_or_a_turn_in_the_air() -> None:
     lines = [
         f"rotation body_turn right 90 {at} {stop}" for at, stop in ((0.5, 2), (2.5, 3.5), (5, 6))
