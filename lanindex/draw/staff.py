@@ -350,7 +350,8 @@ def chosen(
 def _tells(clock: TimeAxis, rows: NDArray[np.void], part: str, start: float, stop: float) -> bool:
     """Return whether rows of a track say something of a stretch, from count to count."""
     begins, ends = clock.symbols(rows)
-    return bool(((begins < stop) & ((ends > start) | KINDS[kind_of(part)].lasts)).any())
+    seen = (ends > start) | (begins == ends) | KINDS[kind_of(part)].lasts
+    return bool((seen & (begins < stop)).any())
 
 
 def _staves(

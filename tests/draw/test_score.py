@@ -82,6 +82,11 @@ def test_symbols_are_read_back(score: Score, seconds: bool, bars: int | None) ->
     assert read_back(text) == said(score, usual(score))
 
 
+def test_a_flight_of_no_length_is_drawn_where_the_staff_begins() -> None:
+    drawn = drawn_lnd("direction r_arm right low 0 1", "jump jump right spring 0 0")
+    assert "jump" in {it.data["part"] for it in drawn.groups()}
+
+
 def corners(mark):
     """Return the points of a mark."""
     if isinstance(mark, Polyline):
