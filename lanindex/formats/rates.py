@@ -29,7 +29,7 @@ def rate_of(text: str | None, place: str, wanted: Fraction | float | str | None)
             "no Frame Time: line" if text is None else f"Frame Time: {text[:40]!r}",
             place=place,
             wanted=f"seconds a frame, above 0 and at most {1 / _SLOWEST:g}",
-            remedy="Give the rate with --fps.",
+            remedy="Give the rate with --fps, in Python rate.",
         )
     return nearest_rate(1 / time)
 
@@ -85,7 +85,7 @@ def rate_by(
             f"a rate of {text[:40]!r}" if text else "nothing tells its rate",
             place=place,
             wanted="1 to 1000000 frames a second" + ", or times that grow" * (times is not None),
-            remedy="Give the rate with --fps.",
+            remedy="Give the rate with --fps, in Python rate.",
         )
     if times is None or stated is None or seen is None:
         return nearest_rate(stated or seen or Fraction(1)), doubts

@@ -221,7 +221,7 @@ def _make_room(root: Element, part: str, force: bool, place: str) -> None:
     if tier is None:
         return
     if not force:
-        remedy = "--force replaces it."
+        remedy = "--force, in Python force=True, replaces it."
         raise ExportError(f"has a tier {part} already", place=place, wanted="none", remedy=remedy)
     for other in root.iterfind("TIER"):
         if other.get("PARENT_REF") == part:

@@ -302,7 +302,7 @@ def _existing_files(folder: Path, force: bool) -> set[str]:
             "holds things already",
             place=str(folder),
             wanted="a new or an empty folder",
-            remedy="Choose another one, or --force: an earlier data set in it is replaced.",
+            remedy="Choose another one, or replace a data set: --force, in Python force=True.",
         )
     try:
         layout = layout_of(json.loads((folder / CARD).read_bytes())["layout"])

@@ -87,7 +87,7 @@ def refuse(
             "exists already",
             place=str(path),
             wanted="a new file",
-            remedy="Choose another folder, or --force to replace it.",
+            remedy="Choose another folder, or replace it: --force, in Python force=True.",
         )
 
 
