@@ -102,13 +102,11 @@ def smooth(curve: Floats, window: int, fast: bool = False) -> Floats:
         calm: Floats = curves_fast.smoothed(rows, half).reshape(curve.shape)
         return calm
     total: Floats = curve.copy()
-    count = np.ones(curve.shape[-1])
     for shift in range(1, half + 1):
         total[..., shift:] += curve[..., :-shift]
         total[..., :-shift] += curve[..., shift:]
-        count[shift:] += 1
-        count[:-shift] += 1
-    total /= count
+    frames, last = np.arange(curve.shape[-1]), curve.shape[-1] - 1
+    total /= np.minimum(frames + half, last) - np.maximum(frames - half, 0) + 1
     return total
 
 
@@ -146,6 +144,6 @@ def held(begins: NDArray[np.bool_], stays: NDArray[np.bool_]) -> NDArray[np.bool
         stay = stays[part.inner]
         on = begins[part.inner] & stay
         last = np.where(on | ~stay, np.arange(1, len(on) + 1), 0)
-        state[part.inner] = np.append(before, on)[np.maximum.accumulate(last)]
+        state[part.inner] = np.concatenate((before, on))[np.maximum.accumulate(last)]
         before = state[part.inner][-1:]
     return state

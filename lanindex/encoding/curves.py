@@ -185,7 +185,9 @@ def pieces(codes: NDArray[Any], least: int) -> list[tuple[int, int]]:
     return found
 
 
-def turns(heading: Floats, profile: Profile, chest: Floats | None = None) -> Floats:
+def turns(
+    heading: Floats, profile: Profile, chest: Floats | None = None, fast: bool = False
+) -> Floats:
     """Return the turns of an unwrapped heading (N,), degrees, as from `table`.
 
     `chest` (N,) is the heading of the shoulders, where they are known.
@@ -193,9 +195,9 @@ def turns(heading: Floats, profile: Profile, chest: Floats | None = None) -> Flo
     rate = float(profile.rate)
     if len(heading) < 2:
         return table([])
-    calm = smooth(heading, window(STRIDE, profile.rate))
+    calm = smooth(heading, window(STRIDE, profile.rate), fast)
     both = np.array((heading, heading if chest is None else chest))
-    both = smooth(both, window(profile.smoothing, profile.rate))
+    both = smooth(both, window(profile.smoothing, profile.rate), fast)
     pace = np.abs(np.gradient(calm)) * rate
     found = []
     for first, last in swings(calm, turning_points(calm), TURNS):

@@ -17,7 +17,7 @@ from lanindex import compiled
 from lanindex.alphabet import JOINT_CODES, JOINTS, PALMS, PARTS
 from lanindex.body.mapping import LONGEST_GAP
 from lanindex.encoding import arithmetic
-from lanindex.encoding.arithmetic import blocks, runs
+from lanindex.encoding.arithmetic import blocks, parted, runs
 from lanindex.encoding.profile import Profile
 from lanindex.model import Motion
 
@@ -115,28 +115,30 @@ class Body:
 
     @cached_property
     def known(self) -> dict[str, Frames]:
-        """The stretches in which each joint is known: (R, 2), first frame and behind the last."""
+        """The stretches in which each joint is known: (R, 2), first frame and behind the last.
+
+        Where they are equal, they are one array.
+        """
         edges, count = list[tuple[Frames, Frames]](), len(self.motion)
         before = np.zeros((1, len(self.names)), bool)
-        for part in blocks(count, size=few(len(self.names))):
-            seen = ~unknown_of(self.at(self.names, part.inner))
+        for part in blocks(count, size=count if self.short else few(len(self.names))):
+            unknown = (
+                self._all.unknown if self.short else unknown_of(self.at(self.names, part.inner))
+            )
+            seen = ~unknown
             frame, joint = np.nonzero(seen != np.concatenate((before, seen[:-1])))
             edges.append((frame + part.inner.start, joint))
             before = seen[-1:]
         edges.append((np.full(np.count_nonzero(before), count), np.flatnonzero(before)))
         frames, joints = map(np.concatenate, zip(*edges, strict=True))
-        return {
-            name: frames[joints == number].reshape(-1, 2) for number, name in enumerate(self.names)
-        }
-
-    @cached_property
-    def _known_bytes(self) -> dict[str, bytes]:
-        """The stretches in which each joint is known, as bytes that are quick to compare."""
-        return {name: known.tobytes() for name, known in self.known.items()}
+        ends = frames[np.argsort(joints, kind="stable")].reshape(-1, 2)
+        each = parted(ends, (np.bincount(joints, minlength=len(self.names)) // 2).tolist())
+        one = {known.tobytes(): known for known in each}
+        return {name: one[it.tobytes()] for name, it in zip(self.names, each, strict=True)}
 
     def together(self, names: Sequence[str]) -> Frames:
         """Return the stretches in which all of some joints are known: (R, 2), as of `known`."""
-        if len({self._known_bytes[name] for name in names}) == 1:
+        if len({id(self.known[name]) for name in names}) == 1:
             return self.known[names[0]]
         starts, stops = np.sort(np.concatenate([self.known[name] for name in names]), axis=0).T
         begun = starts.searchsorted(starts, "right") - stops.searchsorted(starts, "right")
@@ -146,7 +148,8 @@ class Body:
     def lengths(self, parts: Sequence[str]) -> Floats:
         """Return the lengths (P,) of parts, mm: medians over time; NaN where never seen."""
         count = len(self.motion)
-        for new in grouped([part for part in parts if part not in self._lengths], count):
+        asked = dict.fromkeys((*parts, *known_parts(self.motion))) if self.short else parts
+        for new in grouped([part for part in asked if part not in self._lengths], count):
             gone = frozenset(name for name, known in self.known.items() if not len(known))
             names, ends, chains = _chains(tuple(new), gone)
             sums = np.empty((len(new), count))

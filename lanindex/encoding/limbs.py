@@ -50,7 +50,7 @@ def heading(
             some = work.frames[part.inner]
             near = work.sources(some)
             axis = _axis(whole, pair, slice(start + near.start, start + near.stop))
-            east, south = work.values(axis, some).T
+            east, south = work.values(axis, some, whole.fast).T
             turn[some.start : some.stop] = np.arctan2(east, south)
             clear[some.start : some.stop] = np.hypot(east, south) >= SHORTEST_AXIS
     for start, stop in runs(~clear):

@@ -194,5 +194,7 @@ def _stretch(whole: Body, start: int, stop: int, names: tuple[str, ...]) -> Iter
 
 def _within(found: Frames, known: Frames) -> NDArray[np.bool_]:
     """Tell of each stretch (R, 2) whether one of those that are known holds all of it."""
+    if found is known:
+        return np.ones(len(found), bool)
     last = known[:, 0].searchsorted(found[:, 0], "right")
     return np.append(0, known[:, 1])[last] >= found[:, 1]

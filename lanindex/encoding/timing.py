@@ -23,6 +23,7 @@ from lanindex.encoding.profile import Profile
 from lanindex.errors import UsageError
 from lanindex.model import Meter, Motion, Span
 from lanindex.model.derived import SUPPORTS
+from lanindex.model.symbol import joined
 from lanindex.notation.beats import AUTO, FOUND, Beats, read, ticks_at
 
 Rows = NDArray[Any]
@@ -65,8 +66,10 @@ def to_source(
     stops = np.minimum(stops, end - (many[owner[shown]] - 1 - _places(many)))
     borders[:, shown] = np.minimum(starts, stops - 1), stops
     if len(gone := np.flatnonzero(later & passing)):
-        outer = np.union1d(shown, ends - 1)
-        outer = outer[np.searchsorted(outer, gone)]
+        around = np.zeros(len(rows), np.bool_)
+        around[shown] = around[ends - 1] = True
+        outer = np.flatnonzero(around)
+        outer = outer[outer.searchsorted(gone)]
         low, high = borders[:, outer]  # so that each has a frame within
         starts = np.minimum(np.maximum(borders[0, gone], low), high - 1)
         stops = np.minimum(np.maximum(borders[1, gone], starts + 1), high)
@@ -80,8 +83,7 @@ def _apart(spans: IntArray, counts: IntArray) -> IntArray:
     least = np.maximum(np.maximum(spans[1], spans[0] + 1) - place, 1)
     over = np.arange(len(counts)).repeat(counts) * least.max(initial=0)  # no track reaches the next
     free = np.maximum.accumulate(least + over) - over + place
-    before = np.append(0, free[:-1])
-    before[place == 0] = 0
+    before = np.where(place, np.roll(free, 1), 0)
     return np.array((np.maximum(spans[0], before), free))
 
 
@@ -120,11 +122,10 @@ def _few(tracks: Iterable[Rows]) -> Iterator[list[Rows]]:
 
 def _tick(tracks: Sequence[Rows], meter: Meter, rate: Fraction, beats: Beats | None) -> int:
     """Write the ticks of some tracks; return the last one of all."""
-    starts, stops, passing = (
-        np.concatenate([rows[name] for rows in tracks]) for name in ("start", "stop", "passing")
-    )
+    table = joined(tracks)
+    starts, stops = table["start"], table["stop"]
     owner = np.arange(len(tracks)).repeat(list(map(len, tracks)))
-    shown = np.flatnonzero((starts != stops) & ~passing)
+    shown = np.flatnonzero((starts != stops) & ~table["passing"])
     ticks = ticks_at(np.array((starts, stops), np.int64), meter, rate, beats)
     ticks[:, shown] = _apart(ticks[:, shown], np.bincount(owner[shown], minlength=len(tracks)))
     last = int(ticks[1, shown].max(initial=0))

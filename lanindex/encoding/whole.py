@@ -139,9 +139,10 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
         begin, frames = hips.frames.start, slice(hips.frames.start, hips.frames.stop)
         way, front = table([]), unwrapped(chest[frames])
         if leg:
-            way = travel(hips, smooth(front, window(STRIDE, profile.rate)), leg, profile)
+            calm = smooth(front, window(STRIDE, profile.rate), body.fast)
+            way = travel(hips, calm, leg, profile)
         yield "body_travel", hips.known, begin, way
-        ends = np.degrees(unwrapped(turn[frames])), profile, np.degrees(front)
+        ends = np.degrees(unwrapped(turn[frames])), profile, np.degrees(front), body.fast
         yield "body_turn", hips.known, begin, turns(*ends)
     yield from leans(body, turn)
 
