@@ -2,6 +2,7 @@
 
 import gc
 import os
+import signal
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -219,6 +220,8 @@ def main() -> None:
         # this locale cannot encode the non-ASCII file names of archives: restart with UTF-8
         os.execv(sys.executable, [sys.executable, "-X", "utf8", *sys.orig_argv[1:]])
     gc.set_threshold(GARBAGE_THRESHOLD)
+    # who asks it to end asks as Ctrl-C does: temporary files and folders go
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     if COMPLETION in os.environ:  # the shell calls for completions
         from typer._completion_classes import completion_init
 

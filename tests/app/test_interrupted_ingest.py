@@ -102,6 +102,20 @@ def test_an_interrupted_export_kept_nothing(place: Path) -> None:
     assert (process.returncode, errors) == (130, "lanindex: interrupted\n")
 
 
+def test_a_demo_that_is_ended_leaves_no_folder(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (place / "temporary").mkdir()
+    monkeypatch.setenv("TMPDIR", str(place / "temporary"))
+    process = started(place, "demo")
+    assert process.stdout
+    assert process.stdout.readline().startswith("Read ")
+    process.terminate()
+    _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (130, "lanindex: interrupted\n")
+    assert not [*(place / "temporary").iterdir()]
+
+
 def test_two_at_once(place: Path) -> None:
     both = [start(place, "--jobs", "1") for _ in range(2)]
     for process in both:
