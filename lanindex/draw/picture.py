@@ -266,6 +266,15 @@ def bend(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
     return marks
 
 
+def again(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
+    """Return a stroke between two dots, and how long what lies before it goes on."""
+    half, middle = min(height, C) // 3, y - height // 2
+    dots = [Circle(x + at, middle + at, C // 12, "solid") for at in (-half * 2 // 3, half * 2 // 3)]
+    ends = (y, middle + half + GAP), (middle - half - GAP, y - height)
+    stems = [line(x, one, x, two) for one, two in ends if one > two]
+    return [line(x - half, middle + half, x + half, middle - half), *dots, *stems]
+
+
 def carrier(symbol: Symbol, x: int, y: int, height: int) -> list[Mark]:
     """Return a frame with the name of the carrier."""
     marks: list[Mark] = [box(x - C // 2, y - height, C, height)]
@@ -287,7 +296,7 @@ def bow(x: int, to_x: int, y: int) -> Polyline:
 
 SIGNS: dict[str, Callable[[Symbol, int, int, int], list[Mark]]] = {
     **{"turn": turn, "twist": turn, "circle": circle, "incline": incline},
-    **{"travel": travel, "bend": bend, "carrier": carrier},
+    **{"travel": travel, "bend": bend, "carrier": carrier, "again": again},
 }
 """What draws the symbols of a kind, and turns by steps; others have a direction and a level.
 

@@ -4,14 +4,14 @@ The rules are told in ``guide/looking.md``. What is drawn keeps its frames, or b
 on the way to it; nothing is added.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, MID, PLACE, SIXTHS, group_of, kind_of
-from lanindex.draw.staff import keys_of, turns
+from lanindex.draw.staff import Key, keys_of, turns
 from lanindex.model import Score, Symbol, Track
 from lanindex.model.derived import STEP, degree_of
 from lanindex.model.score import rows_of
@@ -28,6 +28,8 @@ _UNDONE = 0.5  # seconds: a bend that is undone sooner is not drawn
 _UPRIGHT = 22.5  # degrees: an incline below this is nearer to upright than to the next direction
 _PULSE = 5  # movements in which a part that pulses is back, at most, the first included
 _GRID = 0.25  # beats: what is shorter cannot be read
+_ALIKE = 45.5  # degrees: below it, positions of quick movements to and fro are the same
+_AGAIN = 4  # quick movements to and fro that are not drawn each, at least
 _DETOUR = 45.0  # degrees by which a position on the way may lie off it
 _ELBOW = 3  # degrees of a bent arm that swings as a runner's does, at least
 _TWIST = 45  # degrees by which shoulders that swing with a walk stay below
@@ -47,9 +49,7 @@ def plain(score: Score, marked: Iterable[Symbol] = ()) -> Score:
     keys, found = keys_of(score, marked), dict[str, Track]()
     for part, track in score.tracks.items():
         rows = rows_of(score, part)
-        spans = zip(rows["start"].tolist(), rows["stop"].tolist(), strict=True)
-        lit = np.array([(part, *span) in keys for span in spans], bool)
-        rule = _RULES.get(group_of(part))
+        lit, rule = _lit(part, rows, keys), _RULES.get(group_of(part))
         told = lit | (rule is None or rule(score, part, rows))
         rows = rows[told]
         if kind_of(part) == "gesture":
@@ -59,7 +59,17 @@ def plain(score: Score, marked: Iterable[Symbol] = ()) -> Score:
         found[part] = replace(track, symbols=rows)
     left_out = _left_out(found, _walks(score)) - {part for part, *_ in keys}
     kept = {it: found[it] for it in found if it not in left_out}
+    for part, track in kept.items():
+        if kind_of(part) == "gesture":
+            rows = _again(score, track.symbols, _lit(part, track.symbols, keys))
+            kept[part] = replace(track, symbols=rows)
     return replace(score, tracks=kept or score.tracks)
+
+
+def _lit(part: str, rows: Rows, keys: Collection[Key]) -> Mask:
+    """Return which rows of a part are marked."""
+    spans = zip(rows["start"].tolist(), rows["stop"].tolist(), strict=True)
+    return np.array([(part, *span) in keys for span in spans], bool)
 
 
 def _left_out(tracks: Mapping[str, Track], walks: Rows) -> set[str]:
@@ -124,6 +134,31 @@ def _merged(score: Score, rows: Rows, marked: Mask) -> Rows:
                 continue
         before = at
     return rows[told]
+
+
+def _again(score: Score, rows: Rows, marked: Mask) -> Rows:
+    """Return movements; of quick ones to and fro the first two, and a row that points nowhere."""
+    whole, told, at = rows.copy(), np.ones(len(rows), bool), 0
+    points, most = _points(rows), float(score.rate) * _UNDONE
+    slow = (rows["stop"] - rows["start"] > most) | marked
+    slow[1:] |= rows["start"][1:] > rows["stop"][:-1]
+    while at + 2 + _AGAIN <= len(rows):
+        end, pair = at + 1, points[at : at + 2]
+        while (
+            end < len(rows) and not slow[end] and _angle(points[end], pair[(end - at) % 2]) < _ALIKE
+        ):
+            end += 1
+        end -= (end - at) % 2
+        moves = rows["start"][at] < rows["stop"][at]  # no starting position
+        if end - at < 2 + _AGAIN or not moves or _angle(*pair) < 1:
+            at += 1
+            continue
+        more = whole[at + 2]
+        more["direction"] = more["level"] = more["amount"] = -1
+        more["stop"], told[at + 3 : end] = rows["stop"][end - 1], False
+        more["ticks"] = rows["tick"][end - 1] + rows["ticks"][end - 1] - more["tick"]
+        at = end
+    return whole[told]
 
 
 def _straight(rows: Rows, marked: Mask) -> Rows:

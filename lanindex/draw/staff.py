@@ -640,8 +640,12 @@ class SymbolPainter:
         x = centre + self._across(symbol)
         if x == centre:
             return turn(symbol, x, y, max(seen[1] - seen[0], 1), PITCH)
-        circles = symbol.part == TURN and symbol.start in self.circles
-        if own := SIGNS.get("circle" if circles else kind_of(symbol.part)):
+        kind = kind_of(symbol.part)
+        if symbol.part == TURN and symbol.start in self.circles:
+            kind = "circle"
+        elif kind == "gesture" and symbol.direction is None:
+            kind = "again"
+        if own := SIGNS.get(kind):
             return own(symbol, x, y, max(seen[1] - seen[0], 1))
         direction, level = symbol.direction, symbol.level
         return sign(x - C // 2, y, direction, level, max(height, 1), seen, left=x < centre)
@@ -677,9 +681,9 @@ def _group(symbol: Symbol, score: Score, marks: list[Mark]) -> MarkGroup:
     side, rest = symbol.part[:2], symbol.part[2:].replace("_", " ")
     part = {"r_": "right ", "l_": "left "}.get(side, side.replace("_", " ")) + rest
     when = f"{start} s" if start == stop else f"{start}-{stop} s"
-    words = f"{symbol.words}, " if symbol.words else ""
+    words = symbol.words or "goes on so" * (kind_of(symbol.part) == "gesture")
     known = {name: it for name, it in data.items() if it is not None}
-    return MarkGroup(tuple(marks), f"{part}, {words}{when}", known)
+    return MarkGroup(tuple(marks), ", ".join(filter(None, (part, words, when))), known)
 
 
 LEGEND_WIDTH = 13 * C  # room for signs and words

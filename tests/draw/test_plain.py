@@ -135,6 +135,31 @@ def test_heads_and_torsos_do_not_pulse_with_the_steps(leans: str, left: list[str
     assert told(score("incline head_incline place 0 0 0", *lines), "head_incline") == left
 
 
+@pytest.mark.parametrize(
+    ("ways", "each", "left"),
+    [
+        (["left", "right"] * 4, 0.4, ["left mid", "right mid", ""]),
+        (["left", "right"] * 4 + ["left"], 0.4, ["left mid", "right mid", "", "left mid"]),
+        (
+            ["left", "right"] * 2 + ["l_forward", "right", "left", "r_back"],
+            0.4,
+            ["left mid", "right mid", ""],
+        ),
+        (["left", "right"] * 4, 0.6, ["left mid", "right mid"] * 4),
+        (["left", "right"] * 2, 0.4, ["left mid", "right mid"] * 2),
+        (["left", "forward", "right"] * 2, 0.4, ["left mid", "forward mid", "right mid"] * 2),
+    ],
+)
+def test_quick_movements_to_and_fro_are_drawn_once(
+    ways: list[str], each: float, left: list[str]
+) -> None:
+    lines = [
+        f"direction r_arm {way} mid {5 + each * at:.1f} {5 + each * (at + 1):.1f}"
+        for at, way in enumerate(ways)
+    ]
+    assert told(score(*lines, walk="#unit1\n"), "r_arm") == left
+
+
 def test_a_turn_is_a_pivot_a_circular_way_or_a_turn_in_the_air() -> None:
     lines = [
         f"rotation body_turn right 90 {at} {stop}" for at, stop in ((0.5, 2), (2.5, 3.5), (5, 6))
@@ -222,7 +247,7 @@ def test_a_way_that_swerves_is_one(ways: str, drawn: list[str]) -> None:
 
 
 def test_swings_are_kept_however_short() -> None:
-    cells = ["left high", "right high"] * 4
+    cells = ["left high", "right high"] * 2
     waves = [f"direction r_arm {it} {at / 8} {(at + 1) / 8}" for at, it in enumerate(cells)]
     assert told(score(*waves, walk="#unit1\n"), "r_arm") == cells
 
