@@ -6,9 +6,18 @@ from fractions import Fraction
 
 from lanindex.alphabet import MEASURES
 from lanindex.errors import PatternError, guess
-from lanindex.search.language.lexer import COUNT, Cursor, Token, broken, remedies, unknown_word
+from lanindex.search.language.lexer import Cursor, Token
+from lanindex.search.language.remedies import broken, remedies, unknown_word
 from lanindex.search.language.times import Time, decimal
-from lanindex.search.language.words import LANGUAGE, THINGS, UNITS, VALUES, WORD_KINDS, with_article
+from lanindex.search.language.words import (
+    COUNT,
+    LANGUAGE,
+    THINGS,
+    UNITS,
+    VALUES,
+    WORD_KINDS,
+    with_article,
+)
 
 CLIP, MATCH = "clip", "match"
 """What has fields besides labels: the capture, and all that matched."""

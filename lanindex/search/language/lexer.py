@@ -1,16 +1,15 @@
-"""Pattern text → tokens, the cursor over them, and the errors about tokens in a wrong place."""
+"""Pattern text → tokens, and the cursor over them."""
 
 import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
 
-from lanindex.alphabet import DIRECTIONS, SIXTHS
-from lanindex.data import shipped
+from lanindex.alphabet import SIXTHS
 from lanindex.errors import PatternError, shown
+from lanindex.search.language.remedies import broken
 from lanindex.search.language.times import Length, Time
-from lanindex.search.language.words import DEGREES, LANGUAGE, UNITS, VALUES, Mover, Vocabulary
+from lanindex.search.language.words import DEGREES, UNITS, Mover, Vocabulary
 
 _KINDS = {
     "comment": r"//[^\n]*",
@@ -28,7 +27,6 @@ _KINDS = {
 _TOKEN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in _KINDS.items()), re.DOTALL)
 _ALIASES = {"≤": "<=", "≥": ">=", "→": "->", "then": "->", "…": "..."}
 
-COUNT = re.compile(r"x(\d+)")  # a word that counts: x3
 _LONGEST_NUMBER = 9
 _QUOTED = re.compile(r'"([^"]*)"')
 
@@ -196,119 +194,3 @@ class Cursor:
         if is_whole and len(token.text) <= _LONGEST_NUMBER and int(token.text) <= SIXTHS:
             return Time(Fraction(token.text), "")
         raise self.fault("no such bend", token, most=SIXTHS)
-
-
-_FEW = 6
-"""Parts that are named where a word is none."""
-
-_NO_STEPS = ("start", "let", "count", "sort", "first", "by", "mirrors", "clip", "match", "and")
-"""Words that never begin a step."""
-
-
-@cache
-def remedies(table: str) -> dict[str, str]:
-    """Return a table of ``remedies.toml`` by each word or mark of its keys."""
-    rows = shipped("search/language/remedies.toml")[table].items()
-    return {word: remedy for words, remedy in rows for word in words.split()}
-
-
-def broken(rule: str, **said: object) -> str:
-    """Return the sentence about a rule of the grammar that is broken."""
-    sentence: str = shipped("search/language/remedies.toml")["rules"][rule]
-    return sentence.format(**said)
-
-
-def unknown_word(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
-    """Return the sentence about a word that is not in the vocabulary."""
-    from lanindex.search.dictionary import absent
-
-    if part_expected and (lacking := absent(word)):  # no other word misspelt
-        return f'I don\'t know "{word}". Did you mean:  {lacking.instead}'
-    if guess := _guess(vocabulary, word.lower(), part_expected):
-        return f'I don\'t know "{word}". Did you mean "{guess}"?'
-    if not part_expected:
-        directions = ", ".join(DIRECTIONS[:4])
-        known = f"A movement has a direction ({directions} …) and a level (high, mid, low)."
-        return f'I don\'t know "{word}". {known}'
-    parts = " ".join(vocabulary.parts[:_FEW]) or "none"
-    parts += " …" * (len(vocabulary.parts) > _FEW)
-    return f'There is no part "{word}". The parts are: {parts}'
-
-
-def _guess(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
-    from rapidfuzz import process
-    from rapidfuzz.distance import OSA
-
-    from lanindex.search.dictionary import load
-
-    named = {name: f"@{name}" for name in load()} if part_expected else {}
-    if word in named:
-        return named[word]
-    side = next((it for it in ("right_", "left_", "r_", "l_") if word.startswith(it)), "")
-    similar = remedies("meant")
-    meant = (side and f"{side[0]}_") + similar.get(word.removeprefix(side), "")
-    if word in similar or meant in vocabulary.movers:
-        return meant
-    known = [*VALUES, *vocabulary.movers, *LANGUAGE, *named]
-    jumbled = [it for it in known if sorted(it) == sorted(word)]
-    begun = [it for it in known if it[0] == word[0]]  # people seldom mistype a beginning
-    found = process.extractOne(word, begun, scorer=OSA.normalized_similarity, score_cutoff=0.7)
-    guess = jumbled[0] if jumbled else found[0] if found else ""
-    return named.get(guess, guess)
-
-
-def is_unknown(cursor: Cursor) -> bool:
-    """Return whether the next token is a word that the language does not know."""
-    word = cursor.token.text
-    known = word in VALUES or word in LANGUAGE or word in UNITS or COUNT.fullmatch(word)
-    return cursor.stands("word") and not (known or cursor.vocabulary.mover(word))
-
-
-def unknown(cursor: Cursor, part_expected: bool = False) -> PatternError:
-    """Return the error of a word that is not in the vocabulary."""
-    if cursor.stands("string"):
-        return cursor.error("Take the quotation marks away.")
-    word = cursor.excerpt(cursor.token)
-    known = remedies("unknown").get(word.lower())
-    return cursor.error(known or unknown_word(cursor.vocabulary, word, part_expected))
-
-
-def no_step(cursor: Cursor, after: str) -> PatternError:
-    """Return the error where a step should begin behind `after`, and none does."""
-    token = cursor.token
-    remedy = remedies("stray").get(token.text, "")
-    arrow = after in ("->", "start")
-    if is_unknown(cursor):
-        return unknown(cursor, part_expected=True)
-    if token.kind in ("arrow", "dots"):
-        if arrow:
-            return cursor.fault("two arrows")
-        return cursor.fault("arrow first")
-    if token.kind in ("unknown", "string"):
-        return cursor.error(remedy) if remedy else unknown(cursor)
-    if token.text in _NO_STEPS:
-        return cursor.error(remedy)
-    if after:
-        return cursor.fault("arrow last" if arrow else "nothing after", cursor.before, after=after)
-    if token.kind == "end":
-        return cursor.fault("bracket last", cursor.before)
-    return cursor.fault("nothing before", text=cursor.excerpt(token))
-
-
-def stray(cursor: Cursor) -> PatternError:
-    """Return the error of what follows a line that is complete."""
-    token = cursor.token
-    if cursor.at_label:
-        return cursor.fault("label behind a step", token, cursor.ahead(1))
-    remedy = remedies("stray").get(token.text)
-    if is_unknown(cursor) or (token.kind in ("unknown", "string") and not remedy):
-        return unknown(cursor)
-    if token.kind == "word" and cursor.vocabulary.mover(token.text):
-        return cursor.fault("another part")
-    if cursor.before.text == "end":
-        return cursor.fault("behind end")
-    if remedy:
-        return cursor.error(remedy)
-    if token.text in VALUES:
-        return cursor.fault("word too late", word=token.text)
-    return cursor.fault("nothing said", text=cursor.excerpt(token))

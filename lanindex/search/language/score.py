@@ -11,7 +11,8 @@ from lanindex.errors import NotationError, PatternError
 from lanindex.notation import NOTATIONS, notation_of, read
 from lanindex.notation.text import read_text
 from lanindex.search.language import query as tree
-from lanindex.search.language.lexer import Cursor, Token, is_unknown, unknown
+from lanindex.search.language.lexer import Cursor, Token
+from lanindex.search.language.remedies import is_unknown, unknown
 from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import ANY, DEGREES, RELATIVE, THINGS, Mover, values_for
 

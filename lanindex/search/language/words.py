@@ -6,6 +6,7 @@ Those that scores have too come from ``alphabet.py`` (directions, levels, parts)
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -128,6 +129,7 @@ BESIDE_CELLS = (*AMOUNTS, *GRADES)  # not in a cell
 _ALSO_NAMES = ("feet", "bend", *GRADES)  # words that may also be the name of a label or a pattern
 
 DEGREES = "deg"
+COUNT = re.compile(r"x(\d+)")  # a word that counts: x3
 UNITS = {"s": "s", "ms": "ms", "f": "frames", "b": "beats"}  # of time, and what they are called
 
 RELATIONS: dict[str, str] = _WORDS["relations"]
