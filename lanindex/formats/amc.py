@@ -42,7 +42,7 @@ from lanindex.formats.file import (
 )
 from lanindex.formats.points import END, Points, motion_of
 from lanindex.formats.rates import given_rate, nearest_rate
-from lanindex.formats.tables import fault, number_rows
+from lanindex.formats.text_rows import fault, number_rows
 from lanindex.formats.turning import UNSCALED, UNTURNED, place, product
 from lanindex.model import Motion, Reading, Span
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from lanindex.body import Declared
 from lanindex.body.calibration import UNITS
 from lanindex.errors import CaptureError, UsageError, quoted
-from lanindex.formats import tables
+from lanindex.formats import text_rows
 from lanindex.formats.file import File, Wanted, opened, siblings
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import rate_by
@@ -72,15 +72,15 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     )
     content = file.content[:]
     known = File(file.name, _UNKNOWN.sub(b"nan", content) if b"n/a" in content else content)
-    lines = tables.rows(known.content, 0)
+    lines = text_rows.rows(known.content, 0)
     if not len(lines):
         raise CaptureError("no frames", place=file.name, wanted="lines of numbers")
     width = len(known.content[int(lines[0, 0]) : int(lines[0, 1])].split(b"\t"))
     if width != channels.width:
         found = f"{width} columns, {CHANNELS} has {channels.width} channels"
         raise CaptureError(found, place=f"{file.name}:1", wanted="a channel a column, no header")
-    table = tables.Table(lines, b"\t", width, channels.latency, channels.points)
-    heads, places = tables.read(known, table)
+    table = text_rows.Table(lines, b"\t", width, channels.latency, channels.points)
+    heads, places = text_rows.read(known, table)
     rates = (sidecar.get(key) for key in ("SamplingFrequencyEffective", "SamplingFrequency"))
     rate = next((str(it) for it in rates if isinstance(it, int | float) and it > 0), "")
     times = heads[:, 0] if channels.latency else np.zeros(0)
@@ -191,7 +191,7 @@ def files(motion: Motion, path: Path) -> Iterator[tuple[Path, bytes]]:
     match = _NAME.fullmatch(path.name)
     if match is None:
         raise UsageError(f'"{path.name}"', wanted=_WANTED)
-    names, places = tables.points_of(motion)
+    names, places = text_rows.points_of(motion)
     form = "\t".join(["%.7f"] * (3 * len(names))) + "\n"
     out = io.StringIO()
     for row in places:

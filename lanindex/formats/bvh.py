@@ -30,7 +30,7 @@ from lanindex.formats.decimals import LARGEST
 from lanindex.formats.file import Content, File, Wanted, clip, holding, line_of, text_of
 from lanindex.formats.points import END
 from lanindex.formats.rates import rate_doubt, rate_of
-from lanindex.formats.tables import fault, number_rows
+from lanindex.formats.text_rows import fault, number_rows
 from lanindex.model import Motion, Reading, Skeleton, Source, Span
 from lanindex.rotation import euler, rotations
 

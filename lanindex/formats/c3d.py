@@ -30,7 +30,7 @@ from lanindex.formats.file import PIECE, Content, File, Wanted, holding, text_of
 from lanindex.formats.people import named, subject_points
 from lanindex.formats.points import Points, motion_of
 from lanindex.formats.rates import rate_by
-from lanindex.formats.tables import points_of
+from lanindex.formats.text_rows import points_of
 from lanindex.model import Motion, Reading, Span
 
 BLOCK = 512  # bytes in which a file counts

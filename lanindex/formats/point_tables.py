@@ -21,11 +21,11 @@ from lanindex.body.markers import marker_set_of
 from lanindex.body.recognition import LIMBS, candidates
 from lanindex.data import shipped
 from lanindex.errors import CaptureError, UsageError, quoted, shown
-from lanindex.formats import sniff, tables
+from lanindex.formats import sniff, text_rows
 from lanindex.formats.file import Content, File, Wanted
 from lanindex.formats.people import named, subject_points
 from lanindex.formats.sniff import separator_of
-from lanindex.formats.tables import (
+from lanindex.formats.text_rows import (
     NOTHING,
     Layout,
     Line,
@@ -346,7 +346,7 @@ def given_layout(file: File, path: str) -> Layout:
     header, first = head[skip - 1] if 0 < skip <= len(head) else None, head[-1:]
     text = (header or first[0]).text if head else b""
     separator = options.get("separator", "").encode() or separator_of(text)
-    separator = tables.BLANKS if separator in (b"space", b" ") else separator
+    separator = text_rows.BLANKS if separator in (b"space", b" ") else separator
     if len(separator) != 1:
         raise UsageError(f"--columns {path}: separator", wanted="one character, or space")
     cells = header.cells(separator) if header else []
@@ -357,7 +357,7 @@ def given_layout(file: File, path: str) -> Layout:
     if len(set(used)) < len(used):
         raise UsageError(f"--columns {path}: a column that is used twice", wanted="each once")
     begin = header.stop if header else 0
-    width = max(len(tables.cells_of(first_row(file, begin), separator)), max(used) + 1)
+    width = max(len(text_rows.cells_of(first_row(file, begin), separator)), max(used) + 1)
     points = chain.from_iterable(columns.values())
     table = table_of(file, begin, separator, width, time, points, options.get("comma"))
     tick = float(options["tick"]) if "tick" in options else None
@@ -384,7 +384,7 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     chosen, whose = subject_points(file, people(layout.names), every)
     doubts = twice([layout.names[number] for number in chosen], "points") + whose
     layout = replace(layout, doubts=layout.doubts + doubts)
-    return tables.read_motion(file, layout, "csv", options, wanted, chosen)
+    return text_rows.read_motion(file, layout, "csv", options, wanted, chosen)
 
 
 def people(names: tuple[str, ...]) -> dict[str, list[int]]:
@@ -422,12 +422,12 @@ def _layout(file: File, options: Reading | None) -> Layout:
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a table: header and rows byte for byte."""
-    return tables.cutter(file, _layout(file, options))
+    return text_rows.cutter(file, _layout(file, options))
 
 
 def write(motion: Motion) -> bytes:
     """Write a motion as CSV: ``frame,time,<name>_x,<name>_y,<name>_z``, seconds, mm, y up."""
-    names, places = tables.points_of(motion)
+    names, places = text_rows.points_of(motion)
     names = tuple(re.sub(r'[,;"\s]+', " ", name).strip() or "point" for name in names)
     head = ",".join(("frame", "time", *(f"{name}_{axis}" for name in names for axis in "xyz")))
-    return (head + "\n" + tables.written(motion, places, ",")).encode()
+    return (head + "\n" + text_rows.written(motion, places, ",")).encode()

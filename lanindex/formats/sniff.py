@@ -65,7 +65,7 @@ def table(head: bytes) -> bool:
         return True
     if b"\0" in head or not any(_TRIPLE.search(line) for line in lines):
         return False
-    from lanindex.formats.tables import triples
+    from lanindex.formats.text_rows import triples
 
     named = (line.decode("latin-1").split(separator_of(line).decode()) for line in lines)
     return any(len(triples([cell.strip(" \"'") for cell in row])[0]) >= _POINTS for row in named)

@@ -14,9 +14,9 @@ from pathlib import PurePath
 
 from lanindex.body import Declared
 from lanindex.errors import CaptureError
-from lanindex.formats import tables
+from lanindex.formats import text_rows
 from lanindex.formats.file import File, Wanted, text_of
-from lanindex.formats.tables import Layout, count_doubt, header_lines, table_of, twice
+from lanindex.formats.text_rows import Layout, count_doubt, header_lines, table_of, twice
 from lanindex.model import Motion, Reading, Span
 
 _WORD = re.compile(rb"[^\s,;]+")
@@ -26,17 +26,17 @@ _FIRST = 2  # columns before the markers: number and time
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a TRC file: see `lanindex.formats.read_file`."""
-    return tables.read_motion(file, scan(file), "trc", options, wanted)
+    return text_rows.read_motion(file, scan(file), "trc", options, wanted)
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:
     """Return what cuts clips out of a TRC file: its own bytes, but for ``NumFrames``."""
-    return tables.cutter(file, scan(file))
+    return text_rows.cutter(file, scan(file))
 
 
 def scan(file: File) -> Layout:
     """Find the frames of a TRC file without reading their numbers."""
-    filled = (line for line in header_lines(file) if line.text.strip(tables.NOTHING))
+    filled = (line for line in header_lines(file) if line.text.strip(text_rows.NOTHING))
     above = [(line.text, line.first) for line in islice(filled, 5)]
     if len(above) < 4:
         found = "the file ends in its header"
@@ -87,7 +87,7 @@ def _names(cells: list[bytes], many: int, place: str) -> tuple[str, ...]:
 
 def write(motion: Motion) -> bytes:
     """Write a motion as TRC: millimetres, y up; its markers, or else its joints."""
-    names, places = tables.points_of(motion)
+    names, places = text_rows.points_of(motion)
     names = tuple(re.sub(r"[\t\r\n]+", " ", name).strip() or "marker" for name in names)
     title = re.sub(r"\s+", " ", PurePath(motion.source.path).with_suffix(".trc").name)
     many, count = len(names), len(motion)
@@ -108,4 +108,4 @@ def write(motion: Motion) -> bytes:
     )
     lines = "".join("\t".join(map(str, line)) + "\n" for line in head)
     end = "\t\n"  # else OpenSim misses a last blank cell
-    return (lines + tables.written(motion, places, "\t", 1, end)).encode()
+    return (lines + text_rows.written(motion, places, "\t", 1, end)).encode()

@@ -20,7 +20,7 @@ import numpy as np
 from places import CAPTURES
 
 from lanindex import formats
-from lanindex.formats import amc, tables, trc
+from lanindex.formats import amc, text_rows, trc
 from lanindex.formats.c3d import names_of, places, scan
 from lanindex.formats.file import holding
 from lanindex.formats.gltf import chosen
@@ -90,12 +90,12 @@ def mvnx_by_etree(path: Path) -> None:
 
 def trc_numbers(path: Path) -> None:
     file = formats.opened(path)
-    tables.read(file, trc.scan(file).table)
+    text_rows.read(file, trc.scan(file).table)
 
 
 def table_numbers(path: Path) -> None:
     file = formats.opened(path)
-    tables.read(file, layout_of(file).table)
+    text_rows.read(file, layout_of(file).table)
 
 
 def by_loadtxt(path: Path) -> None:

@@ -10,7 +10,7 @@ from both_loops import plain_and_compiled
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lanindex.formats.tables import fault, number_rows
+from lanindex.formats.text_rows import fault, number_rows
 
 
 def frames_of(data: bytes) -> np.ndarray:

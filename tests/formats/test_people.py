@@ -5,7 +5,7 @@ import pytest
 from lanindex.formats import File, parted
 from lanindex.formats.file import together
 from lanindex.formats.people import distinct, named, others, plain
-from lanindex.formats.tables import triples, twice
+from lanindex.formats.text_rows import triples, twice
 
 
 def test_a_capture_is_a_file_and_a_person() -> None:

@@ -15,7 +15,7 @@ from lanindex.alphabet import JOINT_CODES, JOINTS
 from lanindex.body import kinematics
 from lanindex.body.recognition import Rig, find_body
 from lanindex.formats.bvh import BvhLayout, scan
-from lanindex.formats.tables import number_rows
+from lanindex.formats.text_rows import number_rows
 from lanindex.model import Motion
 
 TIPS = {"RHand", "LHand"}

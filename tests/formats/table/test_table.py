@@ -9,7 +9,7 @@ from lanindex import formats
 from lanindex.errors import BodyError, CaptureError, UsageError
 from lanindex.formats import point_tables, sniff
 from lanindex.formats.point_tables import KINECT
-from lanindex.formats.tables import triples
+from lanindex.formats.text_rows import triples
 from lanindex.model import Motion, Reading, Span
 
 

@@ -1,4 +1,4 @@
-"""Tables of points as text: their headers, rows and numbers; the motion and the clips they make.
+"""Rows of numbers in text: headers, rows and cells; the motion and the clips that tables make.
 
 A cell that is blank, or says ``nan``, is unknown.
 """

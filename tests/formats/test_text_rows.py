@@ -7,7 +7,7 @@ import pytest
 from both_loops import plain_and_compiled
 
 from lanindex.errors import CaptureError
-from lanindex.formats import tables
+from lanindex.formats import text_rows
 from lanindex.formats.file import File
 
 CELLS = [
@@ -17,13 +17,13 @@ CELLS = [
 ODD = ["x", "1_0", "1e", "--1", "1 2", "inf", "-inf", "1e10", "1e999", "0x10", "1.2.3", "\x00", "é"]
 
 
-def table(lines: np.ndarray, separator: bytes, width: int, pick: random.Random) -> tables.Table:
+def table(lines: np.ndarray, separator: bytes, width: int, pick: random.Random) -> text_rows.Table:
     columns = pick.sample(range(width), pick.randrange(1, width + 1))
     heads = pick.randrange(len(columns))
-    return tables.Table(lines, separator, width, tuple(columns[:heads]), tuple(columns[heads:]))
+    return text_rows.Table(lines, separator, width, tuple(columns[:heads]), tuple(columns[heads:]))
 
 
-def plain(data: bytes, one: tables.Table) -> tuple[list[list[float]], int | None]:
+def plain(data: bytes, one: text_rows.Table) -> tuple[list[list[float]], int | None]:
     """Read rows cell by cell; return those before the first damaged one, and which that is."""
     rows = []
     for number, (first, stop) in enumerate(one.lines.tolist()):
@@ -54,10 +54,10 @@ def test_rows_are_what_a_plain_loop_reads(separator):
             cells = [cell for cell in cells if cell.strip()] if separator == " " else cells
             text += separator.join(cells) + pick.choice(("\n", "\r\n", separator + "\n"))
         data = text.encode()
-        one = table(tables.rows(data, 0), separator.encode(), width, pick)
+        one = table(text_rows.rows(data, 0), separator.encode(), width, pick)
         wanted, damaged = plain(data, one)
         (values, first), compiled = plain_and_compiled(
-            lambda data=data, one=one: tables.parse(data, one.lines, one)
+            lambda data=data, one=one: text_rows.parse(data, one.lines, one)
         )
         assert compiled[1] == first, data
         np.testing.assert_array_equal(compiled[0][:first], values[:first])
@@ -72,20 +72,20 @@ def test_rows_are_what_a_plain_loop_reads(separator):
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 @pytest.mark.parametrize("piece", [7, 1 << 17])
 def test_rows(monkeypatch, end, piece):
-    monkeypatch.setattr(tables, "_PIECE", piece)
+    monkeypatch.setattr(text_rows, "_PIECE", piece)
     lines = ["1,2,3", "", ",,,", "-4,5,6", " ", " 7,8,9", ",,5"]
     data = ("head" + end + end.join(lines)).encode()
-    found = tables.rows(data, 4 + len(end))
+    found = text_rows.rows(data, 4 + len(end))
     assert [data[first:stop].decode().rstrip() for first, stop in found.tolist()] == [
         "1,2,3", "-4,5,6", " 7,8,9", ",,5",
     ]  # fmt: skip
-    assert len(tables.rows(data, len(data))) == 0
+    assert len(text_rows.rows(data, len(data))) == 0
 
 
 def test_a_comma_for_the_point():
     data = b"1;0,5;1,25;-2,0;x\n2;0,6;;3,0;y\n"
-    one = tables.Table(tables.rows(data, 0), b";", 5, (0,), (1, 2, 3), comma=True)
-    heads, points = tables.read(File("a.csv", data), one)
+    one = text_rows.Table(text_rows.rows(data, 0), b";", 5, (0,), (1, 2, 3), comma=True)
+    heads, points = text_rows.read(File("a.csv", data), one)
     assert heads.tolist() == [[1], [2]]
     assert points[0, 0].tolist() == [0.5, 1.25, -2.0]
     assert np.isnan(points[1]).all()
@@ -94,14 +94,14 @@ def test_a_comma_for_the_point():
 def test_nothing_is_allocated_for_rows_that_are_too_short():
     data = b"1\n" * 200_000
     columns = tuple(range(3 * 100_000))
-    one = tables.Table(tables.rows(data, 0), b",", len(columns), (), columns)
+    one = text_rows.Table(text_rows.rows(data, 0), b",", len(columns), (), columns)
     with pytest.raises(CaptureError, match="frame 0 has 1 cells, wanted 300000"):
-        tables.read(File("a.csv", data), one)
+        text_rows.read(File("a.csv", data), one)
 
 
 def test_places_of_nothing():
     places = np.ones((4, 3, 3), np.float32)
     places[1, 0] = places[:, 1] = 0
-    doubts = tables.at_origin(places, ("a", "b", "c"))
+    doubts = text_rows.at_origin(places, ("a", "b", "c"))
     assert doubts == ("a at 0, 0, 0 in 1 frames: taken as unknown",)
     assert np.argwhere(np.isnan(places[..., 0])).tolist() == [[1, 0]]
