@@ -243,9 +243,10 @@ def carried(
     for kind in range(heights.shape[1]):
         own = heights[:, kind]
         some = (own[side][feet.slow[side, kind]] for side in range(2))
-        rests = [fifth(one) for one in some if len(one)] or [fifth(own.ravel())]
-        for lower, high in zip(height, own, strict=True):
-            np.minimum(lower, high - np.float32(min(rests)), out=lower)
+        rests = np.array([fifth(one) if len(one) else np.inf for one in some])
+        least = min(rests) if np.isfinite(rests).any() else fifth(own.ravel())
+        rests = np.where(rests < least + LIFTED, rests, least).astype(np.float32)
+        np.minimum(height, own - rests[:, None], out=height)
     lower = np.minimum(*height)
     stands = _stands(lower, speed, rate)
     long = [level for level, frames in stands if frames >= STANCE * rate]

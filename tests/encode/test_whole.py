@@ -65,6 +65,15 @@ def test_steps_are_found_where_the_floor_rises_under_the_feet(drift):
     assert said(encode(floats), "step") == ["forward mid"] * 8
 
 
+def test_a_foot_that_always_stands_a_little_higher_carries_too():
+    motion = going("forward")
+    places = motion.positions.copy()
+    for joint in ("RAnkle", "RToe"):
+        places[:, motion.skeleton.body[JOINT_CODES[joint]], 1] += 0.07 * LEG
+    scores = encode(replace(motion, positions=places)), encode(motion)
+    assert close(*(np.ravel(times(it, "r_stance")) for it in scores), 1)
+
+
 def test_a_step_of_a_foot_that_was_held_begins_behind_the_hold():
     motion = walk([Do("stand"), Do("r", "forward", 0.5), Do("stand")])
     frames = np.repeat(np.arange(len(motion)), np.where(np.arange(len(motion)) == 45, 120, 1))
