@@ -6,7 +6,8 @@ A match of a `without` or `never` line that shares a symbol with the hit does no
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,7 @@ from lanindex.search.match.relations import (
     RELATIONS,
     EndBounds,
     Margins,
+    SpanIndex,
     Spans,
     margins_of,
     smallest,
@@ -150,17 +152,22 @@ class DistinctSpans(NamedTuple):
         return DistinctSpans(self.spans.at(used), place - missing, self.margins, most)
 
 
-class OtherLine(NamedTuple):
+@dataclass(eq=False)
+class OtherLine:
     """A line beside another, of one side."""
 
     relation: str
     matches: CompanionMatches
     nodes: Nodes | None  # which match goes on in which, of a line that runs on as long as it can
 
+    @cached_property
+    def index(self) -> SpanIndex:
+        """The matches by their frames."""
+        return SpanIndex(self.matches.lines)
+
     def moving(self) -> OtherLine:
         """Return the same without starting positions alone."""
-        some = self.matches.at(~self.matches.lines.alone)
-        return self._replace(matches=some)
+        return replace(self, matches=self.matches.at(~self.matches.lines.alone))
 
     def goes_on(self, line: IntArray, match: IntArray) -> BoolArray:
         """Tell, of pairs of a line and a match, which go on in another pair of the line."""
@@ -254,7 +261,7 @@ class Joiner:
             beside = EndBounds(anywhere, 0 * anywhere, np.full(len(end), NEVER))
             for program in self.context.rewrites.programs(companion):
                 others = self.others(program, companion)[0].lines
-                index = relations.SpanIndex(others.at(~others.alone))
+                index = SpanIndex(others.at(~others.alone))
                 own = relations.end_bounds(companion.relation, lines, index, margins)
                 beside = beside.widened(own)
             bounds = bounds.narrowed(beside)
@@ -322,10 +329,8 @@ class Joiner:
         self, beside: OtherLine, line: DistinctSpans, hulls: Hulls, *, outermost: bool
     ) -> Hulls:
         """Return hulls with each of the others that can stand beside them."""
-        relation, others, nodes = beside
-        place, other = relations.pairs(
-            relation, line.spans, relations.SpanIndex(others.lines), line.margins, line.most
-        )
+        relation, others, nodes = beside.relation, beside.matches, beside.nodes
+        place, other = relations.pairs(relation, line.spans, beside.index, line.margins, line.most)
         match, place = relations.matched(line.place, place)
         other = other[place]
         fits = hulls.claims.at(match).disjoint(others.claims.at(other))
@@ -352,7 +357,7 @@ class Joiner:
         """Return hulls with others that remember nothing: spans are joined, not matches."""
         relation, lines, nodes = beside.relation, beside.matches.lines, beside.nodes
         of_frames, adds_frames = self.context.clauses.of_frames, RELATIONS[relation].adds_frames
-        index = relations.SpanIndex(lines)
+        index = beside.index
         if not nodes and not adds_frames:
             held = relations.holds(relation, line.spans, index, line.margins)
             return hulls.at(np.append(held, False)[line.place])
@@ -406,9 +411,7 @@ class Joiner:
             if companion.relation == "never":
                 disturbed[own] |= np.isin(capture[own], some.capture)
             else:
-                disturbed[own] |= relations.holds(
-                    "without", here.at(own), relations.SpanIndex(some), margins
-                )
+                disturbed[own] |= relations.holds("without", here.at(own), SpanIndex(some), margins)
             claiming = np.flatnonzero(fits & ~free)
             matches = others.lines.at(claiming)
             if outermost and not still:
@@ -417,7 +420,7 @@ class Joiner:
                     companion.relation, here.at(own), excusing.at(own), matches, claims, margins
                 )
                 continue
-            index = relations.SpanIndex(matches)
+            index = SpanIndex(matches)
             hull, other = relations.pairs(companion.relation, here.at(own), index, margins)
             hull, other = own[hull], claiming[other]
             apart = excusing.at(hull).disjoint(others.claims.at(other))
@@ -447,11 +450,11 @@ class Joiner:
 
 def _pieces(beside: OtherLine, line: DistinctSpans) -> Iterator[IntArray]:
     """Yield matches, so many at once that their pairs with others keep within the budget."""
-    relation, others, _ = beside
+    relation, others = beside.relation, beside.matches
     few = len(line.place) * len(others) <= MOST_AT_ONCE
     if few or (relation == "with" and others.free and others.lines.plain):  # few pairs are made
         yield np.arange(len(line.place))
         return
-    index = relations.SpanIndex(others.lines)
-    first, last, _ = relations.candidates(relation, line.spans, index, line.margins, line.most)
+    limits = line.spans, beside.index, line.margins, line.most
+    first, last, _ = relations.candidates(relation, *limits)
     yield from in_pieces(np.append(np.maximum(last - first, 0), 0)[line.place])
