@@ -282,12 +282,13 @@ def draw(
     marks += lines
     told = f"{short(last - start)} s, {symbols} of {', '.join(drawn)}"
     width, height = layout.size
-    width = max([width, *(2 * MARGIN + round(0.62 * _HEADING * len(it.text)) for it in lines)])
-    if legend:
+    if legend:  # beside the staves, below the heading
         kinds = {*map(kind_of, drawn), *["marked"] * bool(marked)}
-        rows = legend_rows(kinds, width, MARGIN)
+        rows = legend_rows(kinds, width, layout.head + MARGIN)
         marks += rows
-        width, height = width + LEGEND_WIDTH, max(height, len(rows) * _PITCH + 2 * MARGIN)
+        low = layout.head + len(rows) * _PITCH + 2 * MARGIN
+        width, height = width + LEGEND_WIDTH, max(height, low)
+    width = max([width, *(2 * MARGIN + round(0.62 * _HEADING * len(it.text)) for it in lines)])
     summary, staves = f"Labanotation, time upwards: {told}", layout.staves
     return Picture(width, height, title or "score", summary, tuple(marks), tuple(missing), staves)
 

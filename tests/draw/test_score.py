@@ -330,3 +330,4 @@ def test_a_legend_says_what_is_drawn(jumps: bool) -> None:
     assert ("is in the air" in said) == jumps
     assert told.groups() == plain.groups()  # it holds no symbols
     assert told.width > plain.width
+    assert draw(score, legend=True, heading=("w" * 30,)).width == told.width  # it stands below
