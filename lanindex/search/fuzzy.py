@@ -20,7 +20,7 @@ from lanindex.model import Hit, Span, Symbol
 from lanindex.model.columns import CELL, THOUSANDTHS, Columns, ranges
 from lanindex.search.hits import Hits
 from lanindex.search.language import query as tree
-from lanindex.search.language.words import WORD_KINDS
+from lanindex.search.language.words import BESIDE_CELLS, WORD_KINDS
 from lanindex.search.limits import OverBudget, running, tick
 from lanindex.search.match import relations
 from lanindex.search.match.arrays import (
@@ -163,14 +163,6 @@ class Kinds:
         return np.repeat(captures, np.diff(self._bounds))[order], np.cumsum(self.counts)
 
 
-def kinds_of(columns: Columns) -> Kinds:
-    """Return the kinds of columns, which are kept with them."""
-    if __name__ not in columns.kept:
-        columns.kept[__name__] = Kinds(columns)
-    kept: Kinds = columns.kept[__name__]
-    return kept
-
-
 def costs_of(state: State, costs: Costs, batch: Batch, row: IntArray) -> Costs:
     """Return what rows (R,) cost at a state, of which `costs` (R,) are those of their kinds."""
     rows = batch.rows(state.members[0])
@@ -274,7 +266,9 @@ def nets_of(program: Program) -> list[Net]:
         '"hold", "still", and "at" beside other steps or with a length': not stays
         and any(state.manner in ("at", "hold") for state in states),
         "the feet of a jump, degrees of turns and bends, what is touched or carries, "
-        "and how fast or large a movement is": any(it.beside_cells for it in states),
+        "and how fast or large a movement is": not {*BESIDE_CELLS}.isdisjoint(
+            kind for state in states for fits in state.fits for kind in fits
+        ),
         "arrows to another part": any(not edge.same for edge in edges),
         "limits on an arrow": any(arrow.length or arrow.skips for arrow in arrows),
     }
@@ -346,7 +340,10 @@ class FuzzyLine:
     def __init__(self, net: Net, columns: Columns, most: int, clear: int = 0) -> None:
         self.net, self._bounds = net, columns.bounds
         self._most = min(most, (MOST + MISSING) * len(net.states))
-        kinds = self._kinds = kinds_of(columns)
+        if __name__ not in columns.kept:
+            columns.kept[__name__] = Kinds(columns)
+        kinds: Kinds = columns.kept[__name__]
+        self._kinds = kinds
         self._tables = [kinds.table(state) for state in net.states]
         for state, table in zip(net.states, self._tables, strict=True):
             if "change" not in state.fits[0] or self._most < CHANGE:
@@ -575,13 +572,12 @@ class _Search:
     def find_exactly(self, query: tree.Query, among: IntArray | None = None) -> ExactHits:
         """Return all exact hits, in some captures; None: in all."""
         finder = self.finder.of(query)
-        watch = None if self.watch is None else lambda *_: self.tell()  # a part of this search
-        found = finder.find("all", watch, refused=[], among=among)
+        found = finder.find("all", lambda *_: self.tell(), refused=[], among=among)
         self.refused |= finder.refused
         return found
 
     def all_hits(self) -> FuzzyHits:
-        return self._hits_in(self._plans_within(BUCKETS))
+        return FuzzyHits(self, self._matches_in(self._plans_within(BUCKETS)))
 
     def best(self, number: int) -> FuzzyHits:
         """Return so many hits that fit best, the clearest first.
@@ -598,12 +594,14 @@ class _Search:
                 bounds[places] = np.max(most, axis=0)
             order = np.flatnonzero(bounds)
             order = order[np.argsort(-bounds[order], kind="stable")]
-            plans, hits = self._plans_within(edits), FuzzyHits(self, NO_MATCHES)
+            plans, matches = self._plans_within(edits), NO_MATCHES
             least, searched, within = 0.0, 0, len(order)
             while within:  # captures that may hold one of the best
                 some = order[searched : searched + min(within, searched or MORE * number)]
-                hits = hits.with_those_of(self._hits_in(plans, np.sort(some)))
-                best, searched = hits.by_fit()[:number], searched + len(some)
+                matches = joined((matches, self._matches_in(plans, np.sort(some))))
+                matches = matches.at(np.argsort(matches.capture, kind="stable"))
+                best = FuzzyHits(self, matches).by_fit()[:number]
+                searched += len(some)
                 rest = order[searched:]
                 within = len(rest)
                 if len(best) == number:
@@ -649,13 +647,13 @@ class _Search:
         if self.watch:
             self.watch(self.done, len(self.finder.roster))
 
-    def _hits_in(self, plans: list[FuzzyPlan], places: IntArray | None = None) -> FuzzyHits:
-        """Return all hits in some captures; None: in all."""
+    def _matches_in(self, plans: list[FuzzyPlan], places: IntArray | None = None) -> FuzzyMatches:
+        """Return the hits in some captures; None: in all."""
         batches = self._in_batches(
             lambda one, batch: one.matches(batch, self.find_exactly), plans, places
         )
         matches = joined([NO_MATCHES, *(self._hits(plans, *it) for it in batches)])
-        return FuzzyHits(self, matches.at(~np.isin(matches.capture, list(self.refused))))
+        return matches.at(~np.isin(matches.capture, list(self.refused)))
 
     def _hits(
         self, plans: list[FuzzyPlan], places: IntArray, sets: list[FuzzyMatches]
@@ -694,7 +692,8 @@ class FuzzyHits(Hits):
     """The hits of a search as columns; each is made an object when it is asked for."""
 
     def __init__(self, search: _Search, matches: FuzzyMatches) -> None:
-        super().__init__(search.finder, matches.capture, matches.low, matches.high)
+        captures_at, numbers = search.finder.captures, search.finder.roster.number
+        super().__init__(captures_at, numbers, matches.capture, matches.low, matches.high)
         self._search, self._matches = search, matches
 
     @cached_property
@@ -719,12 +718,6 @@ class FuzzyHits(Hits):
         likely = np.delete(np.arange(len(self)), rest)
         likely = likely[np.argsort(-self._subset(likely).fit, kind="stable")]
         return self.at(np.append(likely, rest))
-
-    def with_those_of(self, others: FuzzyHits) -> FuzzyHits:
-        """Return these hits and those of other captures, by capture."""
-        matches = joined((self._matches, others._matches))
-        order = np.argsort(matches.capture, kind="stable")
-        return FuzzyHits(self._search, matches.at(order))
 
     def _exact_hits(self) -> tuple[IntArray, ExactHits | None]:
         """Return which hits were found exactly, by place, and as such."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from importlib import import_module
 from operator import attrgetter
-from typing import Any, Protocol, Self, TypeVar, overload
+from typing import Any, Self, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from lanindex.errors import UsageError
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.model.capture import in_words, readable
 from lanindex.model.columns import GRADES
-from lanindex.model.derived import degree_of
+from lanindex.model.derived import Amount, degree_of
 from lanindex.model.score import Tabular
 from lanindex.search.language import clauses
 from lanindex.search.language.clauses import CLIP, MATCH, Reference
@@ -33,19 +33,6 @@ IntArray = NDArray[np.int64]
 
 FEW = 10  # hits that are shown of many
 TOGETHER = 512  # captures that are fetched at once where all hits are made objects
-
-
-class CaptureStore(Protocol):
-    """Holds the captures of hits, by their places in the roster."""
-
-    def fetch(self, places: Sequence[int]) -> None:
-        """Fetch captures of which hits will be made objects."""
-
-    def captures(self, places: Sequence[int]) -> list[Capture]:
-        """Return captures."""
-
-    def numbers(self, places: IntArray) -> IntArray:
-        """Return the numbers of captures."""
 
 
 class Hits(Sequence[Hit], Tabular):
@@ -80,9 +67,16 @@ class Hits(Sequence[Hit], Tabular):
 
     pattern = ""
 
-    def __init__(self, store: CaptureStore, place: IntArray, low: IntArray, high: IntArray) -> None:
-        # (H,) each: the place of the capture in the roster, and frames of the source, half-open
-        self._store, self.place, self.low, self.high = store, place, low, high
+    def __init__(
+        self,
+        captures_at: Callable[[Sequence[int]], list[Capture]],  # by their places in the roster
+        numbers: IntArray,  # (C,) of the captures in the roster
+        place: IntArray,  # (H,) of the capture in the roster
+        low: IntArray,  # (H,) frames of the source, half-open
+        high: IntArray,
+    ) -> None:
+        self._captures_at, self._numbers = captures_at, numbers
+        self.place, self.low, self.high = place, low, high
 
     @abstractmethod
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
@@ -122,7 +116,6 @@ class Hits(Sequence[Hit], Tabular):
         first, places = 0, set[int]()
         for index, place in enumerate([*self.place.tolist(), -1] if len(self) else []):
             if place < 0 or (len(places) == TOGETHER and place not in places):
-                self._store.fetch(sorted(places))
                 yield from self._hits(range(first, index))
                 first, places = index, set()
             places.add(place)
@@ -135,12 +128,12 @@ class Hits(Sequence[Hit], Tabular):
     def tally(self) -> list[tuple[int, int]]:
         """Return the numbers of the captures, each with how many hits it has."""
         places, counts = self._per_capture()
-        return list(zip(self._store.numbers(places).tolist(), counts.tolist(), strict=True))
+        return list(zip(self._numbers[places].tolist(), counts.tolist(), strict=True))
 
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
         places, counts = self._per_capture()
-        return list(zip(self._store.captures(places.tolist()), counts.tolist(), strict=True))
+        return list(zip(self._captures_at(places.tolist()), counts.tolist(), strict=True))
 
     def _per_capture(self) -> tuple[IntArray, IntArray]:
         """Return the captures of hits, in order, and how many each has."""
@@ -151,7 +144,7 @@ class Hits(Sequence[Hit], Tabular):
     def spans(self) -> Iterator[tuple[Capture, Span]]:
         """Yield capture and frames of each hit, in order."""
         places = self._per_capture()[0].tolist()
-        captures = dict(zip(places, self._store.captures(places), strict=True))
+        captures = dict(zip(places, self._captures_at(places), strict=True))
         columns = (self.place.tolist(), self.low.tolist(), self.high.tolist())
         for place, low, high in zip(*columns, strict=True):
             yield captures[place], Span(low, high)
@@ -168,7 +161,7 @@ class Hits(Sequence[Hit], Tabular):
         """Return (H,) with the fields capture_id, start, stop (frames, half-open) and fit."""
         fields = [("capture_id", "i8"), ("start", "i8"), ("stop", "i8"), ("fit", "f4")]
         rows = np.empty(len(self), fields)
-        rows["capture_id"] = self._store.numbers(self.place)
+        rows["capture_id"] = self._numbers[self.place]
         rows["start"], rows["stop"], rows["fit"] = self.low, self.high, self.clear()
         return rows
 
@@ -229,7 +222,8 @@ class ListedHits(Hits):
         places = {number: place for place, number in enumerate(captures)}
         rows = [(places[it.capture.id], it.span.start, it.span.stop) for it in self._listed]
         columns = np.array(rows, np.int64).reshape(-1, 3).T
-        super().__init__(_Captures(list(captures.values())), *columns)
+        held, numbers = list(captures.values()), np.array(list(captures), np.int64)
+        super().__init__(lambda places: [held[it] for it in places], numbers, *columns)
         self.pattern = pattern
 
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
@@ -241,22 +235,6 @@ class ListedHits(Hits):
     def clear(self) -> NDArray[np.float64]:
         """Return the fit of each hit, (H,) from 0 to 1."""
         return np.array([hit.fit for hit in self._listed], np.float64)
-
-
-@dataclass(frozen=True, slots=True)
-class _Captures:
-    """Captures that are at hand: the store of `ListedHits`."""
-
-    by_place: list[Capture]
-
-    def fetch(self, places: Sequence[int]) -> None:
-        pass
-
-    def captures(self, places: Sequence[int]) -> list[Capture]:
-        return [self.by_place[place] for place in places]
-
-    def numbers(self, places: IntArray) -> IntArray:
-        return np.array([self.by_place[place].id for place in places.tolist()], np.int64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -388,8 +366,6 @@ CLIP_FIELDS = tuple(_CLIP)
 
 _TIMES = ("start", "end", "length")
 _EIGHTH = 45  # degrees of an eighth of a turn
-
-Amount = TypeVar("Amount", int, IntArray)
 
 
 def names_in(conditions: Collection[clauses.Condition]) -> frozenset[str]:

@@ -22,8 +22,8 @@ UNKNOWN = 1 << 30  # bytes that it gets where the system does not say what is fr
 Progress = Callable[[str, int, int], None]
 """Called with a noun, how many are done, and of how many."""
 
-_memory: ContextVar[int] = ContextVar("memory", default=UNKNOWN)
-_tick: ContextVar[Callable[[], None] | None] = ContextVar("tick", default=None)
+_Running = tuple[int, Callable[[], None] | None]
+_running: ContextVar[_Running] = ContextVar("running", default=(UNKNOWN, None))
 
 
 class OverBudget(Exception):
@@ -36,23 +36,22 @@ def running(memory: int | None, tick: Callable[[], None] | None) -> Iterator[Non
     if memory is None:
         free = available()
         memory = UNKNOWN if free is None else free // 4
-    tokens = _memory.set(max(LEAST, memory)), _tick.set(tick)
+    token = _running.set((max(LEAST, memory), tick))
     try:
         yield
     finally:
-        _memory.reset(tokens[0])
-        _tick.reset(tokens[1])
+        _running.reset(token)
 
 
 def tick() -> None:
     """Tell whoever waits that the search goes on; this raises where it may not."""
-    if call := _tick.get():
+    if call := _running.get()[1]:
         call()
 
 
 def most_rows(size: int) -> int:
     """Return how many rows a table may have that take so many bytes each, with all made of them."""
-    return _memory.get() // size
+    return _running.get()[0] // size
 
 
 def check_budget(rows: int, size: int) -> None:

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import lru_cache
 from itertools import pairwise
 
 from lanindex.search.language import query as tree
 from lanindex.search.language.times import Length
-from lanindex.search.language.words import ANY, BESIDE_CELLS, STILL, WORD_KINDS
+from lanindex.search.language.words import ANY, STILL
 
 NEGATIONS = ("without", "never")
 """Relations to lines that must not happen."""
@@ -35,11 +34,6 @@ class State:
     length: Length | None  # how long it may last
     labels: tuple[str, ...] = ()  # its own, and those of the brackets around it
     near: int = 0  # how far across its border a symbol may lie, in thousandths of a margin
-
-    @property
-    def beside_cells(self) -> bool:
-        """Whether it asks for more than cells: an amount, a measure."""
-        return any(kind in fits for fits in self.fits for kind in BESIDE_CELLS)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -314,10 +308,4 @@ class _Builder:
 def fits(step: tree.Step, part: str) -> dict[str, frozenset[int]]:
     """Return the codes that fit a step, said of one part, by the kinds of its words."""
     kinds = dict.fromkeys(word.kind for word in step.words if ANY not in word.values)
-    return {kind: _codes(kind, tree.meaning(step.words, kind, part)) for kind in kinds}
-
-
-@lru_cache(64)
-def _codes(kind: str, words: frozenset[str]) -> frozenset[int]:
-    codes = WORD_KINDS[kind].codes
-    return frozenset(codes[it] for it in words)
+    return {kind: tree.meaning(step.words, kind, part) for kind in kinds}

@@ -84,7 +84,7 @@ def _phrases() -> Mapping[tuple[str, ...], tuple[str, str]]:
     """Return the table and the meaning of each phrase, words of the language included."""
     known: dict[tuple[str, ...], tuple[str, str]] = {
         **{(word,): ("phrases", word) for word in VALUES},
-        **{(name,): ("movers", name) for name in _movers()},
+        **{(name,): ("movers", name) for name in Vocabulary().movers},
     }
     for table, meanings in shipped("search/language/natural.toml").items():
         for meaning, phrases in meanings.items():
@@ -93,11 +93,6 @@ def _phrases() -> Mapping[tuple[str, ...], tuple[str, str]]:
                 if table == "limbs" and meaning not in _SINGLE:
                     known[tuple(f"{phrase}s".split())] = (table, f"{meaning}s")
     return known
-
-
-@cache
-def _movers() -> frozenset[str]:
-    return frozenset(Vocabulary().movers)
 
 
 def _plain(text: str) -> list[str]:
@@ -170,7 +165,7 @@ class _Clause:
             name = f"{self.side}_{self.group}" if not self.is_pair else ""
         else:
             name = f"{self.group}s" if self.is_pair and self.group != "foot" else self.limb
-        _want(name in _movers())
+        _want(name in Vocabulary().movers)
         return name
 
 

@@ -96,9 +96,7 @@ def no_step(cursor: Cursor, after: str) -> PatternError:
     if is_unknown(cursor):
         return unknown(cursor, part_expected=True)
     if token.kind in ("arrow", "dots"):
-        if arrow:
-            return cursor.fault("two arrows")
-        return cursor.fault("arrow first")
+        return cursor.fault("two arrows" if arrow else "arrow first")
     if token.kind in ("unknown", "string"):
         return cursor.error(remedy) if remedy else unknown(cursor)
     if token.text in _NO_STEPS:

@@ -138,11 +138,9 @@ class _Score:
         return " ".join([begin.text, part.name, *spelled, *times])
 
     def incomplete(self, begin: Token) -> PatternError:
-        names = LINES[begin.text].names
+        cursor, names = self.cursor, LINES[begin.text].names
         said = {"count": {1: "four", 2: "five"}[len(names)], "names": " ".join(names)}
-        return self.cursor.fault(
-            "no line of LND", begin, self.cursor.before, line=begin.text, **said
-        )
+        return cursor.fault("no line of LND", begin, cursor.before, line=begin.text, **said)
 
     def word(self, begin: Token, kind: str) -> tree.Word:
         cursor = self.cursor

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from decimal import Context, Decimal
 from fractions import Fraction
 from math import ceil, floor
 
@@ -10,15 +11,12 @@ TOLERANCE = Fraction(1, 10)
 
 _ABOUT = Fraction(1, 5)  # how far a bare length, 1s, may be off, in proportion
 _ABOUT_DEGREES = Fraction(45, 2)  # how far a bare angle, 90deg, may be off
+_ALL_DIGITS = Context(prec=200)
 
 
 def decimal(number: Fraction) -> str:
     """Return a decimal number as written, with all its digits."""
-    digits = 0
-    while (number * 10**digits).denominator != 1:
-        digits += 1
-    text = str(int(number * 10**digits)).rjust(digits + 1, "0")
-    return f"{text[:-digits]}.{text[-digits:]}" if digits else text
+    return f"{_ALL_DIGITS.divide(Decimal(number.numerator), number.denominator):f}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,11 +61,19 @@ class Length:
         forms = {"+": f"{self.time}+", "..": f"{self.time}..{self.last}", "~": f"{self.time}"}
         return forms.get(self.form, f"{self.form}{self.time}")
 
-    def bounds(self, clock: Clock) -> tuple[int, int | None]:
-        """Return the fewest and the most whole frames that meet it, None: no limit; exactly."""
+    def bounds(self, clock: Clock, off: Fraction | None = None) -> tuple[int, int | None]:
+        """Return the fewest and the most whole frames that meet it, None: no limit; exactly.
+
+        `off` is by how much a bare length may be missed; None: by a fifth of it.
+        """
         wanted = self.time.frames(clock)
-        longest = self.last.frames(clock) if self.last else wanted
-        return whole_range(self.form or "..", wanted, longest, wanted * _ABOUT)
+        last = self.last.frames(clock) if self.last else wanted
+        off = wanted * _ABOUT if off is None else off
+        least = dict.fromkeys((">=", "+", "..", ""), ceil(wanted))
+        least |= {">": floor(wanted) + 1, "~": max(ceil(wanted - off), 0)}
+        most = {"<": ceil(wanted) - 1, "<=": floor(wanted), "~": floor(wanted + off)}
+        most |= dict.fromkeys(("..", ""), floor(last))
+        return least.get(self.form, 0), most.get(self.form)
 
 
 _NUMBER = r"(\d+(?:\.\d+)?)(?:deg)?"
@@ -79,15 +85,6 @@ def degrees(text: str) -> tuple[int, int | None]:
     match = _RANGE.fullmatch(text)
     assert match, text
     compare, number, form, last = match.groups()
-    wanted, off = Fraction(number), _ABOUT_DEGREES if "deg" in text else Fraction(0)
-    return whole_range(compare or form or "~", wanted, Fraction(last or number), off)
-
-
-def whole_range(
-    form: str, wanted: Fraction, last: Fraction, off: Fraction
-) -> tuple[int, int | None]:
-    """Return the smallest and the largest whole number that a condition allows, None: no limit."""
-    least = dict.fromkeys((">=", "+", ".."), ceil(wanted))
-    least |= {">": floor(wanted) + 1, "~": max(ceil(wanted - off), 0)}
-    most = {"<": ceil(wanted) - 1, "<=": floor(wanted), "..": floor(last), "~": floor(wanted + off)}
-    return least.get(form, 0), most.get(form)
+    time, longest = Time(Fraction(number), ""), Time(Fraction(last or number), "")
+    off = _ABOUT_DEGREES if "deg" in text else Fraction(0)
+    return Length(compare or form or "~", time, longest).bounds(COUNTED, off)

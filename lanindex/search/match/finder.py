@@ -134,10 +134,6 @@ class Finder:
         """Return captures by their places in the roster."""
         return [capture for capture, _ in self._recordings(places, ())]
 
-    def numbers(self, places: IntArray) -> IntArray:
-        """Return the numbers of captures by their places in the roster."""
-        return self.roster.number[places]
-
     def hits(self, hits: HitTable) -> list[Hit]:
         """Return the hits of a table as objects."""
         captures = once(hits.capture).tolist()

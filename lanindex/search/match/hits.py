@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import TRACKS
-from lanindex.model import Hit, Symbol
-from lanindex.model.columns import THOUSANDTHS
-from lanindex.search.hits import TOGETHER, CaptureStore, Hits
+from lanindex.model import Capture, Hit, Symbol
+from lanindex.model.columns import THOUSANDTHS, Roster
+from lanindex.search.hits import TOGETHER, Hits
 from lanindex.search.limits import tick
 from lanindex.search.match.arrays import (
     FAR,
@@ -198,7 +198,10 @@ def labelled(
     return labels
 
 
-class _Maker(CaptureStore, Protocol):
+class _Maker(Protocol):
+    roster: Roster
+
+    def captures(self, places: Sequence[int]) -> list[Capture]: ...
     def hits(self, hits: HitTable) -> list[Hit]: ...
 
 
@@ -210,7 +213,8 @@ class ExactHits(Hits):
     """
 
     def __init__(self, maker: _Maker, table: HitTable, rows: IntArray) -> None:
-        super().__init__(maker, table.capture[rows], table.low[rows], table.high[rows])
+        columns = table.capture[rows], table.low[rows], table.high[rows]
+        super().__init__(maker.captures, maker.roster.number, *columns)
         self._maker, self._table, self._rows = maker, table, rows
 
     @cached_property
