@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 
-from lanindex.alphabet import CARRIERS, DIRECTIONS, FEET, LEVELS, TOUCHED
+from lanindex.alphabet import CARRIERS, FEET, TOUCHED
 from lanindex.model.columns import LIMITS
 from lanindex.search.language.query import meaning
 from lanindex.search.language.times import Clock
@@ -12,17 +12,18 @@ from lanindex.search.language.times import Clock
 AMOUNTS = {"feet": FEET, "degrees": (), "bend": (), "touched": TOUCHED, "carrier": CARRIERS}
 """What the amounts of symbols are called, by the kind of the word; of degrees their number."""
 
-MEASURED = {"pace": ("speed", "slow", "fast"), "extent": ("size", "small", "large")}
+MEASURED = {"pace": "speed", "extent": "size"}
+SINKING, NEITHER, RISING = range(3)
 
 
-def grade(part, name, value, below, above):
-    """Return what a movement of a limb is called; nothing, where it was not measured."""
+def grade(part, name, value):
+    """Return 0 for slow and small, 1, 2 for fast and large; -1 where it was not measured."""
     group = part.removeprefix("r_").removeprefix("l_")
     if value < 0 or group not in LIMITS:
-        return ""
+        return -1
     low, high = LIMITS[group][name]
     value = round(value, 2)
-    return below if value < low else above if value > high else "usual"
+    return 0 if value < low else 2 if value > high else 1
 
 
 @dataclass(frozen=True)
@@ -98,33 +99,29 @@ class Things:
     def fits(self, step, part, row):
         rows = self.rows(part)
         direction, level = rows[row]["direction"], rows[row]["level"]
-        fits = (DIRECTIONS[direction] if direction >= 0 else "") in meaning(
-            step.words, "direction", part
-        ) and (LEVELS[level] if level >= 0 else "") in meaning(step.words, "level", part)
-        amount = int(rows[row]["amount"])
-        for kind, names in AMOUNTS.items():
-            said = names[amount : amount + 1] if names else (str(amount),)
+        fits = direction in meaning(step.words, "direction", part)
+        fits = fits and level in meaning(step.words, "level", part)
+        for kind in AMOUNTS:
             if any(word.kind == kind for word in step.words):
-                told = said[0] if amount >= 0 else ""
-                fits = fits and told in meaning(step.words, kind, part)
-        for kind, (name, below, above) in MEASURED.items():
+                fits = fits and rows[row]["amount"] in meaning(step.words, kind, part)
+        for kind, name in MEASURED.items():
             if any(word.kind == kind for word in step.words):
-                told = grade(part, name, float(rows[row][name]), below, above)
+                told = grade(part, name, float(rows[row][name]))
                 fits = fits and told in meaning(step.words, kind, part)
         fits = fits and not (step.manner == "still" and rows[row]["swings"])
         if rows[row]["passing"] and step.manner == "via":
-            return fits and "neither" in meaning(step.words, "change", part)
+            return fits and NEITHER in meaning(step.words, "change", part)
         if rows[row]["passing"]:
             words = [it for it in step.words if not it.negated and it.values != ("any",)]
             named = bool(words) and all(it.kind != "change" for it in step.words)
             return fits and named and step.manner == "move"
         before = self.neighbours(part, row)[0]
-        change = "neither" if level >= 0 else ""
+        change = NEITHER if level >= 0 else -1
         if before is not None and -1 not in (level, rows[before]["level"]):
             if rows[before]["level"] < level:
-                change = "rising"
+                change = RISING
             if rows[before]["level"] > level:
-                change = "sinking"
+                change = SINKING
         return fits and change in meaning(step.words, "change", part)
 
     def singles(self, step, part) -> list[Thing]:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from lanindex.alphabet import is_limb
 from lanindex.model import Track
 from lanindex.model.columns import GRADES, THOUSANDTHS, graded, stored
-from lanindex.search.language.words import WORD_KINDS
+from lanindex.search.language.words import STILL, WORD_KINDS
 from lanindex.search.plan import State
 
 Symbol = tuple[str, int]
@@ -98,6 +98,11 @@ class Origin(NamedTuple):
     stretch: int
 
 
+_COLUMNS = {"direction": "direction", "level": "level", "change": "", STILL: "swings"}
+_COLUMNS |= dict.fromkeys(GRADES, "")
+"""By kind of words, the field of a symbol that has it, if not the amount; empty: none has."""
+
+
 class Timeline:
     """A track, with what follows what worked out.
 
@@ -173,7 +178,7 @@ class Timeline:
         """Return, for each row, whether its cell, or its ``runner_``-up, is what a state says."""
         saying = [True] * len(self.start)
         for kind, codes in state.fits[member].items():
-            column = WORD_KINDS[kind].column
+            column = _COLUMNS.get(kind, "amount")
             beside = whose if column in ("direction", "level") else ""
             name = beside + column if column else kind
             if name not in self._columns:

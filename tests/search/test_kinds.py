@@ -20,7 +20,7 @@ PARTS = ("travel", "r_twist", "l_twist", "r_arm")
 @pytest.fixture(autouse=True)
 def kinds(monkeypatch):
     """Two more kinds, as lines of tables: travel has a direction, a twist its own words."""
-    bend = words.WordKind("degree", "amount", {"slight": 20, "full": 90})
+    bend = words.WordKind("degree", {"slight": 20, "full": 90})
     monkeypatch.setitem(alphabet.KINDS, "travel", alphabet.Kind("travel", ("direction",), ()))
     monkeypatch.setitem(alphabet.KINDS, "twist", alphabet.Kind("twist", ("degree",), ("amount",)))
     monkeypatch.setitem(alphabet._KIND_OF_GROUP, "travel", "travel")

@@ -179,13 +179,10 @@ def _verb(step: tree.Step) -> tuple[str, str]:
 
 
 def _where(step: tree.Step) -> str:
-    kind = kind_of(step.mover.members[0])
-    match kind, sorted(step.words, key=lambda word: word.kind):
-        case "gesture", [
-            tree.Word("direction", ("place",), False),
-            tree.Word("level", (level,), False),
-        ]:
-            return str(_ENGLISH["places"][level])
+    kind, places = kind_of(step.mover.members[0]), _ENGLISH["places"]
+    for level in places if kind == "gesture" else ():
+        if {*map(str, step.words)} == {"place", level}:
+            return str(places[level])
     curves = "on a way that curves " if kind == "travel" else ""
     return ", ".join(_word(word, curves) for word in step.words)
 
@@ -330,8 +327,8 @@ def _rows_of(
 def _state(state: State) -> str:
     words = []
     for kind, codes in state.fits[0].items():
-        names = [name for name, code in WORD_KINDS[kind].codes.items() if code in codes]
-        words.append("/".join(names))
+        names = {code: name for name, code in WORD_KINDS[kind].codes.items()}
+        words.append("/".join(names.get(it, str(it)) for it in sorted(codes)))
     manner = "" if state.manner == "move" else state.manner
     length = str(state.length or "")
     return " ".join(filter(None, ("+".join(state.members), manner, *words, length)))

@@ -17,7 +17,7 @@ from lanindex.records import of_matched, of_name
 from lanindex.search.explain.advice import nearest_limit
 from lanindex.search.language import query as tree
 from lanindex.search.language.times import TOLERANCE, Clock, Length
-from lanindex.search.language.words import ABSENT, AMOUNTS, BESIDE_CELLS, RESTS, WORD_KINDS
+from lanindex.search.language.words import AMOUNTS, BESIDE_CELLS, RESTS, WORD_KINDS
 from lanindex.search.match import find_in
 from lanindex.search.plan import fits
 
@@ -451,7 +451,7 @@ def _cells_apart(cell: tuple[str | None, ...], wanted: Mapping[str, frozenset[in
     total = 0.0
     for kind, value in zip(("direction", "level"), cell, strict=True):
         if kind in wanted:
-            code = WORD_KINDS[kind].codes.get(value or ABSENT)
+            code = WORD_KINDS[kind].codes.get(value or "")
             total += _FAR if code is None else min(_apart(kind, code, it) for it in wanted[kind])
     return total
 

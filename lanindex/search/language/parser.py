@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from fractions import Fraction
 
-from lanindex.alphabet import BENDS, DIRECTIONS, KINDS, Kind, amounts_of, kind_of
+from lanindex.alphabet import BENDS, DIRECTION_CODES, DIRECTIONS, KINDS, Kind, amounts_of, kind_of
 from lanindex.errors import PatternError, guess, shown
 from lanindex.search.dictionary import named_patterns
 from lanindex.search.language import query as tree
@@ -335,11 +335,8 @@ class _Parser(Cursor):
         except PatternError as error:
             self.text, self.tokens, self.index = outside
             quote = self.excerpt(at, self.before)
-            rule = (
-                "pattern without a part"
-                if error.found == broken("no part")
-                else "fault in a pattern"
-            )
+            lacks_part = error.found == broken("no part")
+            rule = "pattern without a part" if lacks_part else "fault in a pattern"
             raise self.fault(rule, at, self.before, quote=quote, found=error.found) from error
         self.text, self.tokens, self.index = outside
         self.open_names.pop()
@@ -602,8 +599,8 @@ def _complaint(words: tuple[tree.Word, ...], mover: Mover, manner: str) -> str |
     if not mover.sided and sideless.intersection(word.values):
         return f"The {mover.name} has no side of its own: say right or left."
     limited = word.kind == "direction" and kind.directions != DIRECTIONS
-    reached = (language.values_of("direction", value, part) for value in word.values)
-    if limited and any(it.isdisjoint(kind.directions) for it in reached):
+    reached = (language.codes_of("direction", value, part) for value in word.values)
+    if limited and any(it.isdisjoint(map(DIRECTION_CODES.get, kind.directions)) for it in reached):
         return f"{cannot} it goes {' or '.join(kind.directions)}."
     if not tree.meaning(words, word.kind, part):
         return f'"{word}" leaves nothing: there is no {noun} that would match.'

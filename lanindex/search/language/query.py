@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, TypeVar
 
 from lanindex.alphabet import KINDS, kind_of
@@ -17,8 +18,8 @@ from lanindex.search.language.words import (
     RESTS,
     WORD_KINDS,
     Mover,
+    codes_of,
     mirrored_value,
-    values_of,
 )
 
 Node = TypeVar("Node")
@@ -63,12 +64,13 @@ class Word:
         return replace(self, values=tuple(map(mirrored_value, self.values)))
 
 
-def meaning(words: tuple[Word, ...], kind: str, part: str) -> frozenset[str]:
-    """Return the values of one kind that words allow, `ABSENT` only if none is of that kind."""
-    left = frozenset((*WORD_KINDS[kind].codes, ABSENT))
+@lru_cache(64)
+def meaning(words: tuple[Word, ...], kind: str, part: str) -> frozenset[int]:
+    """Return the codes of one kind that words allow, `ABSENT` only if none is of that kind."""
+    left = WORD_KINDS[kind].all
     for word in words:
         if word.kind == kind:
-            said = frozenset().union(*(values_of(kind, value, part) for value in word.values))
+            said = frozenset().union(*(codes_of(kind, value, part) for value in word.values))
             left = left - said - {ABSENT} if word.negated else left & said
     return left
 
@@ -294,13 +296,12 @@ def last_movers(unit: Step | Bracket) -> frozenset[Mover]:
 
 def changed_nodes(node: Any, changed: Callable[[Any], Any]) -> Any:
     """Return a tree with every node replaced by a function's result, leaves first."""
-
-    def inside(value: Any) -> Any:
-        if isinstance(value, tuple):
-            return tuple(map(inside, value))
-        return changed_nodes(value, changed) if is_dataclass(value) else value
-
-    own = {it.name: inside(getattr(node, it.name)) for it in fields(node)}
+    if isinstance(node, tuple):
+        return tuple(changed_nodes(it, changed) for it in node)
+    names = getattr(node, "__dataclass_fields__", None)
+    if names is None:
+        return node
+    own = {name: changed_nodes(getattr(node, name), changed) for name in names}
     return changed(replace(node, **own))
 
 

@@ -7,9 +7,8 @@ Those that scores have too come from ``alphabet.py`` (directions, levels, parts)
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 
 from lanindex.alphabet import (
     BENT,
@@ -37,7 +36,7 @@ _WORDS = shipped("words.toml")
 
 ANY = "any"
 STILL = "still"  # a rest without swings; so is the kind of words that asks for that
-ABSENT = ""  # the value of a symbol that has no direction, no level or no amount
+ABSENT = -1  # the code of a symbol that has no direction, no level or no amount
 
 RELATIVE: dict[str, str] = _WORDS["relative"]
 """Directions relative to the limb's own side, and what they are for a right limb."""
@@ -83,43 +82,32 @@ def values_for(kinds: Collection[str]) -> Mapping[str, tuple[str, str]]:
     return known
 
 
-class Numbers(Mapping[str, int]):
-    """Whole numbers by their names, ``90``: from 0 to the most, without storing them."""
-
-    def __init__(self, most: int) -> None:
-        self._most = most
-
-    def __getitem__(self, name: str) -> int:
-        return int(name)
-
-    def __iter__(self) -> Iterator[str]:
-        return map(str, range(self._most + 1))
-
-    def __len__(self) -> int:
-        return self._most + 1
-
-
 @dataclass(frozen=True, slots=True)
 class WordKind:
     """What the words of one kind describe."""
 
     noun: str
-    column: str  # the field of a symbol that has it; empty: worked out from the symbols before
-    codes: Mapping[str, int]  # the code of each value; `ABSENT` is -1 everywhere
+    codes: Mapping[str, int]  # by value
+    numbers: range = range(0)  # codes that are numbers, and have no names
+
+    @property
+    def all(self) -> frozenset[int]:
+        """Every code, and `ABSENT`."""
+        return frozenset((*self.codes.values(), *self.numbers, ABSENT))
 
 
 WORD_KINDS = {
-    "direction": WordKind("direction", "direction", DIRECTION_CODES),
-    "level": WordKind("level", "level", LEVEL_CODES),
-    "change": WordKind("change of level", "", {"sinking": 0, "neither": 1, "rising": 2}),
-    "feet": WordKind("kind of jump", "amount", {it: FEET.index(it) for it in FEET}),
-    "degrees": WordKind("angle", "amount", Numbers(MOST_AMOUNT)),
-    "bend": WordKind("degree of bending", "amount", Numbers(stretching(SIXTHS))),
-    "pace": WordKind("speed", "", {"slow": BELOW, "usual": USUAL, "fast": ABOVE}),
-    "extent": WordKind("size", "", {"small": BELOW, "usual": USUAL, "large": ABOVE}),
-    "touched": WordKind("thing touched", "amount", {it: TOUCHED.index(it) for it in TOUCHED}),
-    "carrier": WordKind("carrier", "amount", {it: CARRIERS.index(it) for it in CARRIERS}),
-    STILL: WordKind("number of swings", "swings", {STILL: 0}),
+    "direction": WordKind("direction", DIRECTION_CODES),
+    "level": WordKind("level", LEVEL_CODES),
+    "change": WordKind("change of level", {"sinking": 0, "neither": 1, "rising": 2}),
+    "feet": WordKind("kind of jump", {it: FEET.index(it) for it in FEET}),
+    "degrees": WordKind("angle", {}, range(MOST_AMOUNT + 1)),
+    "bend": WordKind("degree of bending", {}, range(stretching(SIXTHS) + 1)),
+    "pace": WordKind("speed", {"slow": BELOW, "usual": USUAL, "fast": ABOVE}),
+    "extent": WordKind("size", {"small": BELOW, "usual": USUAL, "large": ABOVE}),
+    "touched": WordKind("thing touched", {it: TOUCHED.index(it) for it in TOUCHED}),
+    "carrier": WordKind("carrier", {it: CARRIERS.index(it) for it in CARRIERS}),
+    STILL: WordKind("number of swings", {STILL: 0}),
 }
 """Every kind of words; ``alphabet.KINDS`` has those of each kind of track."""
 
@@ -157,27 +145,21 @@ def mirrored_value(value: str) -> str:
     return value if code is None else DIRECTIONS[MIRRORED[code]]
 
 
-def values_of(kind: str, value: str, part: str) -> frozenset[str]:
-    """Return the values that a word means, said of one part; of ``any`` one is `ABSENT`."""
+def codes_of(kind: str, value: str, part: str) -> frozenset[int]:
+    """Return the codes that a word means, said of one part; of ``any`` one is `ABSENT`."""
     if value == ANY:
-        return frozenset((*WORD_KINDS[kind].codes, ABSENT))
+        return WORD_KINDS[kind].all
     if kind == "degrees":
-        return _angles(value)
+        least, most = degrees(value)
+        return frozenset(range(least, (MOST_AMOUNT if most is None else most) + 1))
     if kind == "bend":
         return _bend_amounts(value)
     if value not in RELATIVE:
-        return frozenset({value})
-    right = RELATIVE[value]
-    left = mirrored_value(right)
+        return frozenset({WORD_KINDS[kind].codes[value]})
+    right = DIRECTION_CODES[RELATIVE[value]]
+    left = MIRRORED[right]
     # the side of a part that has none is either of the two
     return frozenset({"r_": {right}, "l_": {left}}.get(part[:2], {right, left}))
-
-
-@lru_cache(64)
-def _angles(value: str) -> frozenset[str]:
-    """Return the whole degrees of an angle: ``90deg``, ``>180deg``."""
-    least, most = degrees(value)
-    return frozenset(map(str, range(least, (MOST_AMOUNT if most is None else most) + 1)))
 
 
 _BEND_RANGES = {
@@ -187,14 +169,13 @@ _BEND_RANGES = {
 """The degrees that a word of elbows and knees means without a number."""
 
 
-@lru_cache(64)
-def _bend_amounts(value: str) -> frozenset[str]:
+def _bend_amounts(value: str) -> frozenset[int]:
     """Return the amounts of bending, of stretching, or of both: ``bend 5+``, ``bent``."""
     word, _, degree = value.partition(" ")
     least, most = degrees(degree) if degree else _BEND_RANGES[word]
     some = range(least, (SIXTHS if most is None else min(most, SIXTHS)) + 1)
     moves = {"bend": (bending,), "stretch": (stretching,)}.get(word, (bending, stretching))
-    return frozenset(str(move(degree)) for move in moves for degree in some)
+    return frozenset(move(degree) for move in moves for degree in some)
 
 
 @dataclass(frozen=True, slots=True)
