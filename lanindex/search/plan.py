@@ -272,7 +272,9 @@ class _Builder:
         if repeat.most is None:
             self.join(copies[-1], tree.NEXT, copies[-1])
         ends = copies[max(repeat.least, 1) - 1 :]
-        return _Piece(copies[0].entries, [it for copy in ends for it in copy.exits], item.optional)
+        return _Piece(
+            copies[0].entries, [it for copy in ends for it in copy.exits], not repeat.least
+        )
 
     def unit(self, item: tree.Item) -> _Piece:
         if isinstance(item.unit, tree.Step):

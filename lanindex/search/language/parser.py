@@ -156,7 +156,7 @@ class _Parser(Cursor):
                 break
             arrows.append(arrow)
             items.append(self.item(tree.last_movers(items[-1].unit), "->"))
-        if all(item.optional for item in items):
+        if not any(item.repeat.least for item in items):
             raise self.fault("all optional", begin, self.before)
         return tree.Line(tuple(items), tuple(arrows), start, end)
 

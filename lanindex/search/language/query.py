@@ -139,11 +139,6 @@ class Item:
         label = f"{self.label}: " if self.label else ""
         return f"{label}{self.unit}{f' {self.length}' if self.length else ''}{self.repeat}"
 
-    @property
-    def optional(self) -> bool:
-        """Whether it may be left out."""
-        return self.repeat.least == 0
-
 
 @dataclass(frozen=True, slots=True)
 class Line:
