@@ -577,7 +577,7 @@ class _Search:
         return found
 
     def all_hits(self) -> FuzzyHits:
-        return FuzzyHits(self, self._matches_in(self._plans_within(BUCKETS)))
+        return FuzzyHits(self, self._hits_in(self._plans_within(BUCKETS)))
 
     def best(self, number: int) -> FuzzyHits:
         """Return so many hits that fit best, the clearest first.
@@ -598,7 +598,7 @@ class _Search:
             least, searched, within = 0.0, 0, len(order)
             while within:  # captures that may hold one of the best
                 some = order[searched : searched + min(within, searched or MORE * number)]
-                matches = joined((matches, self._matches_in(plans, np.sort(some))))
+                matches = joined((matches, self._hits_in(plans, np.sort(some))))
                 matches = matches.at(np.argsort(matches.capture, kind="stable"))
                 best = FuzzyHits(self, matches).by_fit()[:number]
                 searched += len(some)
@@ -647,7 +647,7 @@ class _Search:
         if self.watch:
             self.watch(self.done, len(self.finder.roster))
 
-    def _matches_in(self, plans: list[FuzzyPlan], places: IntArray | None = None) -> FuzzyMatches:
+    def _hits_in(self, plans: list[FuzzyPlan], places: IntArray | None = None) -> FuzzyMatches:
         """Return the hits in some captures; None: in all."""
         batches = self._in_batches(
             lambda one, batch: one.matches(batch, self.find_exactly), plans, places

@@ -164,10 +164,11 @@ class _Planner:
         self._exact = _Planner() if near else self
 
     def programs(self, lines: tree.Lines) -> tuple[Program, ...]:
-        """Return the program of the first line for each side."""
+        """Return the program of the first line; one for each side if a part is of either."""
         group = Group(None, self.companions(lines))
-        sides = SIDES if _either(lines.first) else SIDES[:1]
-        return tuple(_Builder(self, side).program(lines.first, group) for side in sides)
+        programs = tuple(_Builder(self, side).program(lines.first, group) for side in SIDES)
+        right, left = ([state.members for state in it.states] for it in programs)
+        return programs[:1] if right == left else programs
 
     def companions(self, lines: tree.Lines) -> tuple[Companion, ...]:
         found = []
@@ -177,16 +178,6 @@ class _Planner:
                 planner._planned[it.line] = planner.programs(tree.Lines(it.line))
             found.append(Companion(it.relation, planner._planned[it.line], it.within))
         return tuple(found)
-
-
-def _either(line: tree.Line) -> bool:
-    """Return whether a part that leads in a line is of either side."""
-    return any(
-        item.unit.mover.form == "either"
-        if isinstance(item.unit, tree.Step)
-        else any(_either(lines.first) for lines in item.unit.pattern.alternatives)
-        for item in line.items
-    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, TypeVar
 
-from lanindex.alphabet import KINDS, kind_of
+from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, KINDS, MIRRORED, kind_of
 from lanindex.model.columns import GRADES
 from lanindex.search.language.clauses import Condition, Stage
 from lanindex.search.language.times import COUNTED, Length, decimal
@@ -19,7 +19,6 @@ from lanindex.search.language.words import (
     WORD_KINDS,
     Mover,
     codes_of,
-    mirrored_value,
 )
 
 Node = TypeVar("Node")
@@ -60,8 +59,9 @@ class Word:
         return ("not " if self.negated else "") + "/".join(self.values)
 
     def mirrored(self) -> Word:
-        """Return the mirror image."""
-        return replace(self, values=tuple(map(mirrored_value, self.values)))
+        """Return the mirror image; only directions of the body have one."""
+        images = {it: DIRECTIONS[MIRRORED[code]] for it, code in DIRECTION_CODES.items()}
+        return replace(self, values=tuple(images.get(it, it) for it in self.values))
 
 
 @lru_cache(64)
@@ -192,13 +192,6 @@ class Choice:
     def __str__(self) -> str:
         return " or ".join(map(str, self.alternatives))
 
-    @property
-    def lines(self) -> Iterator[Line]:
-        """Every line of every alternative; brackets stay closed."""
-        for lines in self.alternatives:
-            yield lines.first
-            yield from (beside.line for beside in lines.others)
-
 
 @dataclass(frozen=True, slots=True)
 class Query:
@@ -252,8 +245,9 @@ def steps_taken(item: Item) -> int:
     """Return how many steps a program needs for an item, repeats written out."""
     if isinstance(item.unit, Step):
         return item.repeat.copies
-    inner = (steps_taken(it) for line in item.unit.pattern.lines for it in line.items)
-    return item.repeat.copies * sum(inner)
+    every = item.unit.pattern.alternatives
+    lines = (line for it in every for line in (it.first, *(other.line for other in it.others)))
+    return item.repeat.copies * sum(steps_taken(it) for line in lines for it in line.items)
 
 
 def steps_in(line: Line) -> tuple[int, float]:

@@ -139,12 +139,6 @@ def with_article(noun: str) -> str:
     return f"{'an' if noun[0] in 'aeio' else 'a'} {noun}"
 
 
-def mirrored_value(value: str) -> str:
-    """Return the mirror image of a word; only directions of the body have one."""
-    code = DIRECTION_CODES.get(value)
-    return value if code is None else DIRECTIONS[MIRRORED[code]]
-
-
 def codes_of(kind: str, value: str, part: str) -> frozenset[int]:
     """Return the codes that a word means, said of one part; of ``any`` one is `ABSENT`."""
     if value == ANY:
