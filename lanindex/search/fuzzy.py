@@ -7,7 +7,7 @@ a cell costs an edit. The page of `lanindex.search` follows a line, key by key, 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
 from typing import NamedTuple, TypeVar
@@ -21,7 +21,7 @@ from lanindex.model.columns import CELL, THOUSANDTHS, Columns, ranges
 from lanindex.search.hits import Hits
 from lanindex.search.language import query as tree
 from lanindex.search.language.words import BESIDE_CELLS, WORD_KINDS
-from lanindex.search.limits import OverBudget, running, tick
+from lanindex.search.limits import OverBudget, tick
 from lanindex.search.match import relations
 from lanindex.search.match.arrays import (
     FAR,
@@ -33,8 +33,8 @@ from lanindex.search.match.arrays import (
     once,
     smallest_in,
 )
-from lanindex.search.match.batch import Batch, cells_of, split, unavoidable
-from lanindex.search.match.finder import MOST_ROWS, Finder, Watch
+from lanindex.search.match.batch import Batch, cells_of, unavoidable
+from lanindex.search.match.finder import Finder, Watch
 from lanindex.search.match.hits import ExactHits, staying
 from lanindex.search.match.relations import RELATIONS, Margins, SpanIndex, Spans, margins_of
 from lanindex.search.plan import NEGATIONS, Companion, Program, State, plan
@@ -520,19 +520,14 @@ def find(
     for number, net in enumerate(net for one in plans for net in one.nets):
         net.number = number
 
-    search = _Search(finder, plans, overlaps, watch)
-    with running(finder.memory, search.tell):
+    search = _Search(finder, plans, overlaps)
+    with finder.searching(watch, refused):
         if any(one.branches for one in plans):
             search.exact_hits = search.find_exactly(query)
             found = search.all_hits()
             found = found if best is None else found.by_fit(best)[:best]
         else:
             found = search.all_hits() if best is None else search.best(best)
-    errors = [error for _, error in sorted(search.refused.items())]
-    if refused is not None:
-        refused += errors
-    elif errors:
-        raise errors[0]
     return found
 
 
@@ -558,10 +553,7 @@ class _Search:
     finder: Finder
     plans: list[FuzzyPlan]
     overlaps: str
-    watch: Watch | None
     exact_hits: ExactHits | None = None
-    refused: dict[int, LanindexError] = field(default_factory=dict)
-    done: int = 0
 
     @cached_property
     def lines(self) -> list[tuple[FuzzyLine, int]]:
@@ -572,8 +564,8 @@ class _Search:
     def find_exactly(self, query: tree.Query, among: IntArray | None = None) -> ExactHits:
         """Return all exact hits, in some captures; None: in all."""
         finder = self.finder.of(query)
-        found = finder.find("all", lambda *_: self.tell(), refused=[], among=among)
-        self.refused |= finder.refused
+        found = finder.find("all", lambda *_: self.finder.tell(), refused=[], among=among)
+        self.finder.refused |= finder.refused
         return found
 
     def all_hits(self) -> FuzzyHits:
@@ -623,29 +615,16 @@ class _Search:
         plans: list[FuzzyPlan],
         places: IntArray | None = None,
     ) -> Iterator[tuple[IntArray, list[Result]]]:
-        """Yield the places of a batch of captures, and what work makes of each plan there.
-
-        They are some captures, or all that may match; one that is too much alone is refused.
-        """
+        """Yield as `Finder.in_batches` what work makes of each plan; None: where one may match."""
         if places is None:
             places = np.flatnonzero(np.any([one.possible() for one in plans], axis=0))
 
-        def of_each(batch: IntArray, part: IntArray) -> list[Result]:
-            self.done = int(batch[part[0]])
+        def of_each(places: IntArray) -> list[Result]:
             tick()
-            part_batch = self.finder.batch(batch[part])
-            return [work(one, part_batch) for one in plans]
+            batch = self.finder.batch(places)
+            return [work(one, batch) for one in plans]
 
-        for batch in split(self.finder.columns.values(), places, MOST_ROWS):
-            for part, results in self.finder.in_parts(partial(of_each, batch), batch):
-                if isinstance(results, LanindexError):
-                    self.refused[int(batch[part[0]])] = results
-                else:
-                    yield batch[part], results
-
-    def tell(self) -> None:
-        if self.watch:
-            self.watch(self.done, len(self.finder.roster))
+        return self.finder.in_batches(of_each, places)
 
     def _hits_in(self, plans: list[FuzzyPlan], places: IntArray | None = None) -> FuzzyMatches:
         """Return the hits in some captures; None: in all."""
@@ -653,7 +632,7 @@ class _Search:
             lambda one, batch: one.matches(batch, self.find_exactly), plans, places
         )
         matches = joined([NO_MATCHES, *(self._hits(plans, *it) for it in batches)])
-        return matches.at(~np.isin(matches.capture, list(self.refused)))
+        return matches.at(~np.isin(matches.capture, list(self.finder.refused)))
 
     def _hits(
         self, plans: list[FuzzyPlan], places: IntArray, sets: list[FuzzyMatches]

@@ -12,14 +12,7 @@ from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, KINDS, MIRRORED, kind
 from lanindex.model.columns import GRADES
 from lanindex.search.language.clauses import Condition, Stage
 from lanindex.search.language.times import COUNTED, Length, decimal
-from lanindex.search.language.words import (
-    ABSENT,
-    BEND_MOVES,
-    RESTS,
-    WORD_KINDS,
-    Mover,
-    codes_of,
-)
+from lanindex.search.language.words import ABSENT, BEND_MOVES, RESTS, WORD_KINDS, Mover, codes_of
 
 Node = TypeVar("Node")
 

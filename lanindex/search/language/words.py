@@ -42,12 +42,6 @@ RELATIVE: dict[str, str] = _WORDS["relative"]
 """Directions relative to the limb's own side, and what they are for a right limb."""
 
 BEND_MOVES = ("bend", "stretch")  # movements of an elbow or a knee, named by the limb
-BEND_WORDS = {
-    **{name: name for name in (*BEND_MOVES, "bent", "straight")},
-    **{"bends": "bend", "bending": "bend", "stretches": "stretch", "stretching": "stretch"},
-    **{name: f"{name[:-1]} {name[-1]}" for name in DEGREES_BENT},
-}
-"""Words of elbows and knees, with their own spelling; a degree may follow all but ``straight``."""
 
 VALUES: dict[str, tuple[str, str]] = {
     **{name: ("direction", name) for name in (*DIRECTIONS, *RELATIVE, ANY)},
@@ -57,7 +51,10 @@ VALUES: dict[str, tuple[str, str]] = {
     "circling": ("degrees", ">=45deg"),
     **{name: ("pace", name) for name in ("slow", "fast")},
     **{name: ("extent", name) for name in ("small", "large")},
-    **{alias: ("bend", name) for alias, name in BEND_WORDS.items()},
+    **{name: ("bend", name) for name in (*BEND_MOVES, "bent", "straight")},
+    **{"bends": ("bend", "bend"), "bending": ("bend", "bend")},
+    **{"stretches": ("bend", "stretch"), "stretching": ("bend", "stretch")},
+    **{name: ("bend", f"{name[:-1]} {name[-1]}") for name in DEGREES_BENT},
     **{alias: ("direction", name) for alias, name in _WORDS["directions"].items()},
     **{"middle": ("level", "mid"), "normal": ("level", "mid")},
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import contextmanager
 from fractions import Fraction
 from functools import partial
 from itertools import chain
@@ -101,24 +101,34 @@ class Finder:
         capture that is too rich for the pattern, or for the memory; None: the first one is raised.
         `among` are the only captures searched, (N,) int64, growing, by their places in the roster.
         """
-        self._watch = watch
-        errors = self.refused = {}
-        try:
+        with self.searching(watch, refused):
             places = self._possible() if among is None else among
-            with self._running():
-                batches = split(self.columns.values(), places, MOST_ROWS)
-                hits = together([NO_HITS, *(it for own in batches for it in self._hits_in(own))])
-            if refused is None and errors:
-                raise errors[min(errors)]
-            if refused is not None:
-                refused += [errors[place] for place in sorted(errors)]
+            hits = together([NO_HITS, *self._hits_in(places)])
             if (hits.capture[1:] < hits.capture[:-1]).any():
                 hits = hits.at(np.argsort(hits.capture, kind="stable"))
             hits = self._in_matching_captures(hits)
             found = ExactHits(self, hits, self._staying(hits, overlaps))
             return found if best is None else found.by_fit(best)[:best]
+
+    @contextmanager
+    def searching(self, watch: Watch | None, refused: list[LanindexError] | None) -> Iterator[None]:
+        """Run a search that tells where it is; `refused` as for `find`."""
+        self._watch, self.refused = watch, {}
+        try:
+            with running(self.memory, self.tell):
+                yield
+            errors = [self.refused[place] for place in sorted(self.refused)]
+            if refused is None and errors:
+                raise errors[0]
+            if refused is not None:
+                refused += errors
         finally:
             self._watch = None  # hits that are looked at later on are not watched
+
+    def tell(self) -> None:
+        """Tell whoever watches at which captures the search is."""
+        if self._watch:
+            self._watch(self._done, len(self.roster))
 
     def of(self, query: Query) -> Finder:
         """Return what searches for another query in the same columns."""
@@ -140,7 +150,7 @@ class Finder:
         if not self.fetched.keys() >= {*captures}:
             self.fetch(captures)
         made: dict[int, Hit] = {}
-        with self._running():
+        with running(self.memory, self.tell):
             for some, found in self.in_parts(partial(self._hit_objects, hits), hits.capture):
                 if isinstance(found, LanindexError):
                     raise found
@@ -212,25 +222,34 @@ class Finder:
         """Return a function from places in a batch to captures."""
         return lambda places: self.captures(roster_places[list(places)].tolist())
 
-    def _running(self) -> AbstractContextManager[None]:
-        """Return the context in which a search runs: it reports at which captures it is."""
-        watch = self._watch
-        tick = None if watch is None else lambda: watch(self._done, len(self.roster))
-        return running(self.memory, tick)
+    def in_batches(
+        self, work: Callable[[IntArray], Result], places: IntArray
+    ) -> Iterator[tuple[IntArray, Result]]:
+        """Yield some captures at a time, with the result of work on them.
+
+        A capture that alone is too much is refused.
+        """
+
+        def of_part(batch: IntArray, part: IntArray) -> Result:
+            self._done = int(batch[part[0]])
+            return work(batch[part])
+
+        for batch in split(self.columns.values(), places, MOST_ROWS):
+            for part, found in self.in_parts(partial(of_part, batch), batch):
+                if isinstance(found, LanindexError):
+                    self.refused[int(batch[part[0]])] = found
+                else:
+                    yield batch[part], found
 
     def _hits_in(self, places: IntArray) -> Iterator[HitTable]:
         """Yield all hits in some captures; captures that are refused get an error."""
-        for some, found in self.in_parts(lambda some: self._in_batch(places[some]), places):
-            if isinstance(found, LanindexError):
-                self.refused[int(places[some[0]])] = found
-            else:
-                hits, rich = found
-                self.refused.update((place, self._too_many(place)) for place in rich)
-                yield hits
+        for _, (hits, rich) in self.in_batches(self._in_batch, places):
+            self.refused.update((place, self._too_many(place)) for place in rich)
+            yield hits
 
     def _in_batch(self, places: IntArray) -> tuple[HitTable, list[int]]:
         """Return all hits in some captures, and those of them that are too rich."""
-        self._done, batch, tables = int(places[0]), self.batch(places), [NO_HITS]
+        batch, tables = self.batch(places), [NO_HITS]
         rich = np.zeros(len(batch), bool)
         for rewrites in self._rewrites:
             context = Context(batch, rewrites, self._clauses, self._captures(places))
