@@ -19,7 +19,7 @@ from lanindex.library.store import Store
 from lanindex.model import Capture, Score, Symbol, Track
 from lanindex.model.columns import STARTING, columns_of, roster_of
 from lanindex.search.dictionary import Entry, entry_named, load, named_patterns, spelled, words_of
-from lanindex.search.hits import CLIP_FIELDS, Hits, extras_in, measures_in
+from lanindex.search.hits import CLIP_FIELDS, Hits, extras_in
 from lanindex.search.language import parse
 from lanindex.search.language.clauses import CLIP, Reference
 from lanindex.search.language.natural import reading
@@ -140,12 +140,13 @@ def search(
     refused: list[LanindexError],
 ) -> Hits:
     """Find a pattern in a library; errors of captures that are too rich for it go to `refused`."""
-    measures = measures_in(query)
-    roster, columns = store.columns(query.parts, numbers, more=extras_in(query))
+    extras = extras_in(query)
+    roster, columns = store.columns(query.parts, numbers, more=extras)
     if len(roster) and (absent := _absent_parts(columns)):
         palms = any(part in FACING for part in absent)
         hint = ": few captures tell where palms face (lanindex inspect FILE)" if palms else ""
         store.session.note(f"no capture that was searched has symbols of {', '.join(absent)}{hint}")
+    measures = extras - {"swings"}
     if count := _count_unmeasured(len(roster), columns, measures):
         store.session.note(
             f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "

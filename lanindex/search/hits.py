@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex import records
-from lanindex.alphabet import KINDS, LEVEL_CODES, LEVELS, MEASURES, kind_of
+from lanindex.alphabet import KINDS, LEVEL_CODES, LEVELS, kind_of
 from lanindex.errors import UsageError
 from lanindex.model import Capture, Hit, Span, Symbol
 from lanindex.model.capture import in_words, readable
-from lanindex.model.columns import GRADES
+from lanindex.model.columns import EXTRA, GRADES
 from lanindex.model.derived import Amount, degree_of
 from lanindex.model.score import Tabular
 from lanindex.search.language import clauses
@@ -374,20 +374,12 @@ def names_in(conditions: Collection[clauses.Condition]) -> frozenset[str]:
     return frozenset().union(*mirrored, (it.name for it in nodes_in(tuple(conditions), Reference)))
 
 
-def measures_in(query: Query) -> frozenset[str]:
-    """Return the measures of symbols that the words and conditions of a query need."""
-    kinds = {word.kind for word in nodes_in(query.pattern, Word)}
-    fields = {it.field for it in nodes_in(query.where, Reference) if it.name != CLIP}
-    return frozenset(fields.intersection(MEASURES)).union(
-        name for kind, name in GRADES.items() if kind in kinds
-    )
-
-
 def extras_in(query: Query) -> frozenset[str]:
     """Return the columns that a search reads besides those that every search does."""
-    asked = {it.field for it in nodes_in(query.where, Reference)}
+    asked = {it.field for it in nodes_in(query.where, Reference) if it.name != CLIP}
+    asked |= {GRADES.get(word.kind, "") for word in nodes_in(query.pattern, Word)}
     asked |= {"swings" for step in nodes_in(query.pattern, Step) if step.manner == STILL}
-    return measures_in(query) | asked.intersection(("swings",))
+    return frozenset(asked.intersection(EXTRA))
 
 
 def value_of(reference: Reference, hit: Hit) -> Value:

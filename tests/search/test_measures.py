@@ -15,7 +15,7 @@ from lanindex.model.columns import columns_of
 from lanindex.pipeline.library import open_library
 from lanindex.search.explain.english import sentence
 from lanindex.search.explain.why import away
-from lanindex.search.hits import measures_in
+from lanindex.search.hits import extras_in
 from lanindex.search.language import parse
 from lanindex.search.match.batch import Rows
 
@@ -50,7 +50,7 @@ def test_a_query_in_english(text: str) -> None:
     ],
 )
 def test_which_measures_a_search_reads(text: str, wanted: set[str]) -> None:
-    assert measures_in(parse(text)) == wanted
+    assert extras_in(parse(text)) == wanted
 
 
 def test_words_of_measures_may_be_names() -> None:
