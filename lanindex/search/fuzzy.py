@@ -717,7 +717,7 @@ class FuzzyHits(Hits):
         for index in indices:
             line_rows = self._matches.line_rows[index].tolist()
             if exact and line_rows[0][0] == len(lines):
-                hits.append(exact[line_rows[0][1]])
+                hits.append(replace(exact[line_rows[0][1]], fit=float(self.fit[index])))
                 continue
             place, matched = int(self.place[index]), []
             capture, tracks = finder.fetched[place]

@@ -116,6 +116,19 @@ def test_the_fit_falls_with_the_distance_of_a_symbol(near):
     assert fits[0] == 1 > fits[19] > 0.5 > fits[-1] > 0
 
 
+def test_a_hit_that_is_found_exactly_has_the_same_fit_as_an_object():
+    (one,) = recordings_of(TRACKS)
+    tracks = dict(one.tracks)
+    for part, track in one.tracks.items():
+        rows = track.symbols.copy()
+        rows["margin"] = 0.2
+        tracks[part] = Track(part, rows, track.known)
+    query = parse("r_arm right mid ... high/low with l_arm place high")
+    found = find(query, [(one.capture, tracks)], Allowance.read("0"))
+    assert found._exact_hits()[0].tolist() == [0]
+    assert [hit.fit for hit in found] == found.fit.tolist() == [0.6]
+
+
 def test_symbols_are_told_line_by_line():
     (hit,) = find(
         parse("r_arm place low -> r_forward high with l_arm left high"),
