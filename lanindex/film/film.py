@@ -261,7 +261,8 @@ def turned_of(view: str | float) -> float:
     return degrees
 
 
-# Usual and largest scale of symbols; the usual one where one page cannot hold a film
+# Usual and largest scale of symbols beside the smallest letters; the usual one where one page
+# cannot hold a film
 USUAL_SCALE, LARGEST_SCALE = 1.0, 1.6
 _AROUND = 4 * paper.MARGIN + paper.START  # height of a page without names and time, units
 _KNOTS = 33  # moments of a page whose places are worked out; others lie between
@@ -298,8 +299,9 @@ class FilmStaff:
         letters = max(len(paper.name_of(part)) for part in ("support", *own.places))
         room = PIXEL * (self.height - round(letters * letter * _LETTER_WIDTH))  # above the names
         fits = room / (_AROUND + paper.BEAT * max((stop - start) * self.rate, 1.0))
-        most = min(LARGEST_SCALE, PIXEL * size[0] / wide, room / (_AROUND + paper.BEAT))
-        self.scale = min(max(fits, USUAL_SCALE), most)
+        usual, largest = (it * letter / LETTER for it in (USUAL_SCALE, LARGEST_SCALE))
+        most = min(largest, PIXEL * size[0] / wide, room / (_AROUND + paper.BEAT))
+        self.scale = min(max(fits, usual), most)
         self.width = min(round(wide * self.scale / PIXEL), size[0])
         # height of the names, and of all that is below the staff's beginning, units
         self._names = round((PIXEL * self.height - room) / self.scale)

@@ -10,7 +10,7 @@ from lanindex.draw import Picture, draw
 from lanindex.draw.picture import PIXEL, C, Circle, Label, Mark, MarkGroup, Polyline
 from lanindex.draw.plain import plain
 from lanindex.draw.staff import BESIDE
-from lanindex.film.film import SIZE, FilmStaff
+from lanindex.film.film import LETTER, SIZE, FilmStaff
 
 Box = tuple[float, float, float, float]
 
@@ -82,9 +82,10 @@ def check(path: Path) -> None:
         for bars in (4, 1):
             assert overlaps(draw(drawn, heading=(path.name,), bars=bars, legend=True)) == []
     seconds = min(float(score.frames / score.rate), 20)
-    film = FilmStaff(score, 0, seconds, (SIZE[0] // 2, SIZE[1]))
-    for number in range(len(film.edges)):
-        assert overlaps(film.page(number)[0], 2 * PIXEL) == []  # its letters are larger
+    for (width, height), letter in ((SIZE, LETTER), ((1280, 720), 19)):
+        film = FilmStaff(score, 0, seconds, (width // 2, height), letter)
+        for number in range(len(film.edges)):
+            assert overlaps(film.page(number)[0], 2 * PIXEL) == []  # its letters are larger
 
 
 @pytest.mark.parametrize("path", CORPUS, ids=lambda path: path.name)
