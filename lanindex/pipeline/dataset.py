@@ -34,13 +34,13 @@ from lanindex.pipeline.export import (
     clip_name,
     clip_span,
     held_as,
-    in_words,
     pad_frames,
     stored_motion,
     suspects,
 )
 from lanindex.pipeline.files import write_all
 from lanindex.pipeline.layouts import SPLITS, Clip, layout_of
+from lanindex.pipeline.manifest import in_words
 from lanindex.pipeline.named import Request, from_hits
 from lanindex.records import of_name
 from lanindex.search.dictionary import named_patterns

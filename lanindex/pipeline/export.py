@@ -1,14 +1,11 @@
-"""Requests to clips: each cut from its source or written anew, with its score, and a manifest."""
+"""Requests to clips: each cut from its source or written anew, with its score beside it."""
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import os
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -19,7 +16,6 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from lanindex import formats
-from lanindex.alphabet import KINDS, kind_of
 from lanindex.errors import (
     CaptureError,
     ExportError,
@@ -33,21 +29,15 @@ from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading, Span
 from lanindex.notation import NOTATIONS, lnd
 from lanindex.notation.excerpt import excerpt
-from lanindex.pipeline import convert
+from lanindex.pipeline import convert, manifest
 from lanindex.pipeline.files import safe_stem, write_all
 from lanindex.pipeline.prepare import as_ingested
-from lanindex.records import of_name, rate_of, seconds
 
 if TYPE_CHECKING:
     from lanindex.pipeline.named import Request
 
 FORMATS = ("native", *convert.TARGETS, "lnd")
 """What clips can be written in."""
-
-MANIFEST = ("manifest.csv", "manifest.jsonl")
-
-_FORMULAS = ("=", "+", "-", "@", "\t", "\n")
-"""Where a cell begins with one of these, a spreadsheet takes it for a formula."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +86,7 @@ def clips(
         writable(options.preview)
         requests = list(requests)
         film = filming(store, requests, options.preview)
-    used_names, lost = {*MANIFEST}, Counter[str]()
+    used_names, lost = {*manifest.FILES}, Counter[str]()
     for capture, of_capture in by_capture(store, requests):
         score = store.score(capture.id)
         suffix, cut = _cutter(store, capture, options, lost)
@@ -109,70 +99,12 @@ def clips(
             preview = f"{name}.{options.preview}" if film else None
             if film and preview:
                 yield formats.File(preview, film(capture, score, request, span))
-            rows.append(_manifest_row(name + suffix, capture, request, span, preview))
+            rows.append(manifest.row(name + suffix, capture, request, span, preview))
     if rows:
-        yield from _manifest_files(rows)
+        yield from manifest.files(rows)
     if lost:
         left = ", ".join(map(counted, lost.values(), lost))
         store.session.note(f"not written to the clips: {left}")
-
-
-def _manifest_row(
-    name: str, capture: Capture, request: Request, clip: Span, preview: str | None
-) -> dict[str, Any]:
-    """Return the columns of a clip, in their order."""
-    hit = request.hit
-    return {
-        "clip": name,
-        **of_name(capture),
-        "label": capture.label,
-        "fps": rate_of(capture),
-        "hit_start_frame": hit.start,
-        "hit_end_frame": hit.stop,
-        "clip_start_frame": clip.start,
-        "clip_end_frame": clip.stop,
-        "start": seconds(capture, clip.start),
-        "end": seconds(capture, clip.stop),
-        "fit": request.fit,
-        "pattern": request.pattern,
-        "symbols": list(request.symbols),
-        **({} if preview is None else {"preview": preview}),
-    }
-
-
-def _manifest_files(rows: Sequence[dict[str, Any]]) -> Iterator[formats.File]:
-    """Yield the manifest as CSV, then as JSON lines."""
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    for one in rows:
-        writer.writerow({key: _cell(value) for key, value in one.items()})
-    lines = (json.dumps(one, ensure_ascii=False) + "\n" for one in rows)
-    for name, content in zip(MANIFEST, (text.getvalue(), "".join(lines)), strict=True):
-        yield formats.File(name, content.encode())
-
-
-def _cell(value: Any) -> Any:
-    """Return a value as a cell of CSV that no spreadsheet takes for a formula."""
-    if isinstance(value, list):
-        value = "; ".join(map(_with_frames, value))
-    if isinstance(value, str):
-        value = re.sub("\r\n?", "\n", value)  # alone it would end the row
-        return f"'{value}" if value.startswith(_FORMULAS) else value
-    return value
-
-
-def _with_frames(symbol: Mapping[str, Any]) -> str:
-    frames = f"{symbol['start_frame']}-{symbol['end_frame']}"
-    return " ".join(filter(None, (symbol["part"], in_words(symbol), frames)))
-
-
-def in_words(symbol: Mapping[str, Any]) -> str:
-    """Return direction, level and amount of a symbol, as it is in JSON."""
-    words = [symbol.get(key) for key in ("direction", "level")]
-    if (amount := symbol.get("amount")) is not None:
-        words.append(KINDS[kind_of(symbol["part"])].amount(amount))
-    return " ".join(filter(None, words))
 
 
 _Cut = Callable[[Span], Iterable[tuple[str, bytes]]]
