@@ -227,7 +227,7 @@ def view(bodies: Iterable[tuple[Figure, Sequence[str]]]) -> View:
         sides |= {track[:2] for track in tracks}
         frames = np.linspace(0, len(figure) - 1, min(len(figure), SAMPLES)).astype(np.int64)
         places, moves = figure.places[frames].astype(np.float64), []
-        for track in tracks or ("body_travel",):
+        for track in tracks or ("other_support",):  # that may be any part of it
             joints = np.unique(figure.bones[figure.shown([track])])
             moves.append(places[:, joints])
             if kind_of(track) in _STAYS:  # relative to where a limb hangs

@@ -39,6 +39,13 @@ def test_every_track_has_bones() -> None:
             assert sides == {track[:2]}
 
 
+def test_a_way_leaves_limbs_to_what_matched_beside_it() -> None:
+    found = figure(motion_of(body_with(), Fraction(30)))
+    for track in ("body_travel", "body_turn"):
+        lit = found.shown([track])
+        assert {part for part, own in zip(found.parts, lit, strict=True) if own} == {"torso"}
+
+
 def test_what_is_absent_is_left_out_and_nothing_is_invented() -> None:
     gone = ("Chest", "RHand", "LToe", "Pelvis")
     found = figure(motion_of(body_with(*gone), Fraction(30)))
