@@ -185,7 +185,7 @@ def _middle(body: NDArray[np.float64], choices: tuple[list[int], ...]) -> NDArra
     """Return the first of these joints that is known in any pose, (S, 3); the middle of a pair."""
     for choice in choices:
         place: NDArray[np.float64] = body[:, choice].sum(axis=1) / len(choice)
-        if not np.isnan(place[:, 0]).all():
+        if choice is choices[-1] or not np.isnan(place[:, 0]).all():
             break
     return place
 

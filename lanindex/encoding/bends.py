@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from lanindex.alphabet import BENDS, PARTS, SIXTHS
-from lanindex.encoding.arithmetic import bend, smooth, window
+from lanindex.encoding.arithmetic import bend, slopes, smooth, window
 from lanindex.encoding.curves import Event, Floats, lulls, seen, swings, table, turning_points
 from lanindex.encoding.joints import Body
 from lanindex.encoding.places import Stretch, together
@@ -65,9 +65,7 @@ def bends(angles: Floats, profile: Profile, fast: bool = False) -> list[Floats]:
         ]
     else:
         calm = smooth(angles, width)
-        short = angles.shape[1] < 2
-        pace = np.zeros(angles.shape) if short else np.gradient(calm, axis=1) * rate
-        each = zip(angles, calm, pace, degrees, strict=True)
+        each = zip(angles, calm, slopes(calm) * rate, degrees, strict=True)
         parts = [bend_parts(*it, rate, least) for it in each]
     return [table(_bends(*it)) for it in zip(angles, first, degrees, parts, strict=True)]
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTION_CODES, PLACE
-from lanindex.encoding.arithmetic import blocks, smooth, window
+from lanindex.encoding.arithmetic import blocks, slopes, smooth, window
 from lanindex.encoding.profile import Profile
 
 Floats = NDArray[np.float64]
@@ -198,7 +198,7 @@ def turns(
     calm = smooth(heading, window(STRIDE, profile.rate), fast)
     both = np.array((heading, heading if chest is None else chest))
     both = smooth(both, window(profile.smoothing, profile.rate), fast)
-    pace = np.abs(np.gradient(calm)) * rate
+    pace = np.abs(slopes(calm)) * rate
     found = []
     for first, last in swings(calm, turning_points(calm), TURNS):
         rests = lulls(pace[first : last + 1], PAUSE, round(BRIEF * rate))
@@ -218,7 +218,7 @@ def turns(
 def _turning(heading: Floats, start: int, rate: float) -> Event:
     """Return a turn without its degrees, from when it is seen to begin until it is seen to end."""
     left = heading[-1] > heading[0]
-    pace = np.gradient(heading) * (rate if left else -rate)
+    pace = slopes(heading) * (rate if left else -rate)
     whole = 0, len(heading) - 1
     first, last = seen(heading, pace, whole, whole, PAUSE / rate)
     code = DIRECTION_CODES["left" if left else "right"]
@@ -265,7 +265,7 @@ def moves(angles: Angles, profile: Profile, fast: bool = False) -> list[Ends]:
     pace = np.empty(len(angles))
     for block in blocks(len(angles), width // 2 + 1):
         some = angles[block.outer]
-        aside, ahead = np.gradient(smooth(np.array((some.real, some.imag)), width), axis=1)
+        aside, ahead = slopes(smooth(np.array((some.real, some.imag)), width))
         pace[block.inner] = np.hypot(aside * rate, ahead * rate)[block.within]
     return move_frames(angles, angles.tolist(), pace, PAUSE / rate, least)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encoding.arithmetic import bend, held, median, runs
+from lanindex.encoding.arithmetic import bend, held, median, runs, slopes
 from lanindex.encoding.joints import Body
 from lanindex.encoding.places import Stretch, stretches
 
@@ -153,13 +153,13 @@ def _feet(one: Stretch, leg: float, rate: float) -> tuple[Feet, bool]:
     low, high = np.full((2, 2, 1), [[[np.inf]], [[-np.inf]]], np.float32)
     for block, places in one.blocks(1, (*HIPS, *_joints(kinds))):
         points = np.array([[places[side + it].T for it in kinds] for side in SIDES]) / leg
-        x, y, z = np.moveaxis(slope(points, rate), 2, 0)
+        x, y, z = np.moveaxis(slopes(points) * rate, 2, 0)
         speeds = np.sqrt(x * x + (y * y + z * z))[..., block.within]
         found.heights[..., block.inner] = points[:, :, 1, block.within]
         found.speed[:, block.inner] = speeds.min(axis=1)
         found.slow[..., block.inner] = speeds < STANDS
         pelvis = (places["RHip"] + places["LHip"]).T / 2
-        pace = np.hypot(*slope(pelvis[::2], rate)) / leg
+        pace = np.hypot(*(slopes(pelvis[::2]) * rate)) / leg
         found.pace[block.inner] = pace[block.within]
         over = points[:, -1, ::2, block.within].astype(np.float32)
         low = np.minimum(low, over.min(axis=(0, 2))[:, None])
@@ -190,14 +190,6 @@ def _legs(one: Stretch, leg: float) -> tuple[NDArray[np.float32], Floats]:
             hip, knee, ankle = legs.swapaxes(1, 2)
             bent[known, block.inner] = bend(knee - hip, ankle - knee)
     return bent, height
-
-
-def slope(points: Floats, rate: float) -> Floats:
-    """Return velocities of (..., N) coordinates."""
-    if points.shape[-1] < 2:
-        return np.zeros_like(points)
-    found: Floats = np.gradient(points, axis=-1) * rate
-    return found
 
 
 def _flat(heights: NDArray[np.float32], carries: Flags) -> float | None:

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encoding.arithmetic import Block, blocks, smooth, window
+from lanindex.encoding.arithmetic import Block, blocks, slopes, smooth, window
 from lanindex.encoding.joints import COLUMNS, KEPT, NAMES, Body, Frames, chunk, few, grouped
 from lanindex.model import Span
 
@@ -55,7 +55,7 @@ class Resampling:
             flat = curves_fast.resampled(rows.reshape(-1, len(points)), index, weights)
             between: Floats = flat.reshape(*rows.shape[:-1], len(index))
             return between.T
-        slope = np.gradient(points, axis=0).T
+        slope = slopes(points.T)
         values: Floats = (
             points.T.take(index, axis=-1) * weights[0]
             + points.T.take(index + 1, axis=-1) * weights[1]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import CARRIERS
-from lanindex.encoding.arithmetic import blocks, held, runs, sizes
+from lanindex.encoding.arithmetic import blocks, held, runs, sizes, slopes
 from lanindex.encoding.curves import Event, pieces
 from lanindex.encoding.ground import (
     SETTLES,
@@ -21,7 +21,6 @@ from lanindex.encoding.ground import (
     STIRS,
     Ground,
     fifth,
-    slope,
 )
 from lanindex.encoding.places import Stretch
 
@@ -107,7 +106,7 @@ def carriers(points: Floats, masses: Floats, feet: Flags, rate: float) -> Flags:
 
     `points` (3, J, N) and `masses` (J,) as from the functions; `feet` (2, N) those that carry.
     """
-    pace = sizes(slope(points, rate).transpose(1, 2, 0))
+    pace = sizes((slopes(points) * rate).transpose(1, 2, 0))
     hips, calm = points[1, :2].min(axis=0), pace[:2].min(axis=0)
     high = np.concatenate(([hips, np.maximum(hips, points[1, 2])], points[1, 3:7]))
     pace = np.concatenate(([calm, calm], pace[3:7]))

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.encoding.arithmetic import smooth, window
+from lanindex.encoding.arithmetic import slopes, smooth, window
 from lanindex.encoding.joints import Body
 from lanindex.encoding.places import Stretch, stretches
 from lanindex.encoding.profile import Profile
@@ -324,7 +324,5 @@ def _fast(stretch: Stretch, end: str) -> Floats:
     speed = np.zeros(len(stretch.frames))
     for block, places in stretch.blocks(1):
         away = places[end] - (places["RHip"] + places["LHip"]) / 2
-        if len(away) > 1:
-            way = np.linalg.norm(np.gradient(away, axis=0), axis=1)
-            speed[block.inner] = way[block.within]
+        speed[block.inner] = np.linalg.norm(slopes(away.T).T, axis=1)[block.within]
     return speed

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import DIRECTIONS, LEVELS
-from lanindex.encoding.arithmetic import blocks, dist, dot, median, parted, sizes
+from lanindex.encoding.arithmetic import blocks, dist, dot, median, parted, sizes, slopes
 from lanindex.encoding.direction import CELLS, Course, Space, course, margins, space
 from lanindex.encoding.limbs import Limbs
 from lanindex.encoding.measures import measure
@@ -56,12 +56,10 @@ class Segment(NamedTuple):
 
 def speeds(curve: Floats, rate: float) -> Floats:
     """Return the speeds (..., N), mm/s, of curves (..., N, 3) mm: central differences."""
-    if curve.shape[-2] < 2:
-        return np.zeros(curve.shape[:-1])
     speed = np.empty(curve.shape[:-1])
     for part in blocks(curve.shape[-2], 1):
-        slope = np.gradient(curve[..., part.outer, :], axis=-2)
-        speed[..., part.inner] = sizes(slope[..., part.within, :] * rate)
+        slope = slopes(curve[..., part.outer, :].swapaxes(-1, -2))[..., part.within] * rate
+        speed[..., part.inner] = sizes(slope.swapaxes(-1, -2))
     return speed
 
 
