@@ -42,10 +42,12 @@ _COLUMNS = shipped("draw/signs.toml")["columns"]
 _INSIDE, _OUTSIDE, BESIDE = (_COLUMNS[it] for it in ("inside", "outside", "beside"))
 _ALWAYS = ("r_support", "r_leg")  # they and their twins have columns, whatever the score has
 TURN = "body_turn"
-_LEGS = ("leg", "thigh", "shank", "foot")
 STANCES = frozenset({"r_stance", "l_stance"})  # tracks that are drawn as holds
-_LIMB_OF: dict[str, str] = shipped("draw/signs.toml")["limbs"]
-"""Limbs by the finer tracks that are drawn where a score has no track of the limb."""
+_FINER: dict[str, list[str]] = shipped("draw/signs.toml")["limbs"]
+_LEGS = ("leg", *_FINER["leg"])
+_LIMB_OF = {
+    f"{it}_{part}": f"{it}_{limb}" for limb in _FINER for part in _FINER[limb] for it in "rl"
+}
 
 _TOUCHED: dict[str, list[str]] = shipped("draw/signs.toml")["touched"]
 """What can be touched, and the columns that stand for it, best first."""
