@@ -16,15 +16,7 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from lanindex import formats
-from lanindex.errors import (
-    CaptureError,
-    ExportError,
-    LibraryError,
-    UsageError,
-    counted,
-    shown,
-    writable,
-)
+from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, counted, shown
 from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading, Span
 from lanindex.notation import NOTATIONS, lnd
@@ -77,13 +69,8 @@ def clips(
         raise UsageError(f'"{shown(options.format)}"', place="--format", wanted=", ".join(FORMATS))
     film = None
     if options.preview is not None:
-        from lanindex.film.film import FORMS
         from lanindex.pipeline.preview import filming
 
-        if options.preview not in FORMS:
-            found = f'"{shown(options.preview)}"'
-            raise UsageError(found, place="--preview", wanted=", ".join(FORMS))
-        writable(options.preview)
         requests = list(requests)
         film = filming(store, requests, options.preview)
     used_names, lost = {*manifest.FILES}, Counter[str]()

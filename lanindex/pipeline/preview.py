@@ -8,8 +8,9 @@ from functools import lru_cache
 from pathlib import Path
 
 from lanindex.draw.svg import image
-from lanindex.errors import LanindexError
+from lanindex.errors import LanindexError, UsageError, shown, writable
 from lanindex.film.figure import Figure, figure
+from lanindex.film.film import FORMS as FILMS
 from lanindex.film.film import RATE as FILM_RATE
 from lanindex.film.film import RATES, Film
 from lanindex.film.hits import (
@@ -99,6 +100,9 @@ def filming(
     store: Store, requests: Iterable[Request], form: str
 ) -> Callable[[Capture, Score, Request, Span], bytes]:
     """Return what films clips, the symbols of their hits in colour, all from one side."""
+    if form not in FILMS:
+        raise UsageError(f'"{shown(form)}"', place="--preview", wanted=", ".join(FILMS))
+    writable(form)
     rate = RATES.get(form, FILM_RATE)
     body = lru_cache(1)(lambda capture: figure(stored_motion(store, capture, rate)))
 
