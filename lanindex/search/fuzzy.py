@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -487,8 +487,6 @@ NOBODY = 1 << 62  # the place of a match where there is none
 ExactSearch = Callable[[tree.Query, IntArray], ExactHits]
 """Searches exactly, in some captures of the roster."""
 
-Result = TypeVar("Result")
-
 
 def find(
     finder: Finder,
@@ -569,7 +567,8 @@ class _Search:
         return found
 
     def all_hits(self) -> FuzzyHits:
-        return FuzzyHits(self, self._hits_in(self._plans_within(BUCKETS)))
+        plans = self._plans_within(BUCKETS)
+        return FuzzyHits(self, self._hits_in(plans, self._possible(plans)))
 
     def best(self, number: int) -> FuzzyHits:
         """Return so many hits that fit best, the clearest first.
@@ -581,9 +580,9 @@ class _Search:
             edits, clear = max(BUCKETS - 2 * fit, 0), max(2 * fit - BUCKETS, 0)
             plans = self._plans_within(edits, clear)
             bounds = np.zeros(len(self.finder.roster))
-            fitting = self._in_batches(lambda one, batch: one.bounds(batch), plans)
-            for places, most in fitting:
-                bounds[places] = np.max(most, axis=0)
+            likely = self._possible(plans)
+            for places, most in self.finder.in_batches(partial(self._bounds, plans), likely):
+                bounds[places] = most
             order = np.flatnonzero(bounds)
             order = order[np.argsort(-bounds[order], kind="stable")]
             plans, matches = self._plans_within(edits), NO_MATCHES
@@ -609,35 +608,26 @@ class _Search:
         limit = UNIT * most // BUCKETS
         return [it.within(self.finder.columns, it.steps * limit, clear) for it in self.plans]
 
-    def _in_batches(
-        self,
-        work: Callable[[FuzzyPlan, Batch], Result],
-        plans: list[FuzzyPlan],
-        places: IntArray | None = None,
-    ) -> Iterator[tuple[IntArray, list[Result]]]:
-        """Yield as `Finder.in_batches` what work makes of each plan; None: where one may match."""
-        if places is None:
-            places = np.flatnonzero(np.any([one.possible() for one in plans], axis=0))
+    def _possible(self, plans: list[FuzzyPlan]) -> IntArray:
+        """Return the captures in which any of some plans may match."""
+        return np.flatnonzero(np.any([one.possible() for one in plans], axis=0))
 
-        def of_each(places: IntArray) -> list[Result]:
-            tick()
-            batch = self.finder.batch(places)
-            return [work(one, batch) for one in plans]
+    def _bounds(self, plans: list[FuzzyPlan], places: IntArray) -> AnyArray:
+        """Return how well a match of any plan fits at most in some captures, (captures,)."""
+        batch = self.finder.batch(places)
+        bounds: AnyArray = np.max([one.bounds(batch) for one in plans], axis=0)
+        return bounds
 
-        return self.finder.in_batches(of_each, places)
-
-    def _hits_in(self, plans: list[FuzzyPlan], places: IntArray | None = None) -> FuzzyMatches:
-        """Return the hits in some captures; None: in all."""
-        batches = self._in_batches(
-            lambda one, batch: one.matches(batch, self.find_exactly), plans, places
-        )
-        matches = joined([NO_MATCHES, *(self._hits(plans, *it) for it in batches)])
+    def _hits_in(self, plans: list[FuzzyPlan], places: IntArray) -> FuzzyMatches:
+        """Return the hits in some captures."""
+        found = self.finder.in_batches(partial(self._hits, plans), places)
+        matches = joined([NO_MATCHES, *(matches for _, matches in found)])
         return matches.at(~np.isin(matches.capture, list(self.finder.refused)))
 
-    def _hits(
-        self, plans: list[FuzzyPlan], places: IntArray, sets: list[FuzzyMatches]
-    ) -> FuzzyMatches:
-        """Return the hits among the matches of plans in a batch, by capture, start and end."""
+    def _hits(self, plans: list[FuzzyPlan], places: IntArray) -> FuzzyMatches:
+        """Return the hits of plans in a batch of captures, by capture, start and end."""
+        batch = self.finder.batch(places)
+        sets = [one.matches(batch, self.find_exactly) for one in plans]
         sets = [it._replace(capture=places[it.capture]) for it in sets]
         if self.exact_hits is not None:
             sets.append(self._exact_matches(self.exact_hits, joined(sets), places))

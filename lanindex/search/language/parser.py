@@ -12,14 +12,7 @@ from lanindex.search.language import words as language
 from lanindex.search.language.clauses import conditions_at, stages_at
 from lanindex.search.language.lexer import Cursor, Token, tokens
 from lanindex.search.language.natural import offer_reading
-from lanindex.search.language.remedies import (
-    broken,
-    is_unknown,
-    no_step,
-    remedies,
-    stray,
-    unknown,
-)
+from lanindex.search.language.remedies import broken, is_unknown, no_step, remedies, stray, unknown
 from lanindex.search.language.score import FilePattern, is_lnd, score_at
 from lanindex.search.language.times import Length, Time
 from lanindex.search.language.words import COUNT, Mover, Vocabulary

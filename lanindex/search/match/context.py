@@ -16,15 +16,7 @@ from lanindex.search.match.conditions import Captures, Clauses, Evaluator, Facts
 from lanindex.search.match.follow import NONE, roots
 from lanindex.search.match.matches import Claims, in_sets, no_claims, single_claims
 from lanindex.search.match.rewrites import MANNERS, Rewrites, manner_of
-from lanindex.search.plan import (
-    NEGATIONS,
-    Group,
-    Program,
-    State,
-    followers,
-    open_groups,
-    reached,
-)
+from lanindex.search.plan import NEGATIONS, Group, Program, State, followers, open_groups, reached
 
 
 class Joins:

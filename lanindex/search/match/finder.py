@@ -19,7 +19,7 @@ from lanindex.model.symbol import listed
 from lanindex.search.hits import meets
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
-from lanindex.search.limits import OverBudget, running
+from lanindex.search.limits import OverBudget, running, tick
 from lanindex.search.match.arrays import IntArray, once, together
 from lanindex.search.match.batch import Batch, possible, split
 from lanindex.search.match.conditions import Captures, Clauses
@@ -232,6 +232,7 @@ class Finder:
 
         def of_part(batch: IntArray, part: IntArray) -> Result:
             self._done = int(batch[part[0]])
+            tick()
             return work(batch[part])
 
         for batch in split(self.columns.values(), places, MOST_ROWS):
