@@ -68,6 +68,14 @@ def take_turns(turn: Lock) -> None:
     _turn = turn
 
 
+def without_scipy() -> None:
+    """Let numba, in a process of the command, not import scipy for products: a fifth of a second.
+
+    No loop multiplies matrices; scripts, whose own loops may, do not call this.
+    """
+    sys.modules["scipy.linalg.cython_blas"] = None  # type: ignore[assignment]
+
+
 def chosen(name: str, size: int) -> bool:
     """Return whether to use compiled loops from now on."""
     _done[name] += size

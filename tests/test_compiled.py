@@ -107,3 +107,10 @@ def test_without_numba_loops_are_plain(monkeypatch):
     compiled.imported.cache_clear()
     assert not chosen("encode", LOOPS["encode"].worth)
     compiled.imported.cache_clear()
+
+
+def test_the_command_leaves_scipy_out():
+    said = "from lanindex import compiled; compiled.without_scipy(); import sys, numba.np.arraymath"
+    said += "; print('scipy.linalg' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"

@@ -13,6 +13,7 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from lanindex import compiled
 from lanindex.app.options import flag, ungrouped
 from lanindex.app.output import Output, end_progress, escaped, how_far, say_error
 from lanindex.data import shipped
@@ -220,6 +221,7 @@ def main() -> None:
         # this locale cannot encode the non-ASCII file names of archives: restart with UTF-8
         os.execv(sys.executable, [sys.executable, "-X", "utf8", *sys.orig_argv[1:]])
     gc.set_threshold(GARBAGE_THRESHOLD)
+    compiled.without_scipy()
     # who asks it to end asks as Ctrl-C does: temporary files and folders go
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     if COMPLETION in os.environ:  # the shell calls for completions

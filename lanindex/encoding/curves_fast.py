@@ -10,18 +10,9 @@ import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
+from lanindex.encoding import curves
 from lanindex.encoding.bends import bend_parts
-from lanindex.encoding.curves import (
-    PAUSE,
-    begun,
-    departures,
-    lulls,
-    move_frames,
-    move_parts,
-    seen,
-    swings,
-    turning_points,
-)
+from lanindex.encoding.curves import PAUSE, move_frames
 
 
 @numba.njit
@@ -129,17 +120,8 @@ def _slopes(curve, rate):
     return found
 
 
-for _function in (
-    begun,
-    bend_parts,
-    departures,
-    lulls,
-    move_frames,
-    move_parts,
-    seen,
-    swings,
-    turning_points,
-):
+_CALLED = (curves.begun, curves.departures, curves.lulls, curves.move_parts, curves.seen)
+for _function in (*_CALLED, curves.swings, curves.turning_points, bend_parts, move_frames):
     register_jitable(_function)  # compiled with the loops below that call it, and cached with them
 
 

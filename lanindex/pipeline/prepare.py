@@ -270,6 +270,7 @@ def _interrupts_later() -> Iterator[None]:
 def _prepare_process(needed: Connection, turn: Lock) -> None:
     """Leave Ctrl-C to the parent, and end when it does, or when it needs nothing any more."""
     compiled.take_turns(turn)
+    compiled.without_scipy()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_follow_parent, args=(needed,), daemon=True).start()
 
