@@ -12,16 +12,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import CARRIERS
 from lanindex.encoding.arithmetic import blocks, held, runs, sizes, slopes
 from lanindex.encoding.curves import Event, pieces
-from lanindex.encoding.ground import (
-    SETTLES,
-    SIDES,
-    SLIDES,
-    STANCE,
-    STANDS,
-    STIRS,
-    Ground,
-    fifth,
-)
+from lanindex.encoding.ground import SETTLES, SIDES, SLIDES, STANCE, STANDS, STIRS, Ground, fifth
 from lanindex.encoding.places import Stretch
 
 Floats = NDArray[np.float64]

@@ -101,11 +101,13 @@ def prepare(task: Task) -> Outcomes:
             names = same
         elif task.only_look:
             return ()
-        elif not _is_notated(task):
+        elif not notation_of(task.path):
             names = formats.names_in(file, task.reading)
         outcomes = []
         for name in names or ("",):
-            person = _file_of_person(file, name)
+            person = file
+            if name:
+                person = replace(file, name=file.name + SUBJECT + name, subject=name)
             facts = Outcome(
                 person.name,
                 "unchanged",
@@ -124,23 +126,14 @@ def prepare(task: Task) -> Outcomes:
     return tuple(outcomes)
 
 
-def _file_of_person(file: formats.File, name: str) -> formats.File:
-    """Return the file as one of the people in it."""
-    return replace(file, name=file.name + SUBJECT + name, subject=name) if name else file
-
-
-def _is_notated(task: Task) -> bool:
-    return notation_of(task.path) is not None
-
-
 def companions(task: Task, file: formats.File) -> tuple[formats.File, ...]:
     """Return the other files that are read with one."""
-    return () if _is_notated(task) else formats.companions(file, task.reading)
+    return () if notation_of(task.path) else formats.companions(file, task.reading)
 
 
 def encoding_of(task: Task, beside: Iterable[formats.File]) -> Encoding:
     """Return how a file is going to be written down, with what lies beside it."""
-    if _is_notated(task):
+    if notation_of(task.path):
         return Encoding()
     given = task.reading.given()
     named = (name for name in _FILES if given.get(name, AUTO) != AUTO)
