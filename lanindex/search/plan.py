@@ -155,6 +155,16 @@ def open_groups(program: Program) -> list[tuple[Group, ...]]:
     return [found.get(state, ()) for state in range(len(program.states))]
 
 
+def _unwrapped(lines: tree.Lines) -> tree.Lines:
+    """Return the lines inside brackets around all of a line: what is beside them is beside it."""
+    unit = lines.first.items[0].unit
+    if isinstance(unit, tree.Bracket) and lines == tree.Lines(tree.Line((tree.Item(unit),))):
+        inner, *others = unit.pattern.alternatives
+        if not others:
+            return _unwrapped(inner)
+    return lines
+
+
 class _Planner:
     """Plans each line once; lines behind `without` and `never` without a border tolerance."""
 
@@ -165,6 +175,7 @@ class _Planner:
 
     def programs(self, lines: tree.Lines) -> tuple[Program, ...]:
         """Return the program of the first line; one for each side if a part is of either."""
+        lines = _unwrapped(lines)
         group = Group(None, self.companions(lines))
         programs = tuple(_Builder(self, side).program(lines.first, group) for side in SIDES)
         right, left = ([state.members for state in it.states] for it in programs)

@@ -49,5 +49,17 @@ def test_a_rewrite_is_shown(pattern: str, row: str) -> None:
     assert any(found.startswith(row) for found in rows(pattern)), "\n".join(rows(pattern))
 
 
+@pytest.mark.parametrize(
+    ("pattern", "alike"),
+    [
+        ("((r_arm low -> high))", "r_arm low -> high"),
+        ("((r_arm low) with (l_arm mid))", "r_arm low with l_arm mid"),
+        ("head without ((l_arm with r_arm))", "head without (l_arm with r_arm)"),
+    ],
+)
+def test_brackets_around_all_of_a_line_say_nothing(pattern: str, alike: str) -> None:
+    assert rows(pattern) == rows(alike)
+
+
 def test_each_side_and_alternative_is_a_line() -> None:
     assert sum(row.startswith("line") for row in rows("arm high or head left")) == 3
