@@ -17,7 +17,8 @@ from lanindex.encoding.twists import Told
 from lanindex.model.derived import DEGREE, bending, stretching
 
 SWING = 20.0
-"""Degrees of angle: less is no bend, and no farther from the middle of a degree is still that."""
+"""Degrees of angle: a smaller swing of the joint is no bend, nor is one that ends no farther than
+this from the middle of the degree that the joint had before."""
 
 CALM = 0.15
 """Seconds that an angle is averaged over where its pace is looked at."""
