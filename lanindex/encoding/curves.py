@@ -1,4 +1,4 @@
-"""How one curve goes, and what is told of it: turns, and where what turns or leans arrives.
+"""How one curve goes, and which turns it makes, and where what turns or leans arrives.
 
 Source: ``encoding/BODY.md``, "Turns", "Twists", "Swings" and "Onset".
 """
@@ -209,9 +209,9 @@ def turns(
     while True:
         edges = [0, *chain(*((one.start, one.stop) for one in found)), len(heading)]
         around = zip(found, edges[::2], edges[3::2], strict=False)
-        told = [_told(both, *one, round(STRIDE * rate)) for one in around]
-        found = [one for one in told if one.amount >= TURNS]
-        if len(found) == len(told):  # else what lay beside no turn lies there
+        measured = [_measured(both, *one, round(STRIDE * rate)) for one in around]
+        found = [one for one in measured if one.amount >= TURNS]
+        if len(found) == len(measured):  # what is no turn must not bound the others
             return table(found)
 
 
@@ -225,10 +225,11 @@ def _turning(heading: Floats, start: int, rate: float) -> Event:
     return Event(start + first, start + last, code, -1, 0, speed=float(pace.max()) / 360)
 
 
-def _told(headings: Floats, turn: Event, low: int, high: int, stride: int) -> Event:
-    """Return a turn with its degrees, as the headings between its neighbours, [low, high), tell.
+def _measured(headings: Floats, turn: Event, low: int, high: int, stride: int) -> Event:
+    """Return a turn with its degrees, measured between its neighbours: in [low, high).
 
-    `headings` (2, N) are those of the hips, which it is measured by, and of the chest.
+    `headings` (2, N) are those of the hips, which give the degrees, and of the chest, which has to
+    turn as well: else the amount is 0.
     """
     start, stop = turn.start, turn.stop
     before = headings[:, max(low, start - stride + 1) : start + 1].mean(axis=1)
