@@ -135,6 +135,9 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
         yield from _feet(body, leg, turn, doubts)
     profile = body.profile
     chest = heading(body.motion, profile.rate, body, AXES[::-1])
+    shoulders = np.zeros(len(chest), bool)
+    for one in stretches(body, AXES[1]):
+        shoulders[one.frames.start : one.frames.stop] = True
     for hips in stretches(body, ("RHip", "LHip")):
         begin, frames = hips.frames.start, slice(hips.frames.start, hips.frames.stop)
         way, front = table([]), unwrapped(chest[frames])
@@ -142,7 +145,10 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
             calm = smooth(front, window(STRIDE, profile.rate), body.fast)
             way = travel(hips, calm, leg, profile)
         yield "body_travel", hips.known, begin, way
-        ends = np.degrees(unwrapped(turn[frames])), profile, np.degrees(front), body.fast
+        own, seen = unwrapped(turn[frames]), shoulders[frames]
+        # where the shoulders are not seen they turn as the hips do
+        pace = np.where(seen[1:] & seen[:-1], np.diff(front), np.diff(own))
+        ends = np.degrees(own), profile, np.degrees(np.cumsum(np.append(0.0, pace))), body.fast
         yield "body_turn", hips.known, begin, turns(*ends)
     yield from leans(body, turn)
 

@@ -169,6 +169,16 @@ def test_turns_of_bodies_that_sway(rate, goes, degrees):
         assert abs(told.amount - abs(degrees)) <= 5
 
 
+@pytest.mark.parametrize("lost", [slice(50, None), slice(0, 130), slice(80, 110), slice(None)])
+def test_who_turns_while_the_shoulders_are_lost_turns(lost):
+    rest, steps = Do("stand", seconds=1), [Do("rl"[it % 2], turn=45) for it in range(2)]
+    motion = walk([rest, *steps, rest])
+    places = motion.positions.copy()
+    for side in "LR":
+        places[lost, motion.skeleton.body[JOINT_CODES[f"{side}Shoulder"]]] = np.nan
+    assert said(encode(replace(motion, positions=places)), "body_turn") == ["left 90deg"]
+
+
 def test_two_turns_with_a_rest_between_are_two():
     turn, rest = [Do("r", turn=45), Do("l", turn=45)], Do("stand", seconds=1.5)
     score = encode(walk([rest, *turn, rest, *turn, rest]))
