@@ -1,0 +1,173 @@
+/** The movement of a capture, fetched in tiles as it is looked at. */
+
+/**
+ * A line of the body with round ends, as in films; the part is that of its bone.
+ * @typedef {{from: number, to: number, share: number, width: number, color: string, part: string}} Stroke
+ */
+
+/**
+ * What is known of a capture's body before any of its tiles.
+ * @typedef {object} Description
+ * @property {number} rate frames a second
+ * @property {number} frames
+ * @property {number} tile frames of a tile
+ * @property {string[]} joints
+ * @property {Stroke[]} strokes
+ * @property {number | null} floor its height, mm
+ */
+
+/**
+ * @typedef {{origin: Float32Array, places: Int16Array}} Tile
+ * @typedef {(path: string, init: {signal: AbortSignal}) => Promise<Response>} Fetch
+ */
+
+const UNKNOWN = -32768;
+const HEADER = 12; // bytes: the origin, three float32
+
+/** Whether numbers in memory have the order of those in tiles. */
+const LITTLE = new Uint8Array(new Uint16Array([1]).buffer)[0] === 1;
+
+/**
+ * Return the tile that some bytes hold.
+ * @param {ArrayBuffer} bytes
+ * @returns {Tile}
+ */
+export function unpacked(bytes) {
+  if (!LITTLE) {
+    const view = new DataView(bytes);
+    for (let at = 0; at < HEADER; at += 4) view.setUint32(at, view.getUint32(at, true));
+    for (let at = HEADER; at < bytes.byteLength; at += 2) view.setUint16(at, view.getUint16(at, true));
+  }
+  return { origin: new Float32Array(bytes, 0, 3), places: new Int16Array(bytes, HEADER) };
+}
+
+export class Motion {
+  /** @type {Map<number, Tile>} tiles by number, the one used last at the end */
+  #tiles = new Map();
+  /** @type {Map<number, AbortController>} */
+  #coming = new Map();
+  /** @type {Map<number, Error>} */
+  #failed = new Map();
+  #fetch;
+  #most;
+
+  /** Called when a tile has come, or cannot come. */
+  changed = () => {};
+
+  /**
+   * @param {string} path of the capture: `/api/captures/12`
+   * @param {Description} description
+   * @param {Fetch} fetch
+   * @param {number} most tiles that are kept
+   */
+  constructor(path, description, fetch = globalThis.fetch.bind(globalThis), most = 64) {
+    this.path = path;
+    this.description = description;
+    this.#fetch = fetch;
+    this.#most = most;
+  }
+
+  /** How long it is, seconds. */
+  get seconds() {
+    return this.description.frames / this.description.rate;
+  }
+
+  /** How many tiles are held. */
+  get held() {
+    return this.#tiles.size;
+  }
+
+  /**
+   * Return the number of the tile at some seconds.
+   * @param {number} seconds
+   */
+  #at(seconds) {
+    return Math.floor(this.#frame(seconds) / this.description.tile);
+  }
+
+  /**
+   * Return the frame at some seconds, and what is left to the next.
+   * @param {number} seconds
+   */
+  #frame(seconds) {
+    return Math.min(Math.max(seconds * this.description.rate, 0), this.description.frames - 1);
+  }
+
+  /**
+   * Whether the pose at some seconds can be shown; fetches its tile and the next, and no others.
+   * @param {number} seconds
+   */
+  ready(seconds) {
+    const at = this.#at(seconds), next = at + 1;
+    const wanted = next * this.description.tile < this.description.frames ? [at, next] : [at];
+    for (const [number, coming] of this.#coming) if (!wanted.includes(number)) coming.abort();
+    for (const number of wanted) {
+      if (!this.#tiles.has(number) && !this.#coming.has(number) && !this.#failed.has(number)) {
+        this.#load(number);
+      }
+    }
+    return this.#tiles.has(at);
+  }
+
+  /**
+   * Return why the pose at some seconds cannot come; null: it is there or on its way.
+   * @param {number} seconds
+   */
+  failure(seconds) {
+    return this.#failed.get(this.#at(seconds)) ?? null;
+  }
+
+  /** Try again what could not come. */
+  retry() {
+    this.#failed.clear();
+  }
+
+  /** Stop all that is on its way. */
+  abort() {
+    for (const coming of this.#coming.values()) coming.abort();
+  }
+
+  /** @param {number} number */
+  async #load(number) {
+    const coming = new AbortController();
+    this.#coming.set(number, coming);
+    try {
+      const answer = await this.#fetch(`${this.path}/motion/${number}`, { signal: coming.signal });
+      if (!answer.ok) throw new Error(`the movement could not be read (${answer.status})`);
+      this.#tiles.set(number, unpacked(await answer.arrayBuffer()));
+      for (const oldest of this.#tiles.keys()) {
+        if (this.#tiles.size <= this.#most) break;
+        this.#tiles.delete(oldest);
+      }
+    } catch (error) {
+      if (coming.signal.aborted) return;
+      this.#failed.set(number, error instanceof Error ? error : new Error(String(error)));
+    } finally {
+      if (this.#coming.get(number) === coming) this.#coming.delete(number);
+    }
+    this.changed();
+  }
+
+  /**
+   * Return where the joints are at some seconds, mm, NaN where unknown; null: the tile is not there.
+   * @param {number} seconds
+   * @param {Float32Array} into three numbers a joint
+   */
+  pose(seconds, into = new Float32Array(3 * this.description.joints.length)) {
+    const frame = this.#frame(seconds), first = Math.floor(frame), rest = frame - first;
+    const size = 3 * this.description.joints.length, { tile } = this.description;
+    const number = Math.floor(first / tile), here = this.#tiles.get(number);
+    if (!here) return null;
+    this.#tiles.delete(number);
+    this.#tiles.set(number, here);
+    const later = Math.min(first + 1, this.description.frames - 1);
+    const after = this.#tiles.get(Math.floor(later / tile)) ?? here;
+    const a = (first % tile) * size, b = after === here && later % tile === 0 ? a : (later % tile) * size;
+    for (let at = 0; at < size; at++) {
+      const start = here.places[a + at], stop = after.places[b + at], axis = at % 3;
+      const from = start === UNKNOWN ? NaN : start + here.origin[axis];
+      into[at] = stop === UNKNOWN ? from : from + rest * (stop + after.origin[axis] - from);
+    }
+    return into;
+  }
+}
