@@ -84,6 +84,11 @@ class Store:
         """The library as it was named."""
         return self.session.target.place
 
+    def stamp(self) -> int:
+        """Return the number that changes with every change."""
+        with self.session.reading() as connection:
+            return read.read_state(connection).stamp
+
     @contextmanager
     def changing(self) -> Iterator[Link]:
         """Begin a transaction that changes what the library holds, and raise its change stamp."""

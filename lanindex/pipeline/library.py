@@ -148,6 +148,11 @@ class Library:
         """Sentences that a user should know, where no `note` was given to `open_library`."""
         return self.store.session.notes
 
+    @property
+    def stamp(self) -> int:
+        """A number that changes with every change of the library."""
+        return self.store.stamp()
+
     def ingest(
         self,
         *paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],

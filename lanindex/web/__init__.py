@@ -1,0 +1,1 @@
+"""The page: a local server of a library, and what a browser shows of it."""

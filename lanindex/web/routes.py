@@ -1,0 +1,164 @@
+"""Routes of ``/api``: a function from a call to JSON, run in a thread, its errors as JSON.
+
+Work is done in threads so that a slow answer stops no other; the event loop only waits.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from anyio import to_thread
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
+
+from lanindex.errors import (
+    AbsentError,
+    LanindexError,
+    LibraryBusyError,
+    LibraryError,
+    PatternError,
+    UsageError,
+)
+
+if TYPE_CHECKING:
+    from lanindex.web.server import Site
+
+LARGEST_BODY = 1 << 20
+"""Bytes of a request, but for uploads."""
+
+_STATUS = {
+    AbsentError: 404,
+    LibraryBusyError: 503,
+    LibraryError: 409,
+    PatternError: 400,
+    UsageError: 400,
+}
+_log = logging.getLogger("lanindex.web")
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A request as a function sees it."""
+
+    site: Site
+    path: dict[str, Any]  # what stands in the braces of the route
+    query: dict[str, list[str]]
+    body: dict[str, Any] = field(default_factory=dict)
+
+    def text(self, name: str, default: str = "") -> str:
+        """Return a text of the query."""
+        return self.query.get(name, [default])[-1]
+
+    def number(self, name: str, default: float, least: float = 0, most: float = 1e9) -> float:
+        """Return a number of the query, within its limits."""
+        text = self.text(name)
+        try:
+            value = float(text) if text else default
+        except ValueError:
+            value = float("nan")
+        if not least <= value <= most:
+            raise UsageError(f'"{text[:20]}"', place=name, wanted=f"{least:g} to {most:g}")
+        return value
+
+    def said(self, name: str, kind: type, default: Any = None) -> Any:
+        """Return a value of the body that must be of a type, or is not there."""
+        value = self.body.get(name, default)
+        if value is not default and (not isinstance(value, kind) or isinstance(value, bool)):
+            raise UsageError(f"{value!r:.40}", place=name, wanted=f"a {kind.__name__}")
+        return value
+
+
+Work = Callable[[Call], Any]
+
+
+class Refused(LanindexError):
+    """The server does not do this for this caller."""
+
+
+def refused_when_read_only(work: Work) -> Work:
+    """Return work that a library that is only shown refuses."""
+
+    def checked(call: Call) -> Any:
+        if call.site.readonly:
+            raise Refused("this library is only shown", remedy="Ask its owner to change it.")
+        return work(call)
+
+    return checked
+
+
+def route(site: Site, path: str, work: Work, *methods: str) -> Route:
+    """Return the route of a function; what it returns is a response, or becomes JSON."""
+
+    async def endpoint(request: Request) -> Response:
+        try:
+            body = await _body(request) if request.method in ("POST", "PUT", "PATCH") else {}
+            query: dict[str, list[str]] = {}
+            for name, value in request.query_params.multi_items():
+                query.setdefault(name, []).append(value)
+            call = Call(site, dict(request.path_params), query, body)
+            return await run_in_threadpool(_answered, work, call)
+        except ClientDisconnect:
+            return Response(status_code=499)
+        except Exception as error:
+            return failed(error, request.url.path)
+
+    return Route(path, endpoint, methods=methods or ("GET",))
+
+
+def _answered(work: Work, call: Call) -> Response:
+    found = work(call)
+    return found if isinstance(found, Response) else as_json(found)
+
+
+def as_json(value: Any, status: int = 200) -> Response:
+    """Return a value as JSON."""
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return Response(text.encode(errors="replace"), status, media_type="application/json")
+
+
+def failed(error: Exception, path: str) -> Response:
+    """Return what a caller is told of an error; one that nobody expected is logged, too."""
+    if isinstance(error, LanindexError):
+        status = next((it for kind, it in _STATUS.items() if isinstance(error, kind)), 422)
+        status = 403 if isinstance(error, Refused) else status
+        return JSONResponse({"error": of_error(error)}, status)
+    _log.exception("%s failed", path)
+    found = f"the server failed at this ({type(error).__name__})"
+    return JSONResponse({"error": {"found": found, "remedy": "Its terminal tells more."}}, 500)
+
+
+def of_error(error: LanindexError) -> dict[str, Any]:
+    """Return an error as the page shows it: what was found where, and what to do."""
+    names = ("found", "place", "wanted", "remedy", "text", "start", "stop")
+    return {name: value for name in names if (value := getattr(error, name, "")) not in ("", None)}
+
+
+async def _body(request: Request) -> dict[str, Any]:
+    """Return the JSON object of a request; nothing where it has none."""
+    parts, size = [], 0
+    async for part in request.stream():
+        size += len(part)
+        if size > LARGEST_BODY:
+            raise UsageError("a request that is too long", wanted=f"{LARGEST_BODY:,} bytes at most")
+        parts.append(part)
+    if not size:
+        return {}
+    try:
+        value = json.loads(b"".join(parts))
+    except (ValueError, RecursionError) as error:
+        raise UsageError("a request that is no JSON", wanted="a JSON object") from error
+    if not isinstance(value, dict):
+        raise UsageError("a request that is no object", wanted="a JSON object")
+    return value
+
+
+def in_thread(work: Callable[..., Any], *values: Any) -> Any:
+    """Return what runs work in a thread, to be awaited."""
+    return to_thread.run_sync(partial(work, *values))

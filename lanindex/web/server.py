@@ -1,0 +1,143 @@
+"""The server: the routes of a library's page, and the process that answers them."""
+
+from __future__ import annotations
+
+import logging
+import secrets
+import socket
+from collections.abc import Callable
+from contextlib import asynccontextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.gzip import GZipMiddleware
+from starlette.routing import BaseRoute, Route
+
+from lanindex import __version__
+from lanindex.errors import UsageError
+from lanindex.web import captures, files
+from lanindex.web.guard import Guard
+from lanindex.web.routes import Call, Work, refused_when_read_only, route
+from lanindex.web.uploads import Uploads, receive
+
+if TYPE_CHECKING:
+    from lanindex.pipeline.library import Library
+
+PORT = 8421
+SCREENS = (
+    *("/", "/search", "/captures/{number:int}", "/convert", "/edit", "/compare", "/explore"),
+    *("/words", "/help"),
+)
+"""Addresses of the page; its script shows the screen of each."""
+
+
+class Site:
+    """What all requests share: the library, and what is kept of it."""
+
+    def __init__(self, library: Library, *, readonly: bool = False) -> None:
+        self.library, self.readonly = library, readonly
+        self.table = captures.CaptureTable(library)
+        self.uploads = Uploads(Path(library.store.place))
+
+    def close(self) -> None:
+        """Stop all jobs."""
+
+
+def about(call: Call) -> dict[str, Any]:
+    """Return what the page needs to know of a library before all else."""
+    library = call.site.library
+    stats = library.stats()
+    return {
+        "name": Path(library.store.place).stem,
+        "version": __version__,
+        "stamp": library.stamp,
+        "readonly": call.site.readonly,
+        "captures": stats.captures,
+        "symbols": stats.symbols,
+        "seconds": round(float(stats.seconds), 3),
+        "parts": library.parts(),
+        "columns": call.site.table.columns(),
+    }
+
+
+_ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
+    ("/api/library", about, ("GET",)),
+    ("/api/captures", captures.listing, ("GET",)),
+    ("/api/captures/{number:int}", captures.one, ("GET",)),
+    ("/api/captures/{number:int}", refused_when_read_only(captures.change), ("PATCH",)),
+    ("/api/captures/remove", refused_when_read_only(captures.remove), ("POST",)),
+]
+
+
+def application(site: Site, *, token: str, host: str, port: int) -> Starlette:
+    """Return the application that answers for a site; it closes the site when it ends."""
+
+    @asynccontextmanager
+    async def lifespan(app: Starlette) -> Any:
+        yield
+        site.close()
+
+    routes: list[BaseRoute] = [
+        *(route(site, path, work, *methods) for path, work, methods in _ROUTES),
+        Route("/api/uploads/{name:path}", partial(receive, site), methods=["PUT"]),
+        *(Route(path, files.page) for path in SCREENS),
+        Route("/static/{name:path}", files.static),
+    ]
+    middleware = [
+        Middleware(Guard, token=token, host=host, port=port),
+        Middleware(GZipMiddleware, minimum_size=1000, compresslevel=5),
+    ]
+    return Starlette(routes=routes, middleware=middleware, lifespan=lifespan)
+
+
+def serve(
+    library: Library,
+    *,
+    host: str,
+    port: int,
+    readonly: bool,
+    ready: Callable[[str], None],
+) -> None:
+    """Serve a library until it is interrupted; `ready` is given the link that lets in."""
+    import uvicorn
+
+    token = secrets.token_urlsafe(24)
+    listener = _listener(host, port)
+    port = listener.getsockname()[1]
+    logging.getLogger("asyncio").setLevel(logging.CRITICAL)  # peers that hang up are no error
+    config = uvicorn.Config(
+        application(Site(library, readonly=readonly), token=token, host=host, port=port),
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        timeout_keep_alive=20,
+        timeout_graceful_shutdown=2,
+        ws="none",
+    )
+    shown = {"0.0.0.0": socket.gethostname(), "::": socket.gethostname()}.get(host, host)
+    shown = f"[{shown}]" if ":" in shown else shown
+    ready(f"http://{shown}:{port}/?token={token}")
+    uvicorn.Server(config).run(sockets=[listener])
+
+
+def _listener(host: str, port: int) -> socket.socket:
+    """Return a socket that listens, or say why it cannot."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM
+        )[0]
+        listener = socket.socket(family, kind, protocol)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind(address)
+        listener.listen(1024)
+    except OSError as error:
+        raise UsageError(
+            f"nothing can listen there ({error.strerror})",
+            place=f"{host}:{port}",
+            remedy="Name another port: --port 0 takes a free one.",
+        ) from error
+    return listener

@@ -1,0 +1,113 @@
+// The frame of the page: which screen an address shows, and how links move between them.
+
+import { get, problemOf, isAbort } from "./api.js";
+import { byId, el, trouble } from "./dom.js";
+
+/**
+ * @typedef {Object} Library
+ * @property {string} name
+ * @property {string} version
+ * @property {number} stamp
+ * @property {boolean} readonly
+ * @property {number} captures
+ * @property {number} symbols
+ * @property {number} seconds
+ * @property {string[]} parts
+ * @property {string[]} columns
+ */
+
+/**
+ * What a screen is given. It draws into `main`, keeps what it shows in the address (`go`, `replace`),
+ * and returns what is to be done when another screen comes.
+ * @typedef {Object} App
+ * @property {HTMLElement} main
+ * @property {URL} url
+ * @property {Library} library
+ * @property {AbortSignal} signal - aborted when another screen comes
+ * @property {(title: string) => void} title
+ * @property {(path: string) => void} go - to another address, which Back returns from
+ * @property {(path: string) => void} replace - tells the address of what is shown now
+ * @property {() => Promise<void>} refresh - asks for the library anew
+ */
+
+/** @typedef {(app: App) => void | (() => void) | Promise<void | (() => void)>} Show */
+
+/** @type {{path: RegExp, name: string, link?: string, load: () => Promise<{show: Show}>}[]} */
+const SCREENS = [
+  { path: /^\/$/, name: "Library", link: "/", load: () => import("./screens/library.js") },
+];
+
+/** @type {Library | undefined} */
+let library;
+/** @type {AbortController} */
+let current = new AbortController();
+/** @type {void | (() => void)} */
+let leave;
+
+/** @param {URL} url */
+async function open(url) {
+  current.abort();
+  const own = (current = new AbortController());
+  if (leave) leave();
+  leave = undefined;
+  const screen = SCREENS.find((it) => it.path.test(url.pathname));
+  mark(screen?.link);
+  const main = byId("main");
+  main.replaceChildren();
+  main.className = "";
+  try {
+    library ??= /** @type {Library} */ (await get("/api/library", own.signal));
+    byId("library").textContent = library.name;
+    if (!screen) throw new Error("there is no such page");
+    const { show } = await screen.load();
+    if (own.signal.aborted) return;
+    title(screen.name);
+    const done = await show({ main, url, library, signal: own.signal, title, go, replace, refresh });
+    if (own.signal.aborted && done) done();
+    else leave = done;
+  } catch (error) {
+    if (!isAbort(error)) main.replaceChildren(trouble(problemOf(error)));
+  }
+}
+
+async function refresh() {
+  library = await get("/api/library");
+}
+
+/** @param {string} name */
+function title(name) {
+  document.title = `${name} · ${library?.name ?? "LanIndex"}`;
+}
+
+/** @param {string} path */
+function go(path) {
+  history.pushState(null, "", path);
+  scrollTo(0, 0);
+  open(new URL(location.href)).then(() => byId("main").focus({ preventScroll: true }));
+}
+
+/** @param {string} path */
+function replace(path) {
+  history.replaceState(null, "", path);
+}
+
+/** @param {string | undefined} link */
+function mark(link) {
+  for (const node of byId("screens").querySelectorAll("a")) {
+    if (node.getAttribute("href") === link) node.setAttribute("aria-current", "page");
+    else node.removeAttribute("aria-current");
+  }
+}
+
+document.addEventListener("click", (event) => {
+  const link = /** @type {Element} */ (event.target).closest?.("a");
+  if (!link || event.defaultPrevented || event.button || event.metaKey || event.ctrlKey || event.shiftKey) return;
+  if (link.origin !== location.origin || link.target || link.hasAttribute("download") || link.pathname.startsWith("/api/")) return;
+  if (link.hash && link.pathname === location.pathname) return;
+  event.preventDefault();
+  go(link.pathname + link.search);
+});
+addEventListener("popstate", () => open(new URL(location.href)));
+
+byId("screens").append(...SCREENS.filter((it) => it.link).map((it) => el("a", { href: it.link }, it.name)));
+open(new URL(location.href));

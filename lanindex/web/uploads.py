@@ -1,0 +1,140 @@
+"""Files that a browser sends: written beside the library, under safe names, then ingested.
+
+A file is written under a name that ends in ``.part`` and gets its own when it is whole: what breaks
+off leaves nothing that is read. No file is replaced, and none is ever executed.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+from hashlib import file_digest, sha256
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from anyio import fail_after, to_thread
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import Response
+
+from lanindex.errors import LanindexError, UsageError
+from lanindex.pipeline.files import safe_stem
+from lanindex.web.routes import Refused, as_json, failed
+
+if TYPE_CHECKING:
+    from lanindex.web.server import Site
+
+LARGEST = 2 << 30
+"""Bytes of a file."""
+
+SPARE = 1 << 30
+"""Bytes that stay free on the disk."""
+
+PATIENCE = 30
+"""Seconds within which the next bytes of a file must come."""
+
+_DEEPEST = 8  # folders
+_PART = ".part"
+
+
+class Uploads:
+    """The folder of what browsers sent."""
+
+    def __init__(self, library: Path) -> None:
+        self.folder = library.absolute().with_name(f"{library.stem}-captures")
+
+    def clear(self) -> None:
+        """Remove what was not sent to its end, by a server that is gone."""
+        for draft in self.folder.glob(f"*{_PART}"):
+            draft.unlink(missing_ok=True)
+
+    def place(self, name: str) -> Path:
+        """Return where a file of this name is kept: below the folder, whatever the name says."""
+        *folders, last = [it for it in name.replace("\\", "/").split("/") if it.strip(". ")] or [""]
+        if len(folders) >= _DEEPEST:
+            raise UsageError("too many folders in each other", wanted=f"{_DEEPEST} at most")
+        ending = "".join(it for it in Path(last).suffix.lower() if it.isalnum() or it == ".")
+        safe = [safe_stem(f"{it}.") for it in folders]
+        return self.folder.joinpath(*safe, safe_stem(last) + ending[:12])
+
+    def path(self, name: str) -> str:
+        """Return the path of a file that was sent; refuse any other."""
+        path = self.folder / name
+        inside = path.resolve().is_relative_to(self.folder.resolve())
+        if not (inside and path.is_file()):
+            raise UsageError(f'"{name[:60]}" was not sent', wanted="the name of a file that was")
+        return str(path)
+
+
+class _Draft(NamedTuple):
+    path: Path
+    digest: str
+
+
+async def receive(site: Site, request: Request) -> Response:
+    """Write the body of a request as a file, and return its name below the folder."""
+    try:
+        if site.readonly:
+            raise Refused("this library is only shown", remedy="Ask its owner to change it.")
+        target = site.uploads.place(request.path_params["name"])
+        draft = await _written(request, site.uploads.folder)
+        try:
+            kept = await to_thread.run_sync(_kept, draft, target)
+        finally:
+            draft.path.unlink(missing_ok=True)
+        return as_json({"name": kept.relative_to(site.uploads.folder).as_posix()})
+    except ClientDisconnect:
+        return Response(status_code=499)
+    except OSError as error:
+        broken = LanindexError(f"the file cannot be written ({error.strerror})")
+        return failed(broken, request.url.path)
+    except Exception as error:
+        return failed(error, request.url.path)
+
+
+async def _written(request: Request, folder: Path) -> _Draft:
+    """Write a body to a draft, as long as it is neither too long nor too slow."""
+    too_long = UsageError("a file that is too long", wanted=f"{LARGEST >> 30} GB at most")
+    if int(request.headers.get("content-length") or 0) > LARGEST:
+        raise too_long
+    folder.mkdir(exist_ok=True)
+    path, digest, size = folder / f"{secrets.token_hex(8)}{_PART}", sha256(), 0
+    stream = aiter(request.stream())
+    with path.open("xb") as file:
+        try:
+            while True:
+                with fail_after(PATIENCE):
+                    part = await anext(stream, None)
+                if part is None:
+                    return _Draft(path, digest.hexdigest())
+                size += len(part)
+                if size > LARGEST:
+                    raise too_long
+                if shutil.disk_usage(folder).free < SPARE + len(part):
+                    raise LanindexError("the disk is full", remedy="Make room, and send it again.")
+                digest.update(part)
+                await to_thread.run_sync(file.write, part)
+        except BaseException as error:
+            path.unlink(missing_ok=True)
+            if isinstance(error, TimeoutError):
+                raise LanindexError("the file came too slowly", remedy="Send it again.") from error
+            raise
+
+
+def _kept(draft: _Draft, target: Path) -> Path:
+    """Give a draft its name, or one with a number; a file that is there with its content stays."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    place = target
+    for number in range(2, 10_000):
+        if not place.parent.resolve().is_relative_to(draft.path.parent.resolve()):
+            raise UsageError("the name leads out of the folder", wanted="another name")
+        try:
+            os.link(draft.path, place)
+            return place
+        except FileExistsError:
+            if place.is_file() and not place.is_symlink():
+                with place.open("rb") as file:
+                    if file_digest(file, "sha256").hexdigest() == draft.digest:
+                        return place
+        place = target.with_name(f"{target.stem} {number}{target.suffix}")
+    raise LanindexError("too many files of this name", remedy="Send it under another name.")
