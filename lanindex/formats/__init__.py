@@ -60,6 +60,8 @@ class Format:
     several: bool = False
     # whether it may be read with other files: its module has ``companions(file, options)``
     joined: bool = False
+    # whether some frames of it are read without all others: those of `Wanted`
+    ranged: bool = False
 
     def holds(self, name: str, head: bytes) -> bool:
         """Tell whether a file is of this format, by its name and its first bytes."""
@@ -72,7 +74,7 @@ class Format:
 
 
 FORMATS: tuple[Format, ...] = (
-    Format("bvh", "BVH", (".bvh",), sniff.bvh, "bvh"),
+    Format("bvh", "BVH", (".bvh",), sniff.bvh, "bvh", ranged=True),
     Format("amc", "AMC", (".amc",), sniff.amc, "amc", joined=True),
     Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
     Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
@@ -264,6 +266,11 @@ def _format_of(file: File, options: Reading | None) -> Format:
     """Return the format of a file; one whose columns are given is a table."""
     tables = (form for form in FORMATS if form.name == "csv")
     return next(tables) if options and options.columns else known(file)
+
+
+def ranged(file: File, options: Reading) -> bool:
+    """Tell whether some frames of a file are read without all others."""
+    return _format_of(file, options).ranged
 
 
 def cutter(file: File, options: Reading | None = None) -> Cutter | None:

@@ -368,7 +368,7 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a BVH file: every joint and End Site, or those of the body."""
-    path, layout = file.name, scan(file.content, file.name)
+    path, layout = file.name, file.once(_scanned)
     place = f"{path}:{line_of(file.content, layout.time_line[0])}"
     rate = rate_of(layout.time, place, options.rate)
     order, reason = _order(options.compose, layout.hierarchy.names)
@@ -388,11 +388,13 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     kept = None
     if wanted.body_only:
         kept, skeleton = body_of(skeleton)
-    positions = np.empty((len(layout.frames), len(skeleton.names), 3), np.float32)
+    begin, end = wanted.frames or (0, len(layout.frames))
+    end = min(max(end, found.first + 1), len(layout.frames))
+    positions = np.empty((end - begin, len(skeleton.names), 3), np.float32)
     turning = _axis_plans(work, joints, values, poses, found.body)
     axes = {name: np.empty((len(positions), 2, 3), np.float32) for name in turning}
-    for start, values, places in frames.blocks():
-        part = slice(start, start + len(places))
+    for start, values, places in frames.blocks(begin, end):
+        part = slice(start - begin, start - begin + len(places))
         found.oriented(places, positions[part], kept)
         for name, own in turning.items():
             axes[name][part] = found.turned(positions_of(own, values)[:, -2:])
@@ -403,7 +405,12 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     count, declared = len(layout.frames), layout.declared
     miscounted = (f"Frames: says {declared}, the file has {count}",) * (declared != count)
     doubts = (*miscounted, *rate_doubt(rate), *found.doubts, *made_up)
-    return Motion(skeleton, rate, positions, source, found.first, doubts, axes=axes)
+    moves = max(found.first - begin, 0)
+    return Motion(skeleton, rate, positions, source, moves, doubts, axes=axes)
+
+
+def _scanned(file: File) -> BvhLayout:
+    return scan(file.content, file.name)
 
 
 HAND = 0.35
@@ -482,7 +489,7 @@ class _Frames:
         side_by_side = np.stack((np.append(0, stops[:-1]), stops), axis=1)
         values, bad = number_rows(b"".join(pieces), side_by_side, self.layout.hierarchy.width)
         if bad is not None:
-            for _ in self.blocks():  # says which frame is the first that is damaged
+            for _ in self.blocks(0, count):  # says which frame is the first that is damaged
                 pass
         places, those = positions_of(self.work, values), np.searchsorted(chosen, sampled(count))
         return values[those], places[those], places[:BEGINNING]
@@ -493,13 +500,14 @@ class _Frames:
         if self.all_numbers is not None:
             self.all_numbers = self.all_numbers[0], positions_of(work, self.all_numbers[0])
 
-    def blocks(self) -> Iterator[tuple[int, Floats, Floats]]:
+    def blocks(self, begin: int, end: int) -> Iterator[tuple[int, Floats, Floats]]:
         """Yield blocks: the first frame, the numbers (T, C), and the places (T, J, 3) they tell."""
         if self.all_numbers is not None:
-            yield 0, *self.all_numbers
+            values, places = self.all_numbers
+            yield begin, values[begin:end], places[begin:end]
             return
-        for start in range(0, len(self.layout.frames), BLOCK):
-            yield start, *self._places(start, start + BLOCK)
+        for start in range(begin, end, BLOCK):
+            yield start, *self._places(start, min(start + BLOCK, end))
 
     def _places(self, start: int, stop: int) -> tuple[Floats, Floats]:
         """Read some frames, or say which of them is damaged and how."""

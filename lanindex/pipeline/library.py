@@ -20,6 +20,7 @@ from lanindex.search.hits import Hits, piped
 from lanindex.search.limits import deadline
 
 if TYPE_CHECKING:
+    from lanindex.film.figure import Figure
     from lanindex.library.stats import Stats
     from lanindex.model import Capture, Hit, Reading, Score, Track
     from lanindex.pipeline.example import Alike, Groups
@@ -722,6 +723,53 @@ class Library:
         rate = None if fps is None else Fraction(fps).limit_denominator(10**6)
         options = dataset.DatasetOptions(layout, rate, pad, split, split_by, seed, force)
         return dataset.write(self.store, groups, Path(folder), options)[1]
+
+    def motion(
+        self,
+        capture: int | str,
+        start: float = 0.0,
+        stop: float | None = None,
+        fps: float | Fraction | None = None,
+    ) -> Figure:
+        """Return the stick figure of a capture in a window of time.
+
+        A capture is read once and its figure kept in a temporary file, at most 2 GB of them; each
+        window is then read from there, so that an hour takes no more memory than a minute.
+
+        Parameters
+        ----------
+        capture : int or str
+            Its number or path. A score is performed by the standard body, at 60 frames a second.
+        start, stop : float
+            Seconds; without `stop` to the end.
+        fps : float, optional
+            Frames a second, at most; else all of the source.
+
+        Returns
+        -------
+        Figure
+            ``places`` (F, 21, 3) float32 mm, y up: the 20 joints and the nose, NaN where unknown;
+            ``bones`` (B, 2), ``parts`` (B,), ``rate``, ``fronts`` (F,) radians. Frame i is that
+            of the second ``ceil(start * rate) / rate + i / rate``: windows fit together.
+
+        Raises
+        ------
+        ExportError
+            Where the source is gone or has changed since it was ingested.
+        UsageError
+            Where the window lies outside of the capture.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     body = library.motion("compass.bvh", 2.0, 4.0, fps=25)
+        ...     body.places.shape, body.rate, body.parts[:2]
+        ((50, 21, 3), Fraction(25, 1), ('torso', 'torso'))
+        """
+        from lanindex.pipeline.motion import motion
+
+        return motion(self.store, capture, start, stop, fps)
 
     def captures(self, selection: Selection = ALL) -> list[Capture]:
         """Return the selected captures in the order in which they came; all by default."""

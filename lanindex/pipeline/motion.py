@@ -1,0 +1,174 @@
+"""The stick figure of a capture, a window at a time.
+
+The figure of a capture is worked out once and kept (`lanindex.pipeline.kept`); windows are read
+from there. While that of a large file is being worked out, windows come from the file itself where
+its format tells some frames without all others.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import ceil
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex import formats
+from lanindex.draw.staff import last_second
+from lanindex.errors import ExportError, UsageError
+from lanindex.film.figure import Figure, figure
+from lanindex.formats.file import on_disk
+from lanindex.library.store import Store
+from lanindex.model import Capture, Motion, Reading
+from lanindex.notation import NOTATIONS
+from lanindex.perform import perform
+from lanindex.pipeline.export import source_of
+from lanindex.pipeline.kept import CACHE, Cache, Kept, Made
+
+PERFORMED = Fraction(60)
+"""Frames a second in which a score is performed."""
+
+
+def motion(
+    store: Store,
+    which: int | str,
+    start: float = 0.0,
+    stop: float | None = None,
+    fps: float | Fraction | None = None,
+    cache: Cache = CACHE,
+) -> Figure:
+    """Return the figure of a capture in a window: see `lanindex.Library.motion`."""
+    capture = store.capture(which)
+    performed = capture.format in NOTATIONS
+    rate = PERFORMED if performed else capture.rate
+    stop = last_second(float(capture.frames / capture.rate), start, stop)
+    shown, rate_shown = frames_shown(start, stop, rate, fps)
+    if performed:
+        job = {"store": store, "capture": capture.id}
+        key = "performed", capture.location, capture.sha256
+        return _window(cache.get(key, _performed, job, aside=False), shown, rate_shown)
+    source = SOURCES.of(store, capture)
+    key, large = ("figure", *source.key), source.large
+    job = {"path": capture.location, "options": source.options, "frames": capture.frames}
+    if large is None:
+        return _window(cache.get(key, figured, job, aside=False), shown, rate_shown)
+    body = None
+    if not cache.holds(key) and formats.ranged(large, source.reading):
+        body = _stretch(large, source.reading, shown, rate_shown)  # first: a process would slow it
+    made = cache.begin(key, figured, job, aside=True)
+    return body or _window(made.result(), shown, rate_shown)
+
+
+def frames_shown(
+    start: float, stop: float, rate: Fraction, fps: float | Fraction | None
+) -> tuple[NDArray[np.int64], Fraction]:
+    """Return the frames of a source that a window shows, and how many a second.
+
+    They are counted from the beginning of the source, so that windows fit together.
+    """
+    if fps is not None and not 0 < fps < float("inf"):
+        raise UsageError(f"{fps} frames a second", wanted="more than 0")
+    wanted = rate if fps is None else min(Fraction(fps).limit_denominator(10**6), rate)
+    first, last = (ceil(it * float(wanted) - 1e-6) for it in (start, stop))
+    over, under = (rate / wanted).as_integer_ratio()
+    return np.arange(first, max(last, first + 1)) * over // under, wanted
+
+
+def figured(path: str, options: Mapping[str, str], frames: int) -> Made:
+    """Return the figure of a file as it is kept."""
+    motion = formats.read_file(formats.opened(path), Reading(**options), formats.Wanted(True))
+    if len(motion) != frames:
+        found, remedy = "reads otherwise than when it was ingested", "Ingest it again."
+        wanted = f"{frames} frames, not {len(motion)}"
+        raise ExportError(found, place=path, wanted=wanted, remedy=remedy)
+    return _made(motion)
+
+
+def _performed(store: Store, capture: int) -> Made:
+    return _made(perform(store.score(capture), rate=PERFORMED))
+
+
+def _made(motion: Motion) -> Made:
+    body = figure(motion)
+    about = {"parts": body.parts, "bones": body.bones.tolist()}
+    return about, {"places": body.places, "fronts": body.fronts}
+
+
+def _window(kept: Kept, shown: NDArray[np.int64], rate: Fraction) -> Figure:
+    """Return some frames of a figure that is kept."""
+    first, stop = int(shown[0]), int(shown[-1]) + 1
+    places, fronts = (kept.window(name, first, stop) for name in ("places", "fronts"))
+    some = np.minimum(shown - first, len(places) - 1)  # a score may end between two frames
+    bones, parts = np.array(kept.about["bones"], np.int64), tuple(kept.about["parts"])
+    return Figure(places[some], bones, parts, rate, fronts[some])
+
+
+def _stretch(
+    file: formats.File, reading: Reading, shown: NDArray[np.int64], rate: Fraction
+) -> Figure:
+    """Return some frames of a figure, read without all others."""
+    first, stop = int(shown[0]), int(shown[-1]) + 1
+    body = figure(formats.read_file(file, reading, formats.Wanted(True, (first, stop))))
+    some = shown - first
+    return replace(body, places=body.places[some], fronts=body.fronts[some], rate=rate)
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """The file of a capture, which is as it was when it was ingested, and how it is read."""
+
+    key: tuple[Any, ...]  # what tells what is read from all else
+    options: Mapping[str, str]
+    reading: Reading
+    states: Mapping[str, tuple[int, ...]]  # of the files that are read, what changes when one does
+    large: formats.File | None  # the file, if it is large and not held in memory
+
+
+class Sources:
+    """The files of captures, looked through once and then only asked whether they changed."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[Any, ...], Source] = {}
+        self._lock = threading.Lock()
+
+    def of(self, store: Store, capture: Capture) -> Source:
+        """Return the source of a capture; an error says that it is gone or has changed."""
+        encoding = store.encoding(capture.id)
+        options = dict(sorted(encoding.options.items()))
+        key = capture.location, capture.sha256, encoding.beside, *options.items()
+        with self._lock:
+            known = self._known.get(key)
+        if known is not None and known.states == _states(known.states):
+            return known
+        before = _states([on_disk(capture.location)])
+        file, reading = source_of(store, capture)
+        beside = [on_disk(it.name) for it in formats.companions(file, reading)]
+        large = None if isinstance(file.content, bytes) else file
+        found = Source(key, options, reading, before | _states(beside), large)
+        with self._lock:
+            while len(self._known) >= MOST:
+                del self._known[next(iter(self._known))]
+            self._known[key] = found
+        return found
+
+
+MOST = 1024
+"""Sources that are remembered."""
+
+SOURCES = Sources()
+
+
+def _states(paths: Iterable[str]) -> dict[str, tuple[int, ...]]:
+    """Return of files what changes when one does; of one that is gone nothing."""
+    found = dict[str, tuple[int, ...]]()
+    for path in paths:
+        with suppress(OSError):  # `source_of` says what is wrong with it
+            status = os.stat(path)
+            found[path] = (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
+    return found
