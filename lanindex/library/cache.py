@@ -8,9 +8,10 @@ Segments are written, joined and verified in steps, each in its own transaction.
 leaves the library as it was before; no step changes rows of captures, tracks or symbols.
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import closing, suppress
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import partial
+from threading import Lock
 from typing import Any, TypeVar
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
 from lanindex.library import segments
-from lanindex.library.connect import Link, Session, ask
+from lanindex.library.connect import Link, Session, ask, no_tick
 from lanindex.library.read import read_state
 from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model.columns import Columns, Roster, enrolled, extras_of
@@ -38,96 +39,139 @@ _WRITE_TIMEOUT = 1.0
 
 _BESIDE = "what is not there is read from the symbols, each time"
 
+_TICK = 0.1
+"""Seconds after which who waits for another thread is told."""
+
 Step = Callable[[Link], bool]
 """Work in its own transaction; returns whether more of it may be left."""
 
 Result = TypeVar("Result")
 
 
+class _Held:
+    """What has been read of a library since its change stamp became this one."""
+
+    def __init__(self, stamp: int) -> None:
+        self.stamp = stamp
+        self.roster: Roster | None = None
+        self.columns = dict[str, Columns]()
+        self.numbers, self.texts = list[int](), dict[str, Sequence[Any]]()
+        self._locks = dict[str, Lock]()
+
+    def missing(self, parts: Iterable[str], extra: Collection[str]) -> list[str]:
+        """Return the parts of which not all columns are there."""
+        return [
+            part
+            for part in parts
+            if part not in self.columns
+            or not {*extra}.intersection(extras_of(part)) <= {*self.columns[part].rows}
+        ]
+
+    @contextmanager
+    def loading(self, names: Iterable[str], tick: Callable[[], None]) -> Iterator[None]:
+        """Let one thread at a time load some parts; others are loaded meanwhile.
+
+        Whoever waits here reads the library already, so that no writer waits between the two.
+        """
+        with ExitStack() as stack:
+            for name in sorted(names):  # in one order, so that no two threads wait for each other
+                lock = self._locks.setdefault(name, Lock())
+                while not lock.acquire(timeout=_TICK):
+                    tick()
+                stack.callback(lock.release)
+            yield
+
+
 class ColumnCache:
-    """Columns and texts of an open library, from its segments or, where these fail, its rows."""
+    """Columns and texts of an open library, from its segments or, where these fail, its rows.
+
+    All threads share them.
+    """
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._stamp: int | None = None
-        self._roster: Roster | None = None
-        self._columns = dict[str, Columns]()
-        self._numbers, self._texts = list[int](), dict[str, Sequence[Any]]()
+        self._held = _Held(-1)
+        self._mending = Lock()
         self._mended_at: int | None = None
         self._fault = ""  # What is wrong with the segments and not mended yet
 
     def columns(
-        self, parts: Sequence[str], extra: Collection[str] = ()
+        self,
+        parts: Sequence[str],
+        extra: Collection[str] = (),
+        tick: Callable[[], None] = no_tick,
     ) -> tuple[Roster, dict[str, Columns]]:
-        """Return all captures and the columns of some parts, from segments or else from rows."""
+        """Return all captures and the columns of some parts, from segments or else from rows.
+
+        `tick` is called with each column that is read, and may raise.
+        """
         result, pending = None, 0
         fault, self._fault = self._fault, ""
         try:
             with self._session.reading() as connection:
-                self._drop_old(connection)
-                if self._roster is None or self._missing_parts(parts, extra):
+                held = self._current(connection)
+                if held.roster is None or held.missing(parts, extra):
                     ((pending,),) = ask(connection, "SELECT count(*) FROM segment_pending")
                 if pending <= MOST_PENDING:
-                    result = self._load(connection, parts, extra)
+                    result = self._load(connection, held, parts, extra, tick)
         except Distrust as error:
             fault = error.found
         if result is not None and not fault:
             return result
-        if self._stamp != self._mended_at:
-            self._note(f"were {fault}" if fault else f"lack {pending} of its captures")
-            self._mend(fault)
-            self._mended_at = self._stamp
+        with self._mending:
+            if held.stamp != self._mended_at:
+                self._note(f"were {fault}" if fault else f"lack {pending} of its captures")
+                self._mend(fault)
+                self._mended_at = held.stamp
         with self._session.reading() as connection:
-            self._drop_old(connection)
+            held = self._current(connection)
             try:
-                return self._load(connection, parts, extra)
+                return self._load(connection, held, parts, extra, tick)
             except Distrust:
-                return self._load(connection, parts, extra, trusted=False)
+                return self._load(connection, held, parts, extra, tick, trusted=False)
 
-    def _drop_old(self, connection: Link) -> None:
-        """Forget what was read before the library changed."""
-        stamp = read_state(connection).stamp
-        if stamp != self._stamp:
-            self._stamp, self._roster, self._columns, self._texts = stamp, None, {}, {}
-
-    def _missing_parts(self, parts: Sequence[str], extra: Collection[str]) -> list[str]:
-        return [
-            part
-            for part in parts
-            if part not in self._columns
-            or not {*extra}.intersection(extras_of(part)) <= {*self._columns[part].rows}
-        ]
+    def _current(self, connection: Link) -> _Held:
+        """Return what is held of the library as it is now; forget what was read before."""
+        stamp, held = read_state(connection).stamp, self._held
+        if stamp != held.stamp:
+            held = self._held = _Held(stamp)
+        return held
 
     def _load(
         self,
         connection: Link,
+        held: _Held,
         parts: Sequence[str],
         extra: Collection[str],
+        tick: Callable[[], None],
         *,
         trusted: bool = True,
     ) -> tuple[Roster, dict[str, Columns]]:
-        missing = self._missing_parts(parts, extra)
-        if missing or self._roster is None:
-            wanted = {
-                part: {*extra, *(self._columns[part].rows if part in self._columns else ())}
-                for part in missing
-            }
-            spine = segments.read_spine(connection, trusted=trusted)
-            self._roster, loaded = segments.read_all_columns(connection, spine, wanted)
-            self._columns |= loaded
-        return self._roster, {part: self._columns[part] for part in parts}
+        with held.loading(held.missing(parts, extra), tick):
+            missing = held.missing(parts, extra)  # another thread may have loaded them
+            if missing or held.roster is None:
+                wanted = {
+                    part: {*extra, *(held.columns[part].rows if part in held.columns else ())}
+                    for part in missing
+                }
+                spine = segments.read_spine(connection, trusted=trusted)
+                roster, loaded = segments.read_all_columns(connection, spine, wanted, tick)
+                held.roster = roster if held.roster is None else held.roster
+                held.columns |= loaded
+        return held.roster, {part: held.columns[part] for part in parts}
 
     def texts(
         self, connection: Link, names: Sequence[str]
     ) -> tuple[list[int], dict[str, Sequence[Any]]]:
         """Return the numbers of all captures, in order, and their texts by name of the column."""
-        self._drop_old(connection)
-        missing = [name for name in names if name not in self._texts]
-        if missing:
-            read = partial(segments.read_all_texts, connection, names=missing)
-            self._numbers, texts = self.trusting(connection, read)
-            self._texts |= texts
-        return self._numbers, {name: self._texts[name] for name in names}
+        held = self._current(connection)
+        with held.loading([name for name in names if name not in held.texts], no_tick):
+            missing = [name for name in names if name not in held.texts]
+            if missing:
+                read = partial(segments.read_all_texts, connection, names=missing)
+                held.numbers, texts = self.trusting(connection, read)
+                held.texts |= texts
+        return held.numbers, {name: held.texts[name] for name in names}
 
     def trusting(self, connection: Link, read: Callable[[Spine], Result]) -> Result:
         """Read from the segments or, where they cannot be trusted, from the rows.

@@ -26,7 +26,7 @@ from functools import partial
 from itertools import chain
 from operator import methodcaller
 from pathlib import Path
-from threading import get_ident
+from threading import Lock, RLock, get_ident
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lanindex.data import shipped
@@ -45,6 +45,9 @@ MEMORY = ":memory:"
 MOST = 999
 """Values in one statement: any SQLite takes so many."""
 
+MOST_IDLE = 8
+"""Connections that are kept for the next transactions; each has a cache of 2 MB."""
+
 _OURS = {"alembic_version", "capture", "track"}
 """Tables by which a library of any revision is known."""
 
@@ -58,6 +61,10 @@ Values = Mapping[str, Any] | Sequence[Mapping[str, Any]]
 
 def no_progress(noun: str, done: int, total: int) -> None:
     """Report nothing."""
+
+
+def no_tick() -> None:
+    """Go on."""
 
 
 Link: TypeAlias = "sqlite3.Connection | Connection"
@@ -242,7 +249,9 @@ def _sqlite_connection(path: Path | None, create: bool, timeout: float) -> sqlit
     # A file that is only read is opened for writing where it may be, too: only then can a write
     # that was broken off be undone.
     name = f"{path.as_uri()}?mode={'rwc' if create else 'rw'}" if path else f"file:{MEMORY}"
-    connection = sqlite3.connect(name, timeout=timeout, isolation_level=None, uri=True)
+    connection = sqlite3.connect(
+        name, timeout=timeout, isolation_level=None, uri=True, check_same_thread=False
+    )
     connection.execute("PRAGMA foreign_keys = ON")
     # Bytes that are no UTF-8 are damage: a checksum names the capture.
     connection.text_factory = methodcaller("decode", "utf-8", "surrogateescape")
@@ -368,7 +377,12 @@ def is_sqlite(connection: Link) -> bool:
 
 
 class Session:
-    """The connection of an open library and its transactions; it belongs to one thread."""
+    """The connections of an open library and its transactions; several threads may use it.
+
+    Each transaction takes a connection that no other one uses: there are as many as transactions
+    are open at once. Those that write come one after the other. A library in memory has one
+    connection, and belongs to the thread that opened it.
+    """
 
     def __init__(
         self,
@@ -384,50 +398,80 @@ class Session:
         self.notes: list[str] = []
         self.note = note or self.notes.append
         self.progress = progress or no_progress
-        self.connection: Any = opened(target, create=create, readonly=readonly, timeout=timeout)
+        self._open = partial(opened, target, readonly=readonly, timeout=timeout)
+        self.connection: Any = self._open(create=create)
+        self._idle = [self.connection]
         self.is_open, self._wrote, self._thread = True, False, get_ident()
+        self._pool, self._write = Lock(), RLock()
 
     def close(self) -> None:
-        """Let go of the database; what is left is one file."""
-        if not self.is_open:
-            return
-        self._check_usable()
-        try:
-            if self._wrote:
-                with translated(self.target.place):
-                    change_journal(self.connection, "persist", "delete")
-        finally:
-            self.is_open = False
-            self.connection.close()
+        """Let go of the database; what is left is one file.
+
+        A transaction that another thread has begun goes on to its end.
+        """
+        with self._write:
+            if not self.is_open:
+                return
+            self._check_usable()
+            try:
+                if self._wrote:  # this connection, or another one
+                    with self._taken() as connection, translated(self.target.place):
+                        change_journal(connection, "delete", "persist")
+                        change_journal(connection, "persist", "delete")
+            finally:
+                with self._pool:
+                    self.is_open, idle, self._idle = False, self._idle, []
+                for one in idle:
+                    one.close()
 
     @contextmanager
     def reading(self) -> Iterator[Link]:
         """Begin a transaction that sees one state of the library."""
-        self._check_usable()
-        with translated(self.target.place), transaction(self.connection):
-            yield self.connection
+        with (
+            self._taken() as connection,
+            translated(self.target.place),
+            transaction(connection),
+        ):
+            yield connection
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
         """Begin a transaction that writes what no reader notices."""
-        self._check_usable()
-        with translated(self.target.place):
-            if isinstance(self.connection, sqlite3.Connection):
-                self.connection.execute("UPDATE state SET id = id")  # SQLite refuses it
-            if not self._wrote:
-                change_journal(self.connection, "delete", "persist")
-                self._wrote = True
-            with transaction(self.connection, writes=True):
-                yield self.connection
+        with self._write, self._taken() as connection, translated(self.target.place):
+            if isinstance(connection, sqlite3.Connection):
+                connection.execute("UPDATE state SET id = id")  # SQLite refuses it
+            change_journal(connection, "delete", "persist")
+            self._wrote = True
+            with transaction(connection, writes=True):
+                yield connection
+
+    @contextmanager
+    def _taken(self) -> Iterator[Any]:
+        """Take a connection that no other thread uses."""
+        with self._pool:
+            self._check_usable()
+            connection = self._idle.pop() if self._idle else None
+        if connection is None:
+            connection = self._open(create=False)
+        try:
+            yield connection
+        finally:
+            with self._pool:
+                kept = self.is_open and len(self._idle) < MOST_IDLE
+                if kept:
+                    self._idle.append(connection)
+            if not kept:
+                connection.close()
 
     def _check_usable(self) -> None:
         if not self.is_open:
             raise LibraryError(
                 "this library has been closed", place=self.target.place, remedy="Open it again."
             )
-        if get_ident() != self._thread:
+        in_memory = self.target.sqlite and self.target.path is None
+        if in_memory and get_ident() != self._thread:
             raise LibraryError(
-                "this library was opened in another thread",
+                "this library is in memory, and was opened in another thread",
                 place=self.target.place,
-                remedy="Open it in each thread that uses it.",
+                remedy="Keep it in a file, which serves all threads.",
             )

@@ -13,7 +13,7 @@ Whoever changes a text marks the capture as not covered by its segment.
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -24,7 +24,17 @@ from numpy.typing import NDArray
 from lanindex.alphabet import MEASURES
 from lanindex.errors import LibraryError
 from lanindex.library import read
-from lanindex.library.connect import MOST, Link, among, ask, faults, first_values, insert, name_of
+from lanindex.library.connect import (
+    MOST,
+    Link,
+    among,
+    ask,
+    faults,
+    first_values,
+    insert,
+    name_of,
+    no_tick,
+)
 from lanindex.library.rows import bytes_checksum, checksum
 from lanindex.library.selection import Texts
 from lanindex.model.columns import (
@@ -223,7 +233,11 @@ def read_counts(connection: Link, segment: Segment, part: str) -> NDArray[np.int
 
 
 def read_columns(
-    connection: Link, segment: Segment, part: str, more: Collection[str] = EXTRA
+    connection: Link,
+    segment: Segment,
+    part: str,
+    more: Collection[str] = EXTRA,
+    tick: Callable[[], None] = no_tick,
 ) -> Columns:
     """Return the columns of a part in the captures of a segment, dead ones too.
 
@@ -231,10 +245,11 @@ def read_columns(
     """
     names = ["cell", "runner", "margin", "start", "length", "gaps"]
     names += ["amount"] * has_amount(part) + [name for name in extras_of(part) if name in more]
-    held = {
-        name: read_column(connection, segment, part, name).astype(_TYPES[name], copy=False)
-        for name in names
-    }
+    held = dict[str, NDArray[Any]]()
+    for name in names:
+        tick()
+        column = read_column(connection, segment, part, name)
+        held[name] = column.astype(_TYPES[name], copy=False)
     bounds = np.concatenate([[0], read_counts(connection, segment, part)]).cumsum(dtype=np.int64)
     if {len(column) for name, column in held.items() if name != "gaps"} != {bounds[-1].item()}:
         raise Distrust(f"damaged: the columns of {part} are not of one length")
@@ -359,10 +374,14 @@ class Piece(NamedTuple):
 
 
 def batches(
-    connection: Link, numbers: Sequence[int], parts: Sequence[str] | None = None
+    connection: Link,
+    numbers: Sequence[int],
+    parts: Sequence[str] | None = None,
+    tick: Callable[[], None] = no_tick,
 ) -> Iterator[Piece]:
     """Yield captures from their rows, some at a time, by number: with all parts, or some."""
     for first in range(0, len(numbers), BATCH):
+        tick()
         chosen = read.read_captures(connection, numbers[first : first + BATCH])
         tracks = read.read_track_rows(connection, chosen, parts)
         symbols = read.read_symbols(connection, tracks)
@@ -417,18 +436,22 @@ def tracks_by_part(
 
 
 def read_all_columns(
-    connection: Link, spine: Spine, wanted: Mapping[str, Collection[str]]
+    connection: Link,
+    spine: Spine,
+    wanted: Mapping[str, Collection[str]],
+    tick: Callable[[], None] = no_tick,
 ) -> tuple[Roster, dict[str, Columns]]:
     """Return all captures of a library, and the columns of the wanted parts.
 
-    `wanted` names by part which of `lanindex.model.columns.EXTRA` are wanted, too.
+    `wanted` names by part which of `lanindex.model.columns.EXTRA` are wanted, too. `tick` is
+    called with each column that is read.
     """
     rosters, order = read_rosters(connection, spine)
-    added = together(list(batches(connection, spine.pending, list(wanted))))
+    added = together(list(batches(connection, spine.pending, list(wanted), tick)))
     check_pending(added.roster.number.tolist(), spine.pending)
     roster = enrolled([*rosters, added.roster])
     columns = {
-        part: stored_columns(connection, spine.segments, part, order, more, added)
+        part: stored_columns(connection, spine.segments, part, order, more, added, tick)
         for part, more in wanted.items()
     }
     return roster if order is None else roster.at(order), columns
@@ -441,6 +464,7 @@ def stored_columns(
     order: NDArray[np.int64] | None,
     more: Collection[str] = EXTRA,
     added: Piece | None = None,
+    tick: Callable[[], None] = no_tick,
 ) -> Columns:
     """Return the columns of a part in captures of segments, then in those that are `added`.
 
@@ -449,7 +473,7 @@ def stored_columns(
     pieces, sizes = list[Columns | None](), [one.captures for one in stored_segments]
     for one in stored_segments:
         there = (part, "counts") in one.entries
-        pieces.append(read_columns(connection, one, part, more) if there else None)
+        pieces.append(read_columns(connection, one, part, more, tick) if there else None)
     if added is not None:
         last = added.columns.get(part)
         spare: dict[str, Any] = {name: None for name in EXTRA if name not in more}

@@ -7,8 +7,9 @@ whatever breaks off, the library holds whole captures or none.
 import json
 import os
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from itertools import islice, repeat
 from typing import Any, Self
 
@@ -18,7 +19,17 @@ from lanindex.alphabet import TRACKS
 from lanindex.errors import AbsentError, LibraryError, UsageError
 from lanindex.library import read, rows, segments
 from lanindex.library.cache import ColumnCache
-from lanindex.library.connect import DEFAULT, MOST, Link, Session, ask, first_values, insert, target
+from lanindex.library.connect import (
+    DEFAULT,
+    MOST,
+    Link,
+    Session,
+    ask,
+    first_values,
+    insert,
+    no_tick,
+    target,
+)
 from lanindex.library.rows import Encoding
 from lanindex.library.selection import (
     ALL,
@@ -53,7 +64,7 @@ _FORGET_PROFILES = (
 
 
 class Store:
-    """Captures and their scores in a database. Made by `open`; belongs to one thread.
+    """Captures and their scores in a database. Made by `open`; serves several threads.
 
     A capture is named by its number, or by its path: as ingested, absolute, or the end of it.
     """
@@ -312,13 +323,15 @@ class Store:
         numbers: Iterable[int] | None = None,
         *,
         more: Collection[str] = (),
+        tick: Callable[[], None] = no_tick,
     ) -> tuple[Roster, dict[str, Columns]]:
         """Return captures and what some parts do in them, as columns.
 
         They come from the library's segments, which are mended where they are damaged, and are kept
-        while the library is open. A part that no capture has gets columns without rows.
+        while the library is open. A part that no capture has gets columns without rows. `tick` is
+        called with each column that is read, and may raise.
         """
-        roster, columns = self.cache.columns(list(dict.fromkeys(parts)), more)
+        roster, columns = self.cache.columns(list(dict.fromkeys(parts)), more, tick)
         if numbers is None:
             return roster, columns
         chosen = np.array(sorted(set(numbers)), np.int64)
@@ -353,7 +366,9 @@ class Store:
                         place=self.place,
                         remedy=f"Name one: {_joined_names(locations)}",
                     )
-            _, texts = self.cache.texts(connection, ("path", "location"))
+            # not kept: what this transaction has changed may be undone
+            every = partial(segments.read_all_texts, connection, names=("path", "location"))
+            _, texts = self.cache.trusting(connection, every)
             raise _absent_error(named, texts, self.place)
         if is_number(which) and read.read_numbers(connection, [int(which)]):
             return int(which)

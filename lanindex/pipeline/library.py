@@ -43,6 +43,10 @@ class Library:
     A capture is named by its number, or by its path: as ingested, absolute, or the end of it. What
     captures and symbols there are is the matter of its `store`.
 
+    Several threads may use it at once: they share the columns and texts that are kept in memory,
+    and those that write wait for each other. Hits may be looked at in another thread than the one
+    that searched. A library in memory belongs to the thread that opened it.
+
     A pattern that is not understood raises a `PatternError`, a number that makes no sense or a
     name that nothing has a `UsageError`, a capture that is not there or a library that cannot be
     read a `LibraryError`, what takes longer than its `timeout` a `LanindexError`.

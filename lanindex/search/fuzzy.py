@@ -415,11 +415,12 @@ class FuzzyLine:
 
     def rows(self, batch: Batch, capture: int, first: int, last: int) -> list[tuple[int, int]]:
         """Return the rows, counted in their capture, and the states of the best match of a span."""
-        if not self._told or self._told[:2] != (batch, capture):
+        told = self._told  # another thread may tell another capture meanwhile
+        if not told or told[:2] != (batch, capture):
             begin, end = batch.rows(self.net.part).bounds[capture : capture + 2].tolist()
             code = self._kinds.code[self._bounds[batch.places[capture]] :][: end - begin]
-            self._told = batch, capture, self._symbols(batch, np.arange(begin, end), code)
-        symbols = Symbols._make(it[..., first : last + 1] for it in self._told[2])
+            told = self._told = batch, capture, self._symbols(batch, np.arange(begin, end), code)
+        symbols = Symbols._make(it[..., first : last + 1] for it in told[2])
         entry = np.full_like(symbols.entry, NOTHING)
         entry[:, 0] = symbols.entry[:, 0]
         symbols = symbols._replace(entry=entry)
@@ -700,8 +701,7 @@ class FuzzyHits(Hits):
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
         lines, finder, exact = self._search.lines, self._search.finder, self._search.exact_hits
         places = once(self.place[list(indices)])
-        if not finder.fetched.keys() >= {*places.tolist()}:
-            finder.fetch(places.tolist())
+        fetched = finder.fetched(places.tolist())
         batch, hits = finder.batch(places), list[Hit]()
         listed: dict[tuple[int, str], list[Symbol]] = {}
         for index in indices:
@@ -710,7 +710,7 @@ class FuzzyHits(Hits):
                 hits.append(replace(exact[line_rows[0][1]], fit=float(self.fit[index])))
                 continue
             place, matched = int(self.place[index]), []
-            capture, tracks = finder.fetched[place]
+            capture, tracks = fetched[place]
             for number, first, last, *_ in (it for it in line_rows if it[0] >= 0):
                 line, part = lines[number][0], lines[number][0].net.part
                 if (place, part) not in listed:

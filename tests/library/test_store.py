@@ -459,6 +459,14 @@ def test_any_heading_comes_back_to_the_bit(heading):
     assert rows.unpack_heading(rows.pack_heading(wanted)).tobytes() == wanted.tobytes()
 
 
+def test_a_capture_that_is_not_there_leaves_no_trace(library):
+    add(library, "a.bvh")
+    with pytest.raises(LibraryError, match=r"no capture b\.bvh"):
+        library.remove("b.bvh")
+    add(library, "b.bvh")
+    assert library.numbers(Selection("b.bvh")) == [2]
+
+
 def test_a_closed_library_says_so(tmp_path):
     library = Store.open(tmp_path / "some.db", create=True)
     library.close()
@@ -468,15 +476,15 @@ def test_a_closed_library_says_so(tmp_path):
             call()
 
 
-def test_a_library_belongs_to_one_thread(library):
+def test_a_library_in_memory_belongs_to_one_thread(library):
     number = add(library, "a.bvh")
     calls = (library.captures, lambda: library.remove(number), library.close)
     for call in calls:
         with ThreadPoolExecutor(1) as other, pytest.raises(LibraryError) as caught:
             other.submit(call).result()
         assert str(caught.value) == (
-            ":memory:: this library was opened in another thread. "
-            "Open it in each thread that uses it."
+            ":memory:: this library is in memory, and was opened in another thread. "
+            "Keep it in a file, which serves all threads."
         )
     assert len(library.captures()) == 1
 

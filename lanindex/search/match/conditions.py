@@ -4,9 +4,11 @@ Of each label matches note as much as conditions need: where it begins and ends,
 or the sequence of its symbols.
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import count
 from math import ceil, floor, lcm
 from typing import NamedTuple
 
@@ -86,7 +88,8 @@ class Clauses:
         self.columns = {it: place for place, it in enumerate(sorted(noted))}
         parts = query.parts | {mirrored_part(part) for part in query.parts}
         self.codes = {part: code for code, part in enumerate(sorted(parts))}
-        self._sequences: dict[tuple[int, int], int] = {}
+        # numbered at once, since hits may be looked at in several threads
+        self._sequences = defaultdict[tuple[int, int], int](count().__next__)
         several = lcm(*(share.denominator for share in query.rhythm))
         self.rhythm = [int(share * several) for share in query.rhythm]
 
@@ -145,10 +148,7 @@ class Clauses:
             if has_amount(part):
                 codes |= about(part, rows.amount[row[here]].astype(np.int64)) << 20
             pairs, place = np.unique((column[here] + 1) << 32 | codes, return_inverse=True)
-            longer = [
-                self._sequences.setdefault((it >> 32, it & 0xFFFFFFFF), len(self._sequences))
-                for it in pairs.tolist()
-            ]
+            longer = [self._sequences[it >> 32, it & 0xFFFFFFFF] for it in pairs.tolist()]
             column[here] = np.array(longer, np.int64)[place]
 
     def may_be_in_rhythm(self, beats: IntArray) -> BoolArray:

@@ -64,8 +64,7 @@ class Finder:
 
     Edges agree within `tolerance` seconds. A search may take `memory` bytes besides its columns and
     hits; None: a quarter of what is free. `recordings` gives the captures and tracks of hits that
-    are made objects; those are kept in `fetched` by their places in the roster. `refused` are the
-    captures that the last search left out, by place.
+    are made objects. `refused` are the captures that the last search left out, by place.
     """
 
     def __init__(
@@ -81,7 +80,7 @@ class Finder:
         self.memory, self._tolerance, self._recordings = memory, tolerance, recordings
         self._programs, self._clauses = plan(query), Clauses(query)
         self._rewrites = [Rewrites(it) for it in self._programs]
-        self.fetched: dict[int, Recording] = {}
+        self._fetched: dict[int, Recording] = {}
         self.refused: dict[int, LanindexError] = {}
         self._watch: Watch | None = None
         self._done = 0  # captures that are searched
@@ -136,9 +135,13 @@ class Finder:
         shared = self._recordings, self._tolerance, self.memory
         return Finder(query, self.roster, columns, *shared)
 
-    def fetch(self, places: Sequence[int]) -> None:
-        """Fetch captures of which hits will be made objects; forget the others."""
-        self.fetched = dict(zip(places, self._recordings(places, self.query.parts), strict=True))
+    def fetched(self, places: Sequence[int]) -> Mapping[int, Recording]:
+        """Return captures of which hits will be made objects; the last ones are kept."""
+        held = self._fetched  # another thread may fetch others meanwhile
+        if not held.keys() >= {*places}:
+            recordings = self._recordings(places, self.query.parts)
+            held = self._fetched = dict(zip(places, recordings, strict=True))
+        return held
 
     def captures(self, places: Sequence[int]) -> list[Capture]:
         """Return captures by their places in the roster."""
@@ -146,23 +149,25 @@ class Finder:
 
     def hits(self, hits: HitTable) -> list[Hit]:
         """Return the hits of a table as objects."""
-        captures = once(hits.capture).tolist()
-        if not self.fetched.keys() >= {*captures}:
-            self.fetch(captures)
+        fetched = self.fetched(once(hits.capture).tolist())
         made: dict[int, Hit] = {}
         with running(self.memory, self.tell):
-            for some, found in self.in_parts(partial(self._hit_objects, hits), hits.capture):
+            for some, found in self.in_parts(
+                partial(self._hit_objects, hits, fetched), hits.capture
+            ):
                 if isinstance(found, LanindexError):
                     raise found
                 made.update(zip(some.tolist(), found, strict=True))
         return [made[place] for place in range(len(hits))]
 
-    def _hit_objects(self, hits: HitTable, indices: IntArray) -> list[Hit]:
+    def _hit_objects(
+        self, hits: HitTable, fetched: Mapping[int, Recording], indices: IntArray
+    ) -> list[Hit]:
         """Return some of a table's hits as objects, all at once."""
         hits = hits.at(indices)
         places, hits.capture = np.unique(hits.capture, return_inverse=True)
         batch, captures_at = self.batch(places), self._captures(places)
-        recordings = [self.fetched[place] for place in places.tolist()]
+        recordings = [fetched[place] for place in places.tolist()]
         traces: list[HitTrace] = []
         for place, one in enumerate(traced(hits, self.query, self._rewrites, batch, captures_at)):
             if one is None:
