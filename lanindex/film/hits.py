@@ -44,7 +44,7 @@ class Playback:
     """The movement of a hit, as the page plays it."""
 
     body: Figure  # What is played, seen from the front
-    poses: NDArray[np.int64]  # (POSES) frames of it that differ most
+    poses: NDArray[np.int64]  # (P) frames of it that differ most
     parts: tuple[str, ...]  # Tracks that matched
     start: float  # Seconds into the capture
     seconds: float  # How long it lasts
@@ -171,7 +171,8 @@ def poses(played: Playback, eye: View, path: str) -> Picture:
     tall = max(high - low + 2 * _ROUND, _WIDEST)
     scale = min(WIDTH / 2 / wide, (HEIGHT - 2 * _FLOOR) / tall)
     strokes, lit = Strokes(body), body.shown(played.parts).tolist()
-    marks: list[Mark] = [line(0, HEIGHT - _FLOOR, POSES * WIDTH, HEIGHT - _FLOOR, "light")]
+    count = len(played.poses)
+    marks: list[Mark] = [line(0, HEIGHT - _FLOOR, count * WIDTH, HEIGHT - _FLOOR, "light")]
     onto = np.array((scale, -scale))
     foot = np.array(((left + right) / 2, low))
     for number, pose in enumerate((seen - foot) * onto):
@@ -183,8 +184,8 @@ def poses(played: Playback, eye: View, path: str) -> Picture:
             )
             thick = max(round(width * scale), _THIN)
             marks.append(Polyline(x, y, ways, style=color, width=thick))
-    title = f"{POSES} poses of {path}"
-    return Picture(POSES * WIDTH, HEIGHT, title, title, tuple(marks))
+    title = f"{count} poses of {path}" if count > 1 else f"a pose of {path}"
+    return Picture(count * WIDTH, HEIGHT, title, title, tuple(marks))
 
 
 def legend(tag: str) -> str:

@@ -18,8 +18,10 @@ from starlette.routing import BaseRoute, Route
 
 from lanindex import __version__
 from lanindex.errors import UsageError
-from lanindex.web import captures, files
+from lanindex.web import captures, files, watch
 from lanindex.web.guard import Guard
+from lanindex.web.jobs import Jobs
+from lanindex.web.recent import Recent
 from lanindex.web.routes import Call, Work, refused_when_read_only, route
 from lanindex.web.uploads import Uploads, receive
 
@@ -40,10 +42,13 @@ class Site:
     def __init__(self, library: Library, *, readonly: bool = False) -> None:
         self.library, self.readonly = library, readonly
         self.table = captures.CaptureTable(library)
+        self.poses = Recent[tuple[str, str], str](4096)
+        self.jobs = Jobs()
         self.uploads = Uploads(Path(library.store.place))
 
     def close(self) -> None:
-        """Stop all jobs."""
+        """Break off all jobs."""
+        self.jobs.close()
 
 
 def about(call: Call) -> dict[str, Any]:
@@ -68,6 +73,9 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/captures", captures.listing, ("GET",)),
     ("/api/captures/{number:int}", captures.one, ("GET",)),
     ("/api/captures/{number:int}", refused_when_read_only(captures.change), ("PATCH",)),
+    ("/api/captures/{number:int}/figure", watch.figure, ("GET",)),
+    ("/api/captures/{number:int}/motion/{tile:int}", watch.motion, ("GET",)),
+    ("/api/captures/{number:int}/pose", watch.pose, ("GET",)),
     ("/api/captures/remove", refused_when_read_only(captures.remove), ("POST",)),
 ]
 

@@ -5,15 +5,19 @@ import hashlib
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 import pytest
 
+import lanindex
+
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from playwright.sync_api import Browser, Page
 
 HERE = Path(__file__).parent
 WAIT = 240  # seconds for the registry of npm, at most
@@ -84,3 +88,79 @@ def browser() -> "Iterator[Browser]":
         found = playwright.chromium.launch(executable_path=path, args=list(ARGUMENTS))
         yield found
         found.close()
+
+
+@pytest.fixture(scope="session")
+def corpus_library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a library of the corpus; tests that change it take a copy."""
+    path = tmp_path_factory.mktemp("library") / "dances.db"
+    corpus = HERE.parent.parent / "corpus"
+    with lanindex.open_library(path, create=True) as library:
+        library.ingest(corpus, labels=corpus / "labels.csv")
+    return path
+
+
+@contextmanager
+def serving(library: Path, *options: str) -> Iterator[str]:
+    """Serve a library in a process of its own, and yield the link that lets in."""
+    command = [sys.executable, "-m", "lanindex", "serve", str(library), "--port", "0", "--no-open"]
+    process = subprocess.Popen(
+        [*command, *options],
+        cwd=library.parent,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(HERE.parent.parent)},
+    )
+    try:
+        assert process.stdout is not None
+        link = process.stdout.readline().strip()
+        assert link.startswith("http://127.0.0.1:"), process.communicate()[1]
+        yield link
+    finally:
+        process.terminate()
+        said = process.communicate(timeout=20)[1]
+    assert "Traceback" not in said, said
+
+
+@pytest.fixture(scope="session")
+def link(corpus_library: Path) -> Iterator[str]:
+    """Return the link of a server of the corpus, which no test changes."""
+    with serving(corpus_library) as link:
+        yield link
+
+
+@pytest.fixture
+def opened(browser: "Browser", link: str) -> "Iterator[Callable[..., Page]]":
+    """Return what opens an address of the corpus's page in a browser that has been let in.
+
+    The test fails if the page reports an error, or breaks its own policy.
+    """
+    with pages(browser) as open_page:
+
+        def opened(address: str = "/", **options: object) -> "Page":
+            return open_page(link, address, **options)
+
+        yield opened
+
+
+@contextmanager
+def pages(browser: "Browser") -> "Iterator[Callable[..., Page]]":
+    """Yield what opens an address of a link's server in a browser that has been let in."""
+    contexts, said = [], list[str]()
+
+    def opened(link: str, address: str = "/", **options: object) -> "Page":
+        context = browser.new_context(**options)  # type: ignore[arg-type]
+        context.set_default_timeout(15_000)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.on("console", lambda it: said.append(it.text) if it.type == "error" else None)
+        page.goto(link)
+        page.goto(link.partition("/?")[0] + address)
+        return page
+
+    yield opened
+    for context in contexts:
+        context.close()
+    assert said == []

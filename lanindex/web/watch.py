@@ -1,0 +1,89 @@
+"""What a screen that plays a capture is given: its figure, its movement in tiles, poses."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import ceil
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from starlette.responses import Response
+
+from lanindex.draw import svg
+from lanindex.errors import UsageError
+from lanindex.film import tiles
+from lanindex.film.figure import Figure, faced, stood
+from lanindex.film.hits import Playback, poses, seen_from
+from lanindex.notation import NOTATIONS
+from lanindex.web.routes import Call
+
+if TYPE_CHECKING:
+    from lanindex.model import Capture
+
+RATE = 60
+"""Frames a second that are played, at most."""
+
+_STAMPED = {"cache-control": "private, max-age=86400"}  # the address changes with the library
+
+
+def rate_of(capture: Capture) -> Fraction:
+    """Return how many frames a second of a capture are played."""
+    return Fraction(RATE) if capture.format in NOTATIONS else min(capture.rate, Fraction(RATE))
+
+
+def figure(call: Call) -> dict[str, Any]:
+    """Return the figure of a capture: its strokes, its rate, and how it is cut into tiles."""
+    capture = call.site.library.capture(call.path["number"])
+    rate, seconds = rate_of(capture), float(capture.frames / capture.rate)
+    frames = ceil(seconds * float(rate) - 1e-6)
+    body = call.site.library.motion(capture.id, 0, min(seconds, tiles.SECONDS), RATE)
+    known = body.places[np.isfinite(body.places).all(axis=2)]
+    return {
+        "rate": float(rate),
+        "frames": frames,
+        "tile": round(tiles.SECONDS * rate),
+        "seconds": round(seconds, 6),
+        "floor": float(np.percentile(known[:, 1], 0.5)) if len(known) else None,
+        **tiles.described(body),
+    }
+
+
+def motion(call: Call) -> Response:
+    """Return a tile of a capture's movement."""
+    capture = call.site.library.capture(call.path["number"])
+    rate, seconds = rate_of(capture), float(capture.frames / capture.rate)
+    length = float(round(tiles.SECONDS * rate) / rate)
+    start = call.path["tile"] * length
+    if start >= seconds:
+        raise UsageError(f"tile {call.path['tile']}", wanted=f"one of {ceil(seconds / length)}")
+    body = call.site.library.motion(capture.id, start, min(start + length, seconds), RATE)
+    kind = "application/octet-stream"
+    return Response(tiles.packed(body.places), media_type=kind, headers=_STAMPED)
+
+
+_LOOKED_AT = 20.0, 12  # seconds of a capture in which its pose is looked for, frames a second
+
+
+def pose(call: Call) -> Response:
+    """Return the pose that tells most of a capture as a picture: it is most unlike all others."""
+    library = call.site.library
+    capture = library.capture(call.path["number"])
+    key = capture.location, capture.sha256
+    picture = call.site.poses.get(key)
+    if picture is None:
+        seconds, rate = _LOOKED_AT
+        whole = float(capture.frames / capture.rate)
+        body = library.motion(capture.id, 0, min(seconds, whole), rate)
+        frames = np.arange(len(body))
+        played = Playback(faced(body, frames), _unlike(body), (), 0, whole, (0, 0))
+        picture = svg.write(poses(played, seen_from([played]), capture.path))
+        call.site.poses.put(key, picture)
+    return Response(picture, media_type="image/svg+xml", headers=_STAMPED)
+
+
+def _unlike(body: Figure) -> NDArray[np.int64]:
+    """Return the frame, (1,), whose pose is most unlike the usual one of a figure."""
+    about = np.nan_to_num(body.places - stood(body.places)[:, None])
+    apart = about - np.median(about, axis=0)
+    return np.array([np.square(apart).sum(axis=(1, 2)).argmax()])

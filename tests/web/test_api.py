@@ -1,0 +1,158 @@
+"""What the server answers, without a browser."""
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from starlette.testclient import TestClient
+
+import lanindex
+from lanindex.web.server import Site, application
+
+HOST, TOKEN = "127.0.0.1:8421", "token"
+
+
+def asking(library: lanindex.Library, *, readonly: bool = False) -> TestClient:
+    site = Site(library, readonly=readonly)
+    app = application(site, token=TOKEN, host="127.0.0.1", port=8421)
+    headers = {"authorization": f"Bearer {TOKEN}"}
+    return TestClient(app, base_url=f"http://{HOST}", headers=headers)
+
+
+@pytest.fixture
+def library(corpus_library: Path, tmp_path: Path) -> Iterator[lanindex.Library]:
+    """Return a copy of the corpus's library, which a test may change."""
+    own = tmp_path / "own.db"
+    shutil.copy(corpus_library, own)
+    with lanindex.open_library(own) as opened:
+        yield opened
+
+
+@pytest.fixture
+def ask(library: lanindex.Library) -> Iterator[TestClient]:
+    with asking(library) as client:
+        yield client
+
+
+def test_the_library_is_described(ask: TestClient, library: lanindex.Library) -> None:
+    about = ask.get("/api/library").json()
+    assert about["name"] == "own"
+    assert about["captures"] == len(library.captures())
+    assert about["parts"] == library.parts()
+    assert not about["readonly"]
+
+
+def test_captures_are_filtered_counted_and_sorted(ask: TestClient) -> None:
+    every = ask.get("/api/captures").json()
+    assert every["total"] == every["all"] == len(every["captures"])
+    some = ask.get("/api/captures", params={"label": "conducting", "sort": "-length"}).json()
+    assert [it["label"] for it in some["captures"]] == ["conducting"] * 4
+    assert some["captures"][0]["seconds"] >= some["captures"][1]["seconds"]
+    assert ["conducting", 4] in every["facets"]["label"]
+    named = ask.get("/api/captures", params={"q": "GREET"}).json()
+    assert ["greetings" in it["capture"] for it in named["captures"]] == [True] * named["total"]
+    page = ask.get("/api/captures", params={"at": 2, "n": 3}).json()
+    assert page["captures"] == every["captures"][2:5]
+    assert ask.get("/api/captures", params={"n": -1}).status_code == 400
+
+
+def test_labels_are_changed_and_captures_removed(
+    ask: TestClient, library: lanindex.Library
+) -> None:
+    number = library.capture("compass.bvh").id
+    changed = ask.patch(f"/api/captures/{number}", json={"label": "<b>rose</b>"}).json()
+    assert changed["label"] == library.capture(number).label == "<b>rose</b>"
+    assert ask.patch(f"/api/captures/{number}", json={"label": 3}).status_code == 400
+    assert ask.post("/api/captures/remove", json={"captures": [number]}).status_code == 200
+    assert ask.get(f"/api/captures/{number}").status_code == 404
+    listed = ask.get("/api/captures").json()["captures"]
+    assert number not in [it["capture_id"] for it in listed]
+
+
+def test_nothing_is_changed_where_a_library_is_only_shown(corpus_library: Path) -> None:
+    before = corpus_library.read_bytes()
+    with (
+        lanindex.open_library(corpus_library, readonly=True) as library,
+        asking(library, readonly=True) as ask,
+    ):
+        for answer in (
+            ask.patch("/api/captures/1", json={"label": "x"}),
+            ask.post("/api/captures/remove", json={"captures": [1]}),
+            ask.put("/api/uploads/x.bvh", content=b"HIERARCHY"),
+        ):
+            assert answer.status_code == 403
+            assert "only shown" in answer.json()["error"]["found"]
+    assert corpus_library.read_bytes() == before
+
+
+def test_tiles_are_the_movement(ask: TestClient, library: lanindex.Library) -> None:
+    number = library.capture("conductor_four.bvh").id
+    about = ask.get(f"/api/captures/{number}/figure").json()
+    whole = library.motion(number, fps=60)
+    assert about["frames"] == len(whole)
+    parts = []
+    for tile in range(-(-about["frames"] // about["tile"])):
+        data = ask.get(f"/api/captures/{number}/motion/{tile}").content
+        origin = np.frombuffer(data, "<f4", 3)
+        parts.append(np.frombuffer(data, "<i2", offset=12).reshape(-1, 21, 3) + origin)
+    places = np.concatenate(parts)
+    assert places.shape == whole.places.shape
+    assert np.abs(places - whole.places).max() <= 0.51
+    assert ask.get(f"/api/captures/{number}/motion/999").status_code == 400
+
+
+def test_every_capture_has_a_pose(ask: TestClient, library: lanindex.Library) -> None:
+    for capture in library.captures():
+        picture = ask.get(f"/api/captures/{capture.id}/pose")
+        assert picture.headers["content-type"] == "image/svg+xml"
+        assert picture.text.startswith("<svg")
+
+
+@pytest.mark.parametrize(
+    ("name", "kept"),
+    [
+        ("walk.bvh", "walk.bvh"),
+        ("a/%2E%2E/%2E%2E/walk.bvh", "a/walk.bvh"),
+        ("..%2F..%2Fetc%2Fpasswd", "etc/passwd"),
+        ("C:%5Cx%5Cy.c3d", "C_/x/y.c3d"),
+        ("%3Cscript%3E.bvh", "_script_.bvh"),
+        (".profile", "profile"),
+        ("con.bvh", "_con.bvh"),
+    ],
+)
+def test_what_is_sent_is_kept_below_one_folder(
+    ask: TestClient, tmp_path: Path, name: str, kept: str
+) -> None:
+    answer = ask.put(f"/api/uploads/{name}", content=b"some bytes")
+    assert answer.json() == {"name": kept}
+    assert (tmp_path / "own-captures" / kept).read_bytes() == b"some bytes"
+    assert ask.put(f"/api/uploads/{name}", content=b"some bytes").json() == {"name": kept}
+    other = ask.put(f"/api/uploads/{name}", content=b"other bytes").json()["name"]
+    assert other != kept
+    assert {it.name for it in tmp_path.iterdir()} == {"own.db", "own-captures"}
+
+
+def test_a_link_does_not_lead_out_of_the_folder(ask: TestClient, tmp_path: Path) -> None:
+    ask.put("/api/uploads/a.bvh", content=b"1")
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "own-captures" / "away").symlink_to(tmp_path / "outside")
+    (tmp_path / "own-captures" / "b.bvh").symlink_to(tmp_path / "own.db")
+    assert ask.put("/api/uploads/away/x.bvh", content=b"1").status_code == 400
+    assert ask.put("/api/uploads/b.bvh", content=b"1").json() == {"name": "b 2.bvh"}
+    assert list((tmp_path / "outside").iterdir()) == []
+
+
+def test_too_much_is_refused_before_it_is_read(ask: TestClient, tmp_path: Path) -> None:
+    headers = {"content-length": str(10 << 30)}
+    answer = ask.put("/api/uploads/big.bvh", content=iter([b"x" * 10]), headers=headers)
+    assert answer.status_code == 400
+    assert "too long" in answer.json()["error"]["found"]
+    assert ask.post("/api/captures/remove", content=b" " * (2 << 20)).status_code == 400
+    assert not list(tmp_path.rglob("*.part"))
+
+
+@pytest.mark.parametrize("path", ["/../server.py", "/%2e%2e/server.py", "/vendor/../../server.py"])
+def test_no_path_leads_out_of_the_page(ask: TestClient, path: str) -> None:
+    assert ask.get(f"/static{path}").status_code == 404
