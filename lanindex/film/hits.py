@@ -20,6 +20,7 @@ from lanindex.draw.staff import BEAT, MARGIN, NAMES, START, keys_of
 from lanindex.draw.svg import BODY, INK
 from lanindex.errors import UsageError
 from lanindex.film.figure import BAND, HEAD, LEGEND, Figure, Strokes, View, faced, stood, view
+from lanindex.film.tiles import UNKNOWN
 from lanindex.model import Hit, Score
 from lanindex.model.capture import in_words
 
@@ -29,7 +30,6 @@ STAFF = 1000  # height of a hit's staff, units, its starting position apart
 LEAST = 1.0  # seconds that are played and written of a hit, at least
 # Frames a second that can be played, at most, and frames of a hit: of a longer one fewer a second
 RATE, FRAMES = 30, 300
-UNKNOWN = -32768  # stands for a place that is not known, among whole millimetres
 
 _BELOW = 2 * MARGIN + START
 _FLOOR = 60  # units below the feet

@@ -3,12 +3,16 @@
 import gzip
 import hashlib
 import json
+import re
 import subprocess
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from lanindex.data import shipped
+from lanindex.draw.svg import BODY
 
 HEAVIEST = 180_000  # bytes of three.js, compressed
 
@@ -45,3 +49,17 @@ def test_it_is_built_again_to_the_same_bytes(
     )
     assert done.returncode == 0, done.stderr.decode()
     assert done.stdout == (vendor / "three.js").read_bytes()
+
+
+def test_every_name_of_it_is_used(static: Path, vendor: Path) -> None:
+    names = re.findall(r"\w+(?=,)", (vendor / "three.d.ts").read_text())
+    scripts = "".join(path.read_text() for path in static.glob("*.js"))
+    assert [name for name in names if f"three.{name}" not in scripts] == []
+
+
+def test_colours_are_those_of_films(static: Path) -> None:
+    table = (static / "look.js").read_text().split("export const COLORS = {")[1].split("}")[0]
+    colors = dict(re.findall(r'(\w+): "(#\w+)"', table))
+    films = {**BODY, **shipped("film/figure.toml")["colors"]}
+    assert colors.keys() >= {"right", "left", "head", "lit", "floor", "way"}
+    assert colors == {name: films[name] for name in colors}

@@ -1,18 +1,13 @@
 /** The movement of a capture, fetched in tiles as it is looked at. */
 
 /**
- * A line of the body with round ends, as in films; the part is that of its bone.
- * @typedef {{from: number, to: number, share: number, width: number, color: string, part: string}} Stroke
- */
-
-/**
  * What is known of a capture's body before any of its tiles.
  * @typedef {object} Description
  * @property {number} rate frames a second
  * @property {number} frames
  * @property {number} tile frames of a tile
  * @property {string[]} joints
- * @property {Stroke[]} strokes
+ * @property {import("./look.js").Stroke[]} strokes
  * @property {number | null} floor its height, mm
  */
 
@@ -23,6 +18,9 @@
 
 const UNKNOWN = -32768;
 const HEADER = 12; // bytes: the origin, three float32
+
+const STEP = 0.1; // seconds from one point of the way to the next
+const OFFSETS = [-0.75, -0.5, -0.25, 0.75, 0.5, 0.25]; // seconds at which ghosts are, the farthest first
 
 /** Whether numbers in memory have the order of those in tiles. */
 const LITTLE = new Uint8Array(new Uint16Array([1]).buffer)[0] === 1;
@@ -169,5 +167,34 @@ export class Motion {
       into[at] = stop === UNKNOWN ? from : from + rest * (stop + after.origin[axis] - from);
     }
     return into;
+  }
+
+  /**
+   * Return poses before and after some seconds, and how faint each is.
+   * @param {number} seconds
+   * @returns {import("./look.js").Ghost[]}
+   */
+  around(seconds) {
+    const most = Math.abs(OFFSETS[0]);
+    return OFFSETS.flatMap((offset) => {
+      const time = seconds + offset, pose = time < 0 || time > this.seconds ? null : this.pose(time);
+      return pose ? [{ pose, faint: 0.55 + 0.35 * Math.abs(offset) / most }] : [];
+    });
+  }
+
+  /**
+   * Return where the pelvis was until some seconds: x and z by turns, NaN where unknown.
+   * @param {number} seconds
+   * @param {number} back over how long
+   */
+  way(seconds, back = 60) {
+    const joint = 3 * this.description.joints.indexOf("Pelvis"), into = new Float32Array(3 * this.description.joints.length);
+    const first = Math.ceil(Math.max(seconds - back, 0) / STEP), last = Math.floor(seconds / STEP);
+    const way = new Float32Array(2 * (Math.max(last - first, -1) + 2)).fill(NaN);
+    for (let step = first; step <= last + 1; step++) {
+      const pose = this.pose(Math.min(step * STEP, seconds), into);
+      if (pose) way.set([pose[joint], pose[joint + 2]], 2 * (step - first));
+    }
+    return way;
   }
 }

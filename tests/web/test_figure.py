@@ -1,0 +1,274 @@
+"""The figure, its motion, the player and the staff, in a browser."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from figure_page import Walker, served
+from PIL import Image
+
+from lanindex.draw.svg import BODY
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+LEAST = 12  # frames a second on a machine that runs other tests meanwhile; alone it is over 25
+KINDS = ["space", "canvas"]
+
+
+@pytest.fixture(scope="module")
+def walker(top: Path) -> Walker:
+    return Walker(top / "corpus" / "marching.bvh")
+
+
+@pytest.fixture(scope="module")
+def top() -> Path:
+    return Path(__file__).parent.parent.parent
+
+
+@pytest.fixture(scope="module")
+def address(static: Path, walker: Walker) -> Iterator[str]:
+    with served(static, walker) as address:
+        yield address
+
+
+@pytest.fixture
+def opened(browser: Browser, address: str) -> Iterator[Any]:
+    """Return what opens the page; nothing may go wrong in it."""
+    faults: list[str] = []
+    contexts = []
+
+    def open_page(kind: str = "canvas", **options: Any) -> Page:
+        context = browser.new_context(**{"viewport": {"width": 900, "height": 640}} | options)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.on("console", lambda it: it.type == "error" and faults.append(it.text))
+        page.goto(f"{address}?figure={kind}")
+        page.wait_for_selector("body[data-ready]")
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert faults == []
+
+
+def picture(page: Page) -> np.ndarray[Any, Any]:
+    """Return what is on the canvas, (H, W, 3)."""
+    shot = page.locator("#figure").screenshot()
+    return np.asarray(Image.open(BytesIO(shot)).convert("RGB")).astype(int)
+
+
+def near(shown: np.ndarray[Any, Any], color: str, within: int = 60) -> int:
+    """Return how many pixels have about a colour."""
+    wanted = np.array([*bytes.fromhex(color[1:])])
+    return int((abs(shown - wanted).max(axis=2) < within).sum())
+
+
+def settled(page: Page) -> None:
+    """Wait until nothing is drawn any more."""
+    before = -1
+    while (now := page.evaluate("figure.drawn")) != before:
+        before = now
+        page.wait_for_timeout(150)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_plays_fast_and_in_step_with_the_staff(opened: Any, kind: str) -> None:
+    page = opened(kind)
+    assert page.evaluate("figure.kind") == kind
+    page.evaluate("log.length = 0; player.play()")
+    page.wait_for_timeout(2000)
+    frames = page.evaluate("(player.pause(), log)")
+    assert all(it["figure"] == it["staff"] for it in frames)
+    seconds = (frames[-1]["at"] - frames[0]["at"]) / 1000
+    assert len(frames) / seconds > LEAST
+    played = frames[-1]["staff"] - frames[0]["staff"]
+    assert played == pytest.approx(seconds, abs=0.3)
+    drawn = np.diff([it["drawn"] for it in frames])
+    assert (drawn == 1).all()  # once a frame, though the eye follows
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_draws_only_when_something_changed(opened: Any, kind: str) -> None:
+    page = opened(kind)
+    settled(page)
+    before = page.evaluate("[figure.drawn, log.length]")
+    page.wait_for_timeout(400)
+    assert page.evaluate("[figure.drawn, log.length]") == before
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_both_kinds_show_the_colours_of_films(opened: Any, kind: str) -> None:
+    page = opened(kind, color_scheme="light")
+    settled(page)
+    shown = picture(page)
+    for color in ("right", "left", "head"):
+        assert near(shown, BODY[color]) > 100
+    assert near(shown, BODY["lit"]) == 0
+    page.evaluate("state.lit = new Set(['l_thigh']), player.refresh()")
+    settled(page)
+    assert near(picture(page), BODY["lit"]) > 100
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_is_dark_where_the_page_is(opened: Any, kind: str) -> None:
+    page = opened(kind, color_scheme="light")
+    settled(page)
+    assert np.median(picture(page)) == 255
+    page.emulate_media(color_scheme="dark")
+    settled(page)
+    shown = picture(page)
+    assert np.median(shown) < 40
+    assert near(shown, "#e8e8e8") > 100  # bones are light
+    assert near(shown, BODY["right"], 90) > 100
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_keys_and_pointers_turn_it(opened: Any, kind: str) -> None:
+    page = opened(kind)
+    settled(page)
+    start, first = page.evaluate("figure.eye"), picture(page)
+    page.focus("#figure")
+    for key in ("ArrowLeft", "ArrowUp", "+"):
+        page.keyboard.press(key)
+    eye = page.evaluate("figure.eye")
+    assert eye["turn"] == start["turn"] + 10
+    assert eye["tilt"] == start["tilt"] + 10
+    assert eye["zoom"] == pytest.approx(1.15)
+    assert page.evaluate("player.seconds") == 0  # these keys are not the player's
+    settled(page)
+    assert (picture(page) != first).any()
+    page.keyboard.press("0")
+    assert page.evaluate("figure.eye") == start
+    box = page.locator("#figure").bounding_box()
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(*middle)
+    page.mouse.down()
+    page.mouse.move(middle[0] + 50, middle[1] + 20)
+    page.mouse.up()
+    assert page.evaluate("figure.eye")["turn"] == pytest.approx(start["turn"] - 20)
+    assert page.evaluate("figure.eye")["tilt"] == pytest.approx(start["tilt"] + 5)
+    page.mouse.wheel(0, -100)
+    page.wait_for_timeout(100)
+    assert page.evaluate("figure.eye")["zoom"] > 1.1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_plan_two_views_and_ghosts_are_shown(opened: Any, kind: str) -> None:
+    page = opened(kind, color_scheme="light")
+    page.evaluate("player.seek(3)")
+    settled(page)
+    plain = picture(page)
+    for name in ("Ghosts", "Front and side", "Floor plan"):
+        page.get_by_role("button", name=name).click()
+        settled(page)
+        changed = picture(page)
+        assert (changed != plain).any(axis=2).mean() > 0.004, name
+        assert page.get_by_role("button", name=name).get_attribute("aria-pressed") == "true"
+        page.get_by_role("button", name=name).click()
+        settled(page)
+        assert (picture(page) != plain).any(axis=2).mean() < 0.001, name
+
+
+def test_the_eye_follows(opened: Any) -> None:
+    page = opened("canvas", color_scheme="light")
+
+    def middle() -> float:
+        page.evaluate("player.seek(3)")
+        settled(page)
+        columns = np.flatnonzero(abs(picture(page) - [154, 154, 154]).max(axis=2).min(axis=0) < 8)
+        return float(columns.mean()) / picture(page).shape[1] if len(columns) else 2.0
+
+    assert 0.4 < middle() < 0.6
+    page.evaluate("player.seek(0)")
+    settled(page)
+    page.get_by_role("button", name="Follow").click()
+    assert not 0.4 < middle() < 0.6
+
+
+def test_canvas_is_taken_where_webgl_is_missing(
+    opened: Any, browser: Browser, address: str
+) -> None:
+    page = opened("space")
+    code = (
+        "HTMLCanvasElement.prototype.getContext = new Proxy(HTMLCanvasElement.prototype.getContext,"
+    )
+    code += "{apply: (get, self, [kind, ...rest]) =>"
+    code += " kind.startsWith('webgl') ? null : Reflect.apply(get, self, [kind, ...rest])})"
+    page.context.add_init_script(code)
+    page.reload()
+    page.wait_for_selector("body[data-ready]")
+    assert page.evaluate("figure.kind") == "canvas"
+
+
+def test_poses_are_those_of_the_capture(opened: Any, walker: Walker) -> None:
+    page = opened()
+    rate = float(walker.body.rate)
+    for seconds in (0.0, 1.0, 1.51, 9.99, 10.0, 12.345):
+        page.evaluate(f"player.seek({seconds})")
+        page.wait_for_timeout(100)
+        found = np.array(page.evaluate(f"[...motion.pose({seconds})]"), float).reshape(-1, 3)
+        first = int(seconds * rate)
+        part = seconds * rate - first
+        places = walker.body.places[first : first + 2].astype(float)
+        wanted = places[0] + part * (places[-1] - places[0])
+        known = ~np.isnan(wanted)
+        assert (known == ~np.isnan(found)).all()
+        assert abs(found - wanted)[known].max() < 0.6
+
+
+MADE = """async ({fails}) => {
+  const { Motion } = await import('/static/motion.js');
+  const asked = [], aborted = [];
+  let failing = fails;
+  const fetch = (path, { signal }) => new Promise((resolve, reject) => {
+    asked.push(path);
+    signal.addEventListener('abort', () => { aborted.push(path); reject(signal.reason); });
+    const tile = new ArrayBuffer(12 + 2 * 10 * 6);
+    new Int16Array(tile, 12).set([1, 2, 3, -32768, -32768, -32768]);
+    new Float32Array(tile, 0, 3)[0] = 100;
+    setTimeout(() => resolve(new Response(tile, { status: failing ? 500 : 200 })), 20);
+  });
+  const description = { rate: 1, frames: 100, tile: 10, joints: ['Pelvis', 'Head'], strokes: [] };
+  const motion = new Motion('/c', description, fetch, 3);
+  const wait = () => new Promise((done) => setTimeout(done, 60));
+  %s
+}"""
+
+
+def test_tiles_are_fetched_ahead_aborted_and_let_go(opened: Any) -> None:
+    code = """
+  motion.ready(5); const first = [...asked];
+  motion.ready(55); const given_up = [...aborted];
+  await wait();
+  const pose = [...motion.pose(55)];
+  for (const at of [65, 75, 85, 95]) { motion.ready(at); await wait(); }
+  return { first, given_up, pose, held: motion.held, gone: motion.pose(55), last: asked.at(-1) };"""
+    found = opened().evaluate(MADE % code, {"fails": False})
+    assert found["first"] == ["/c/motion/0", "/c/motion/1"]
+    assert found["given_up"] == found["first"]
+    assert found["held"] == 3
+    assert found["gone"] is None
+    assert found["last"] == "/c/motion/9"
+
+
+def test_a_tile_that_cannot_come_is_told_and_asked_for_again(opened: Any) -> None:
+    code = """
+  motion.ready(5); await wait();
+  const told = motion.failure(5)?.message, before = asked.length;
+  motion.ready(5); motion.ready(5); const after = asked.length;
+  failing = false; motion.retry(); motion.ready(5); await wait();
+  return { told, before, after, now: motion.failure(5), pose: [...motion.pose(0)] };"""
+    found = opened().evaluate(MADE % code, {"fails": True})
+    assert "500" in found["told"]
+    assert found["before"] == found["after"] == 2
+    assert found["now"] is None
+    assert found["pose"][:3] == [101, 2, 3]
+    assert all(np.isnan(it) for it in found["pose"][3:])
