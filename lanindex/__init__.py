@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from lanindex.pipeline.library import Library as Library
     from lanindex.pipeline.library import open_library as open_library
     from lanindex.search.language.builder import part as part
+    from lanindex.search.language.completion import complete as complete
 
     __version__: str
 
@@ -49,6 +50,7 @@ _PUBLIC = {
     "animate": ("lanindex.perform", "perform"),
     "open_library": ("lanindex.pipeline.library", "open_library"),
     "Library": ("lanindex.pipeline.library", "Library"),
+    "complete": ("lanindex.search.language.completion", "complete"),
     "part": ("lanindex.search.language.builder", "part"),
     "Selection": ("lanindex.library.selection", "Selection"),
     "Motion": ("lanindex.model", "Motion"),
@@ -69,6 +71,7 @@ __all__ = [
     "Symbol",
     "__version__",
     "animate",
+    "complete",
     "encode",
     "load_profile",
     "open_library",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
 import sys
 from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
@@ -24,18 +23,19 @@ if TYPE_CHECKING:
 DB = "lanindex.db"  # the default library
 STDOUT = Path("-")  # the output file name that means standard output
 
-_FRAGMENT = re.compile(r"[\w@]*\Z")
 _MOST = 200  # captures offered at once; a longer list helps nobody
 
 
 def complete_pattern(ctx: typer.Context, incomplete: str) -> list[str]:
-    """Return the continuations of a pattern: parts and words, each behind what was typed before."""
+    """Return the continuations of a pattern, each behind what was typed before."""
     if incomplete.startswith("@"):
         return sorted(f"@{path}" for path in _pattern_files(incomplete[1:]))
-    begin = len(incomplete) - len(_FRAGMENT.search(incomplete)[0])  # type: ignore[index]
-    before, fragment = incomplete[:begin], incomplete[begin:].lower()
-    words = _pattern_words(ctx, only_parts=not before.strip())
-    return [before + word for word in words if word.startswith(fragment)]
+    from lanindex.search.language.completion import complete
+
+    parts = _from_library(ctx, lambda library: library.store.parts(checked=False))
+    found = complete(incomplete, parts=parts or None, words=ctx.params.get("words"))
+    begin = min((it.start for it in found), default=0)  # what follows a whole word can wait
+    return [incomplete[:begin] + it.text for it in found if it.start == begin]
 
 
 def complete_capture(ctx: typer.Context, incomplete: str) -> list[str]:
@@ -53,19 +53,6 @@ def _pattern_files(begun: str) -> list[str]:
         for path in Path(folder or ".").glob("*")
         if path.name.startswith(name) and (path.suffix.lower() == ".lq" or notation_of(path.name))
     ]
-
-
-def _pattern_words(ctx: typer.Context, *, only_parts: bool) -> list[str]:
-    from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
-
-    parts = _from_library(ctx, lambda library: library.store.parts(checked=False))
-    movers = {
-        mover.name
-        for mover in Vocabulary(parts).movers.values()
-        if not parts or not {*parts}.isdisjoint(mover.members)
-    }
-    values = {name for _, name in VALUES.values() if " " not in name}
-    return sorted(movers if only_parts else {*movers, *values, *LANGUAGE})
 
 
 def _from_library(ctx: typer.Context, query: Callable[[Library], list[str]]) -> list[str]:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from lanindex.search.explain.why import Trace
     from lanindex.search.hits import Counts
     from lanindex.search.language.builder import Pattern
+    from lanindex.search.language.completion import Completion
     from lanindex.search.language.query import Query
 
 _FEWER = "Choose fewer captures: --in, --where."
@@ -293,6 +294,31 @@ class Library:
         if best is not None and isinstance(result, Hits):
             return result.by_fit(best)[:best]
         return result
+
+    def complete(self, text: str, position: int | None = None) -> list[Completion]:
+        """Return what may stand at a position of a pattern, the likeliest first.
+
+        Parameters
+        ----------
+        text, position
+            As for `lanindex.complete`; only parts of the library are offered, and its `words`, too.
+
+        Returns
+        -------
+        list of Completion
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     (arm, *_) = library.complete("r_a")
+        >>> arm.text, arm.kind, arm.start, arm.stop
+        ('r_arm', 'part', 0, 3)
+        """
+        from lanindex.search.language.completion import complete
+
+        parts = self.store.parts(checked=False) or None
+        return complete(text, position, parts=parts, words=self.words)
 
     def explain(
         self,

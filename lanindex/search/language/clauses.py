@@ -16,6 +16,8 @@ from lanindex.search.language.words import (
     UNITS,
     VALUES,
     WORD_KINDS,
+    Mover,
+    values_for,
     with_article,
 )
 
@@ -110,6 +112,7 @@ class Stage:
 
 # Reading.
 
+_ADDED = ("time", "number", "clip")  # those of which there are sums
 _ORDERED = ("time", "number", "level", "text", "clip")  # the types that can be more or less
 _COMPARABLE = [{"part", "text"}, {"clip", "text"}, {"clip", "number"}, {"clip", "part"}]
 _COLUMNS = ("label", "path", "format", "dataset", "fps", "frames", "seconds", "tempo")  # of a clip
@@ -135,24 +138,27 @@ def stages_at(cursor: Cursor) -> Iterator[Stage]:
     counted = False
     while bar := cursor.take("mark", "|"):
         begin = cursor.token
-        stage = _stage_at(cursor, bar)
+        stage = cursor.placed(_stage_at(cursor, bar, counted), begin)
         if counted and stage.verb != "first":
             raise cursor.fault("hits after count", begin, cursor.before)
         counted |= stage.verb == "count"
         yield stage
 
 
-def _stage_at(cursor: Cursor, bar: Token) -> Stage:
-    word = cursor.take("word", "count", "sort", "first")
+def _stage_at(cursor: Cursor, bar: Token, counted: bool) -> Stage:
+    cursor.expect("stage", *(() if counted else ("count", "sort by")), "first")
+    word = cursor.advance() if cursor.token.text in ("count", "sort", "first") else None
     if word is None:
         raise cursor.fault("no stage", bar if cursor.stands("end") else cursor.token)
     if word.text == "first":
+        cursor.expect("number", "3")
         is_whole = cursor.stands("number") and cursor.token.text.isdecimal()
         number = int(cursor.number()) if is_whole else 0
         if not number:
             raise cursor.fault("first of none", word, cursor.before)
         return Stage(word.text, most=number)
     if cursor.take("word", "by"):
+        _expect_reference(cursor)
         return Stage(word.text, _reference_at(cursor))
     if word.text == "sort":
         raise cursor.fault("no by behind sort", word)
@@ -165,25 +171,31 @@ def conditions_at(cursor: Cursor) -> tuple[Condition, ...]:
     """Read conditions joined by ``and``."""
     conditions: list[Condition] = []
     while not conditions or cursor.take("word", "and"):
-        conditions.append(_condition_at(cursor))
+        begin = cursor.token
+        conditions.append(cursor.placed(_condition_at(cursor), begin))
     return tuple(conditions)
 
 
 def _condition_at(cursor: Cursor) -> Condition:
+    if cursor.token.text in cursor.labels and len(cursor.labels) > 1:
+        cursor.expect("word", "mirrors", ahead=1)
     if cursor.token.kind == "word" and cursor.ahead(1).text == "mirrors":
         return _mirrors_at(cursor)
     begin = cursor.token
     left = _sum_at(cursor)
-    compare = cursor.take("compare") or cursor.take("mark", "=", "!=")
+    kind = _type(left.terms[0][1])
+    cursor.expect("compare", "=", "!=", *(("<", "<=", ">", ">=") if kind in _ORDERED else ()))
+    compares = cursor.token.kind == "compare" or cursor.token.text in ("=", "!=")
+    compare = cursor.advance() if compares else None
     if compare is None:
-        if cursor.stands("word", "mirrors"):
+        if cursor.token.text == "mirrors":
             raise cursor.fault("no two labels", begin, cursor.token)
         if cursor.stands("word") or cursor.token.text in ("*", "/"):
             raise cursor.fault("no comparison")
         raise cursor.fault("compared with nothing", begin, cursor.before)
-    if again := cursor.take("mark", "="):
+    if (again := cursor.token).text == "=":
         raise cursor.fault("two !=" if compare.text == "!=" else "two =", compare, again)
-    right = _sum_at(cursor)
+    right = _sum_at(cursor, _Wanted(kind, isinstance(left.terms[0][1], Reference)))
     types = [_type(side.terms[0][1]) for side in (left, right)]
     things = next((THINGS[it] for it in types if it in THINGS), {})
     comparison = Comparison(_with_things(left, things), compare.text, _with_things(right, things))
@@ -203,6 +215,7 @@ def _with_things(side: Sum, things: dict[str, tuple[str, str]]) -> Sum:
 def _mirrors_at(cursor: Cursor) -> Mirrors:
     first = _label_at(cursor)
     cursor.advance()
+    cursor.expect("name", *(it for it in cursor.labels if it != first))
     if cursor.token.kind != "word":
         raise cursor.fault("mirrors nothing", cursor.before)
     second = _label_at(cursor)
@@ -218,6 +231,33 @@ def _label_at(cursor: Cursor, *others: str) -> str:
         return cursor.advance().text
     rule = "no such label" if labels else "no labels"
     raise cursor.fault(rule, label=name, known=" ".join(labels))
+
+
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """What a term is compared with or added to."""
+
+    kind: str = ""  # its type; empty: nothing yet
+    speaks: bool = True  # whether that is a field, so that this may be a constant
+    added: bool = False  # whether this is added to it
+
+    def fits(self, kind: str) -> bool:
+        if self.added:
+            return kind in _ADDED and {self.kind, kind} != {"time", "number"}
+        return self.kind in ("", kind) or {self.kind, kind} in _COMPARABLE
+
+
+_ANYTHING = _Wanted()
+
+
+def _expect_reference(cursor: Cursor, wanted: _Wanted = _ANYTHING) -> None:
+    fields = [name for name, kind in FIELDS.items() if wanted.fits(kind)]
+    columns = _COLUMNS if wanted.fits("clip") else ()
+    names = {**dict.fromkeys((*cursor.labels, MATCH), fields), CLIP: columns}
+    cursor.expect("field", *(f"{name}." for name, known in names.items() if known))
+    if known := names.get(cursor.token.text):
+        cursor.expect("mark", ".", ahead=1)
+        cursor.expect("field", *known, ahead=2 if cursor.ahead(1).text == "." else 3)
 
 
 def _reference_at(cursor: Cursor) -> Reference:
@@ -253,15 +293,18 @@ def _no_reference(name: str, labels: Iterable[str]) -> str:
     return f'"{name}" of what? match.start, clip.label, or a label: a.start'
 
 
-def _sum_at(cursor: Cursor) -> Sum:
-    first = _term_at(cursor)
+def _sum_at(cursor: Cursor, wanted: _Wanted = _ANYTHING) -> Sum:
+    first = _term_at(cursor, wanted)
     terms = [(1, first)]
-    while sign := cursor.take("mark", "+", "-"):
-        begin = cursor.token
-        term = _term_at(cursor)
+    if _type(first) in _ADDED:
+        cursor.expect("mark", "+", "-")
+    while cursor.token.text in ("+", "-"):
+        sign, begin = cursor.advance(), cursor.token
+        term = _term_at(cursor, _Wanted(_type(first), added=True))
+        cursor.expect("mark", "+", "-")
         terms.append((1 if sign.text == "+" else -1, term))
         for one in (first, term):
-            if _type(one) not in ("time", "number", "clip"):
+            if _type(one) not in _ADDED:
                 noun = _noun(_type(one))
                 raise cursor.fault("no sum", begin, cursor.before, term=one, noun=noun)
         if {_type(term), _type(first)} == {"time", "number"}:
@@ -269,8 +312,10 @@ def _sum_at(cursor: Cursor) -> Sum:
     return Sum(tuple(terms))
 
 
-def _term_at(cursor: Cursor) -> Term:
+def _term_at(cursor: Cursor, wanted: _Wanted) -> Term:
     token, after = cursor.token, cursor.ahead(1)
+    _expect_reference(cursor, wanted)
+    _expect_constant(cursor, wanted)
     if token.kind == "number":
         timed = after.kind == "word" and after.text in UNITS
         return cursor.time() if timed else Constant("number", cursor.number())
@@ -295,6 +340,29 @@ def _term_at(cursor: Cursor) -> Term:
     if any(token.text in known for known in THINGS.values()):
         return Constant("text", cursor.advance().text)
     raise _no_term(cursor, token)
+
+
+def _expect_constant(cursor: Cursor, wanted: _Wanted) -> None:
+    if not wanted.speaks or not (cursor.ends(0) or cursor.ends(1)):
+        return
+    if wanted.fits("number"):
+        cursor.expect("number", "0.5")
+    if wanted.fits("time"):
+        cursor.expect("number", "1s")
+        cursor.expect("unit", *[*UNITS] * (cursor.token.kind == "number"), ahead=1)
+    if wanted.kind in ("", "clip") and not wanted.added:
+        cursor.expect("text", '""')
+    if wanted.fits("part") and wanted.kind:
+        cursor.expect_parts("one")
+    for name, (kind, value) in values_for(THINGS if wanted.kind in THINGS else ()).items():
+        reasons = remedies("incomparable")
+        mover = cursor.vocabulary.mover(name)
+        if kind == wanted.kind and not {kind, value} & reasons.keys() and not _is_pair(mover):
+            cursor.expect(kind, name)
+
+
+def _is_pair(mover: Mover | None) -> bool:
+    return mover is not None and mover.form != "one"
 
 
 def _no_term(cursor: Cursor, token: Token) -> PatternError:

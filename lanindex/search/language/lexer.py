@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TypeVar
 
 from lanindex.alphabet import SIXTHS
 from lanindex.errors import PatternError, shown
@@ -26,6 +27,8 @@ _KINDS = {
 }
 _TOKEN = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in _KINDS.items()), re.DOTALL)
 _ALIASES = {"≤": "<=", "≥": ">=", "→": "->", "then": "->", "…": "..."}
+
+Node = TypeVar("Node")
 
 _LONGEST_NUMBER = 9
 _QUOTED = re.compile(r'"([^"]*)"')
@@ -54,6 +57,30 @@ def tokens(text: str) -> list[Token]:
     return [*found, Token("end", "", end, end)]
 
 
+def ends_in_comment(text: str) -> bool:
+    """Return whether what follows a text on the same line is a comment."""
+    kinds = [str(match.lastgroup) for match in _TOKEN.finditer(text)]
+    return kinds[-1:] == ["comment"]
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a node of the syntax tree was read, and what it is in the text."""
+
+    node: object
+    start: int
+    stop: int
+    written: str = ""  # mirror, named or score, where the node is made from other words
+    inner: object = None  # the node as it is written, of a mirror image
+
+
+_FORMS = {
+    **{"arrow": ("->",), "dots": ("...",), "range": ("..",)},
+    **{"compare": ("<", "<=", ">", ">=")},
+}
+"""The texts of tokens that are asked for by their kind alone."""
+
+
 class Cursor:
     """The tokens of a pattern, read from left to right, and the numbers and lengths they make."""
 
@@ -62,6 +89,9 @@ class Cursor:
         self.tokens: Sequence[Token] = tokens(text)
         self.index = 0  # of the next token
         self.labels: dict[str, tuple[Token, Token]] = {}  # by name, with the colon behind it
+        self.typed = self.tokens  # those of the text itself, not of a pattern that it names
+        self.wanted: dict[str, str] | None = None  # if asked: what may stand at the end; its kind
+        self.places: dict[int, Place] | None = None  # if asked: of the nodes, by identity
 
     @property
     def token(self) -> Token:
@@ -100,7 +130,39 @@ class Cursor:
 
     def stands(self, kind: str, *texts: str) -> bool:
         """Return whether the next token is of a kind, and one of these if any are given."""
+        self.expect(kind, *(texts or _FORMS.get(kind, ())))
         return self.token.kind == kind and (not texts or self.token.text in texts)
+
+    def ends(self, ahead: int) -> bool:
+        """Return whether the end that is asked about stands here, or so many tokens ahead."""
+        at_end = self.index + ahead == len(self.tokens) - 1
+        return self.wanted is not None and at_end and self.tokens is self.typed
+
+    def expect(self, kind: str, *texts: str, ahead: int = 0) -> None:
+        """Note that these texts may stand at the end that is asked about, if it is there."""
+        if self.wanted is not None and self.ends(ahead):
+            for text in texts:
+                self.wanted.setdefault(text, kind)
+
+    def expect_number(self, example: str, *units: str) -> None:
+        """Note that a number may stand here or behind a comparison, with one of these units."""
+        compared = self.token.kind == "compare"
+        self.expect("number", example, ahead=compared)
+        self.expect("compare", *_FORMS["compare"])
+        if self.ahead(compared).kind == "number":
+            self.expect("unit", *units, ahead=compared + 1)
+
+    def expect_parts(self, form: str = "") -> None:
+        """Note that a name of who moves may stand or go on here; of a form, if one is given."""
+        for count in filter(self.ends, range(3)):
+            begun = "".join(f"{self.ahead(number).text}_" for number in range(count))
+            self.expect("part", *self.vocabulary.names(begun, form), ahead=count)
+
+    def placed(self, node: Node, begin: Token, written: str = "", inner: object = None) -> Node:
+        """Return a node that was read, and note where it was."""
+        if self.places is not None:
+            self.places[id(node)] = Place(node, begin.start, self.before.stop, written, inner)
+        return node
 
     def take(self, kind: str, *texts: str) -> Token | None:
         """Read the next token if it is of a kind, and one of these if any are given."""
@@ -147,7 +209,8 @@ class Cursor:
 
     def number_and_unit(self) -> tuple[str, str]:
         """Return the number that stands here or behind a comparison, and its unit, unread."""
-        number, unit = (self.ahead(self.stands("compare") + ahead) for ahead in (0, 1))
+        compared = self.token.kind == "compare"
+        number, unit = (self.ahead(compared + ahead) for ahead in (0, 1))
         return (number.text, unit.text) if number.kind == "number" else ("", "")
 
     def time(self, units: Collection[str] = UNITS) -> Time:
@@ -164,7 +227,11 @@ class Cursor:
 
     def length(self, units: Collection[str] = UNITS) -> Length | None:
         """Read a length, if one stands here: ``<0.3s``, ``1s..2s``, ``2s+``, ``1s``."""
-        return self._range(lambda: self.time(units)) if self.at_length else None
+        self.expect_number(f"1{next(iter(units))}", *units)
+        if not self.at_length:
+            return None
+        begin = self.token
+        return self.placed(self._range(lambda: self.time(units)), begin)
 
     def _range(self, value: Callable[[], Time]) -> Length:
         """Read a range; `value` reads one end of it."""
@@ -176,6 +243,7 @@ class Cursor:
             return Length("+", first)
         if not self.take("range"):
             return Length("~", first)
+        self.expect("number", f"{first.number.__ceil__() + 1}{first.unit}")
         last = value()
         if last.unit == first.unit and last.number < first.number:
             raise self.fault("more to less", begin, self.before, right=f"{last}..{first}")

@@ -1,8 +1,10 @@
 """Pattern text → Query: a method for each rule of the grammar, read from left to right."""
 
-from collections.abc import Collection, Mapping
-from dataclasses import replace
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import count
 
 from lanindex.alphabet import BENDS, DIRECTION_CODES, DIRECTIONS, KINDS, Kind, amounts_of, kind_of
 from lanindex.errors import PatternError, guess, shown
@@ -10,7 +12,7 @@ from lanindex.search.dictionary import named_patterns
 from lanindex.search.language import query as tree
 from lanindex.search.language import words as language
 from lanindex.search.language.clauses import conditions_at, stages_at
-from lanindex.search.language.lexer import Cursor, Token, tokens
+from lanindex.search.language.lexer import Cursor, Token, ends_in_comment, tokens
 from lanindex.search.language.natural import offer_reading
 from lanindex.search.language.remedies import broken, is_unknown, no_step, remedies, stray, unknown
 from lanindex.search.language.score import FilePattern, is_lnd, score_at
@@ -21,6 +23,8 @@ _LONGEST = 10_000
 _DEEPEST = 40
 _MOST_STEPS = 1000
 _MOST_WORDS = 10_000
+
+_CLAUSES = ("either side", "rhythm", "where")
 
 _ANYONE = Mover("any part", "one", ("r_any",))
 """Stands for the part that each use of a named pattern will give."""
@@ -58,6 +62,25 @@ def parse(
         raise
 
 
+def wanted(text: str, vocabulary: Vocabulary, names: Mapping[str, str]) -> dict[str, str]:
+    """Return what may stand behind a text, each with its kind; nothing where it is wrong before."""
+    if len(text) > _LONGEST or ends_in_comment(text):
+        return {}
+    parser = _Parser(text, vocabulary, names, strict=False)
+    parser.wanted = {}
+    with suppress(PatternError):
+        parser.query()
+    return parser.wanted
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What is in the text and not in the syntax tree as it is written: a clause, or a ``let``."""
+
+    kind: str
+    name: str
+
+
 class _Parser(Cursor):
     """Each rule reads its tokens and returns its node; `carried` and `after` as for `_step_at`."""
 
@@ -70,12 +93,13 @@ class _Parser(Cursor):
         self.open_names: list[str] = []  # of the patterns that are being read
         self.words_named = self.depth = 0
         self.timed = False
+        self.denied = False  # in a line that must not happen
 
     def query(self) -> tree.Query:
         begin = self.token
         while let := self.take("word", "let"):
             self.let(let)
-        if self.stands("end"):
+        if self.stands("end") and self.wanted is None:
             raise self.fault("no pattern")
         pattern = self.pattern(frozenset())
         if self.strict and not self.timed:
@@ -86,12 +110,14 @@ class _Parser(Cursor):
         return query
 
     def pattern(self, carried: frozenset[Mover], after: str = "") -> tree.Choice:
+        begin = self.token
         alternatives = [self.lines(carried, after)]
         while self.take("word", "or"):
             alternatives.append(self.lines(carried, "or"))
-        return tree.Choice(tuple(alternatives))
+        return self.placed(tree.Choice(tuple(alternatives)), begin)
 
     def lines(self, carried: frozenset[Mover], after: str) -> tree.Lines:
+        begin = self.token
         first = self.line(carried, after)
         others = []
         while word := self.take("word", *language.RELATIONS):
@@ -99,37 +125,45 @@ class _Parser(Cursor):
             if relation != word.text and not self.take("word", "with"):
                 raise self.fault("no with", word, relation=relation)
             within = self.limit(relation)
-            labelled = len(self.labels)
+            labelled, denied = len(self.labels), self.denied
+            self.denied |= relation in ("without", "never")
             line = self.line(frozenset(), relation)
+            self.denied = denied
             if relation in ("without", "never"):
                 self.refuse_labels(labelled, f'"{relation}": it speaks of what does not happen.')
-            others.append(tree.Beside(relation, line, within))
-        return tree.Lines(first, tuple(others))
+            others.append(self.placed(tree.Beside(relation, line, within), word))
+        return self.placed(tree.Lines(first, tuple(others)), begin)
 
     def limit(self, relation: str) -> Length | None:
         """Read the limit of a relation, if one stands here: ``after[<1s]``, ``with[1s]``."""
-        begin, opening = self.before, self.take("mark", "[")
+        begin, reason = self.before, remedies("unlimited").get(relation.split()[0])
+        if reason and self.token.text == "[":
+            raise self.fault("unlimited", begin, self.token, relation=relation, reason=reason)
+        opening = None if reason else self.take("mark", "[")
         plain = relation in ("with", "without")
         example = f"{relation}[{'1s' if plain else '<1s'}]"
         if opening is None:
             if self.at_length:
                 raise self.fault("time without brackets", example=example)
             return None
-        if reason := remedies("unlimited").get(relation.split()[0]):
-            raise self.fault("unlimited", begin, opening, relation=relation, reason=reason)
+        self.expect("number", "1s")
+        if not plain:
+            self.expect("compare", "<", "<=", ">", ">=")
         if not self.at_length:
             raise self.fault("no time in brackets", opening, example=example)
         if not plain:
             length = self.length()
             self.close(opening)
             return length
-        time = None if self.stands("compare") else self.time()
-        if time is None or self.stands("mark", "+") or self.stands("range"):
+        begin = self.token
+        time = None if begin.kind == "compare" else self.time()
+        if time is None or self.token.text in ("+", ".."):
             raise self.fault("no plain time", relation=relation)
+        within = self.placed(Length("<", time), begin)
         self.close(opening)
         if not time.number:
             raise self.fault("no time between", opening, self.before, relation=relation)
-        return Length("<", time)
+        return within
 
     def close(self, opening: Token) -> None:
         if not self.take("mark", "]"):
@@ -144,14 +178,17 @@ class _Parser(Cursor):
         arrows: list[tree.Arrow] = []
         end = None
         while arrow := self.arrow():
-            if self.take("word", "end"):
+            if any(item.repeat.least for item in items):
+                self.expect("word", "end")
+            if self.token.text == "end":
+                self.advance()
                 end = arrow
                 break
             arrows.append(arrow)
             items.append(self.item(tree.last_movers(items[-1].unit), "->"))
         if not any(item.repeat.least for item in items):
             raise self.fault("all optional", begin, self.before)
-        return tree.Line(tuple(items), tuple(arrows), start, end)
+        return self.placed(tree.Line(tuple(items), tuple(arrows), start, end), begin)
 
     def arrow(self) -> tree.Arrow | None:
         """Read an arrow with its limit, if one stands here: ``->``, ``...[<2s]``."""
@@ -161,25 +198,28 @@ class _Parser(Cursor):
         later = begin.kind == "dots"
         opening = self.take("mark", "[")
         if opening is None:
-            return tree.Arrow(later)
-        skips = self.skips()
+            return self.placed(tree.Arrow(later), begin)
+        skips = self.skips(later)
         length = None if skips else self.length()
         if skips is None and length is None:
             raise self.fault("no limit in brackets", opening)
         self.close(opening)
         if skips and not later:
             raise self.fault("nothing skipped", begin, self.before, skips=skips)
-        return tree.Arrow(later, length, skips)
+        return self.placed(tree.Arrow(later, length, skips), begin)
 
-    def skips(self) -> Length | None:
+    def skips(self, later: bool) -> Length | None:
         """Read a number of movements, if one stands here: a number that no unit follows."""
         number, unit = self.number_and_unit()
+        self.expect_number("1" if later else "1s", *language.UNITS)
         if not number or unit in language.UNITS:
             return None
+        begin = self.token
         compare, token = self.take("compare"), self.advance()
         if not number.isdecimal():
             raise self.fault("part of a movement", token)
-        return Length(compare.text if compare else "", Time(Fraction(self.checked(token)), ""))
+        time = Time(Fraction(self.checked(token)), "")
+        return self.placed(Length(compare.text if compare else "", time), begin)
 
     def item(self, carried: frozenset[Mover], after: str) -> tree.Item:
         begin, labelled = self.token, len(self.labels)
@@ -187,7 +227,7 @@ class _Parser(Cursor):
         first = self.token
         unit, timed = self.unit(carried, after)
         length = self.length()
-        if length and (token := self.token) and self.length():
+        if length and self.at_length and (token := self.token) and self.length():
             raise self.fault("two lengths", token, self.before)
         item = tree.Item(unit, length or timed, self.repeat(), label)
         if item.repeat != tree.ONCE:
@@ -195,10 +235,14 @@ class _Parser(Cursor):
             self.refuse_labels(labelled + bool(label), "a repeat: put it before all of it.")
         if (steps := tree.steps_taken(item)) > _MOST_STEPS:
             raise self.fault("too many steps", begin, self.before, steps=steps, most=_MOST_STEPS)
-        return item
+        return self.placed(item, begin)
 
     def label(self) -> str:
         """Read a label with its colon, if one stands here: ``a:``."""
+        if not self.denied:
+            self.expect("name", f"{self.free_name(self.labels)}:")
+            if self.token.text not in self.labels and not self.taken(self.token.text):
+                self.expect("mark", ":", ahead=1)
         if not self.at_label:
             return ""
         label = self.name()
@@ -210,12 +254,18 @@ class _Parser(Cursor):
         self.labels[label.text] = (label, colon)
         return label.text
 
+    def free_name(self, used: Collection[str]) -> str:
+        return next(it for it in map(chr, count(ord("a"))) if it not in used)
+
+    def taken(self, word: str) -> str:
+        """Return what a word means that cannot be a name; empty where it can."""
+        return "a count" if COUNT.fullmatch(word) else self.vocabulary.meaning_of(word)
+
     def name(self) -> Token:
         token = self.token
         if token.kind != "word":
             raise self.fault("no name", self.before)
-        count = "a count" if COUNT.fullmatch(token.text) else ""
-        if means := count or self.vocabulary.meaning_of(token.text):
+        if means := self.taken(token.text):
             raise self.fault("no free name", name=self.excerpt(token), means=means)
         return self.advance()
 
@@ -228,16 +278,18 @@ class _Parser(Cursor):
         """Read a count, if one stands here: ``x3``, ``x3+``, ``x2..3``, ``?``."""
         begin = self.token
         if self.take("mark", "?"):
-            return tree.Repeat(0, 1)
+            return self.placed(tree.Repeat(0, 1), begin)
+        self.expect("count", "x2")
         counted = COUNT.fullmatch(begin.text) if begin.kind == "word" else None
         if counted is None:
             return tree.ONCE
         self.advance()
         least = int(self.checked(begin, counted[1]))
         if self.take("mark", "+"):
-            return tree.Repeat(least, None)
+            return self.placed(tree.Repeat(least, None), begin)
         most = least
         if self.take("range"):
+            self.expect("number", str(least + 1))
             number = self.take("number")
             if number is None or not number.text.isdecimal():
                 raise self.fault("no second count", begin, self.before)
@@ -246,11 +298,13 @@ class _Parser(Cursor):
                 raise self.fault("more to less", begin, self.before, right=f"x{most}..{least}")
         if most == 0:
             raise self.fault("x0", begin, self.before)
-        return tree.Repeat(least, most)
+        return self.placed(tree.Repeat(least, most), begin)
 
     def refuse_after_count(self, begin: Token) -> None:
         """Refuse a length or another count after a count, since it is ambiguous."""
         counted, token = self.excerpt(begin, self.before), self.token
+        if token.kind == "end":
+            return
         rule = "length after count" if self.length() else "count after count"
         if self.token is not token or self.repeat() != tree.ONCE:
             again = self.excerpt(token, self.before)
@@ -260,32 +314,36 @@ class _Parser(Cursor):
         self, carried: frozenset[Mover], after: str
     ) -> tuple[tree.Step | tree.Bracket, Length | None]:
         """Read a step or a bracket, with the length that a line of LND has."""
+        begin = self.token
         if word := self.take("word", "mirror"):
             if not self.stands("mark", "("):
                 raise self.fault("no bracket behind mirror", word)
             # who carries into the bracket stays who it is: mirrored twice
-            return tree.mirrored(self.bracket(frozenset(it.mirrored() for it in carried))), None
+            inner = self.bracket(frozenset(it.mirrored() for it in carried))
+            return self.placed(tree.mirrored(inner), begin, "mirror", inner), None
         if self.stands("mark", "("):
             return self.bracket(carried), None
-        if self.stands("mark", "@"):
-            return self.named(carried), None
+        self.expect("movement", *self.usable(carried))
+        if self.token.text == "@":
+            return self.placed(self.named(carried), begin, "named"), None
         if is_lnd(self):
             self.timed = True
-            return score_at(self, self.strict)
-        return _step_at(self, carried, after), None
+            unit, timed = score_at(self, self.strict)
+            return self.placed(unit, begin, "score"), timed
+        return self.placed(_step_at(self, carried, after), begin), None
 
     def bracket(self, carried: frozenset[Mover]) -> tree.Bracket:
         opening = self.advance()
         self.deepen(opening)
-        if self.stands("mark", ")"):
+        if self.token.text == ")":
             raise self.fault("empty brackets", opening, self.token)
         pattern = self.pattern(carried)
-        if self.stands("end"):
-            raise self.fault("never closed", opening, mark=")")
         if not self.take("mark", ")"):
-            raise stray(self)
+            raise (
+                self.fault("never closed", opening, mark=")") if self.stands("end") else stray(self)
+            )
         self.depth -= 1
-        return tree.Bracket(pattern)
+        return self.placed(tree.Bracket(pattern), opening)
 
     def deepen(self, opening: Token) -> None:
         self.depth += 1
@@ -294,6 +352,7 @@ class _Parser(Cursor):
 
     def let(self, let: Token) -> None:
         """Read ``let NAME = pattern ;``; each use reads it again, as a part may carry into it."""
+        self.expect("name", f"{self.free_name(self.lets)} =")
         token = self.name()
         name = token.text
         if name in self.lets:
@@ -304,12 +363,12 @@ class _Parser(Cursor):
         self.open_names.append(name)
         self.pattern(frozenset((_ANYONE,)), "=")
         self.open_names.pop()
-        if self.stands("end"):
-            raise self.fault("no ; behind let", let, self.before)
         if not self.stands("mark", ";"):
-            raise stray(self)
+            ends = self.stands("end")
+            raise self.fault("no ; behind let", let, self.before) if ends else stray(self)
         self.lets[name] = self.text[begin.start : self.before.stop]
         self.advance()
+        self.placed(Part("let", name), let)
         self.labels.clear()
 
     def named(self, carried: frozenset[Mover]) -> tree.Bracket:
@@ -338,6 +397,22 @@ class _Parser(Cursor):
         self.depth -= 1
         return tree.Bracket(pattern)
 
+    def usable(self, carried: frozenset[Mover]) -> Iterator[str]:
+        """Yield the patterns that may be named here, if this is the end that is asked about."""
+        if not self.ends(0):
+            return
+        outside = self.typed, self.index, self.depth, self.labels, self.open_names
+        for name in (*self.lets, *self.names):
+            if name in self.lets:
+                self.tokens, self.index, self.labels = tokens(f"@{name}"), 0, dict(outside[3])
+                self.open_names = [*outside[4]]
+                with suppress(PatternError):
+                    self.named(carried)
+                    yield f"@{name}"
+                self.tokens, self.index, self.depth, self.labels, self.open_names = outside
+            elif name not in self.open_names:
+                yield f"@{name}"
+
     def pattern_behind(self, at: Token) -> tuple[str, str]:
         """Read a name behind ``@``, and return it with the text of its pattern."""
         token = self.token
@@ -346,7 +421,7 @@ class _Parser(Cursor):
         name = self.advance().text
         if name in self.open_names:
             raise self.fault("pattern in itself", at, token, name=name)
-        if self.stands("mark", ".") and self.ahead(1).text in ("lq", "lnd"):
+        if self.token.text == "." and self.ahead(1).text in ("lq", "lnd"):
             raise self.fault("file in a pattern", at, self.ahead(1))
         if text := self.lets.get(name) or self.names.get(name):
             self.words_named += len(tokens(text))
@@ -361,7 +436,8 @@ class _Parser(Cursor):
         """Read the clauses and stages, and return the query."""
         query = tree.Query(pattern)
         seen: list[str] = []
-        while word := self.take("word", "either", "rhythm", "where"):
+        several = max(tree.steps_in(lines.first)[1] for lines in pattern.alternatives) > 1
+        while word := self.clause(seen, several):
             name = "either side" if word.text == "either" else word.text
             if name in seen:
                 raise self.fault("where again" if name == "where" else "again", word, name=name)
@@ -374,6 +450,7 @@ class _Parser(Cursor):
                 query = replace(query, either_side=True)
             else:
                 raise self.fault("either without side", word)
+            self.placed(Part("clause", name), word)
         query = replace(query, stages=tuple(stages_at(self)))
         token = self.token
         if token.kind == "end":
@@ -387,10 +464,19 @@ class _Parser(Cursor):
             raise stray(self)
         raise self.fault("behind a clause", clause=seen[-1])
 
+    def clause(self, seen: Collection[str], several: bool) -> Token | None:
+        """Read the first word of a clause, if one stands here; `several`: it may have a rhythm."""
+        left = [it for it in _CLAUSES if it not in seen and (several or it != "rhythm")]
+        self.expect("clause", *left)
+        first = {it.split()[0] for it in _CLAUSES}
+        return self.advance() if self.token.text in first else None
+
     def rhythm(self, begin: Token, pattern: tree.Choice) -> tuple[Fraction, ...]:
         numbers: list[Fraction] = []
+        counts = [tree.steps_in(lines.first) for lines in pattern.alternatives]
         while not numbers or self.take("mark", ":"):
             token = self.token
+            self.expect("number", "1")
             if token.kind != "number":
                 raise self.fault("no rhythm", self.before)
             numbers.append(self.number())
@@ -398,7 +484,6 @@ class _Parser(Cursor):
                 raise self.fault("step of no length", token)
         if len(numbers) == 1:
             raise self.fault("rhythm of one", begin, self.before)
-        counts = [tree.steps_in(lines.first) for lines in pattern.alternatives]
         if not any(least <= len(numbers) <= most for least, most in counts):
             steps = " or ".join(dict.fromkeys(_number_of_steps(*count) for count in counts))
             raise self.fault("other rhythm", begin, self.before, numbers=len(numbers), steps=steps)
@@ -421,6 +506,7 @@ def _without_brackets(pattern: tree.Choice) -> tree.Choice:
 # Steps: who moves, how, and the words, which must agree with each other.
 
 _STAYING = {"at": "at is being there"} | dict.fromkeys(language.RESTS, "hold is staying put")
+_ANGLE = "90deg"  # stands for all angles
 _EXAMPLES = {"feet": "jump", "bend": "r_arm"}  # by kind of words, a part to name
 
 
@@ -431,26 +517,77 @@ def _step_at(cursor: Cursor, carried: frozenset[Mover], after: str) -> tree.Step
     step: ``->``, a relation, ``or``, ``start`` or nothing.
     """
     _check_meant(cursor, carried)
+    cursor.expect_parts()
     named = cursor.mover()
+    for mover in carried if not named and len(carried) == 1 else ():
+        _expect_manners(cursor, mover)
+        cursor.expect("word", "not")
+        _expect_words(cursor, _fitting(cursor, mover, "move", ()))
+    known = {*language.MANNERS, "not", *_values(*carried)}
     if named:
         mover = named
-    elif cursor.stands("word", *language.MANNERS, "not", *_values(*carried)) or cursor.at_angle:
+    elif (cursor.token.kind == "word" and cursor.token.text in known) or cursor.at_angle:
         mover = _carried(cursor, carried, after)
     else:
         raise no_step(cursor, after)
+    _expect_manners(cursor, mover)
     bending = _bending(cursor, mover)
     mover = bending or mover
-    token = cursor.take("word", *language.MANNERS)
+    token = cursor.advance() if cursor.token.text in language.MANNERS else None
     manner = token.text if token else "move"
-    if manner == "at" and not language.THINGS.keys().isdisjoint(_kind(mover).words):
-        raise cursor.fault("no stay", cursor.before, mover=mover)
-    if manner == language.STILL and _kind(mover).name != "gesture":
-        raise cursor.fault("no swings", cursor.before, mover=mover)
+    if rule := _wrong_manner(manner, mover):
+        raise cursor.fault(rule, cursor.before, mover=mover)
     words = _words(cursor, mover, manner)
     remedy = remedies("no_words").get(manner)
     if remedy and not words:
         raise cursor.error(remedy, cursor.before)
     return tree.Step(mover, bool(named or bending), manner, words)
+
+
+def _wrong_manner(manner: str, mover: Mover) -> str:
+    """Return the rule that a manner of a mover breaks; empty: none."""
+    if manner == "at" and not language.THINGS.keys().isdisjoint(_kind(mover).words):
+        return "no stay"
+    return "no swings" if manner == language.STILL and _kind(mover).name != "gesture" else ""
+
+
+def _expect_manners(cursor: Cursor, mover: Mover) -> None:
+    manners = [it for it in language.MANNERS if not _wrong_manner(it, mover)]
+    cursor.expect("manner", *manners)
+
+
+def _fitting(
+    cursor: Cursor,
+    mover: Mover,
+    manner: str,
+    words: tuple[tree.Word, ...],
+    begun: tree.Word | None = None,
+) -> Iterator[tuple[str, str]]:
+    """Yield the kind and the text of each word that may follow others of a step.
+
+    Nothing but angles, perhaps, away from the end; `begun` is the word with which ``/`` goes on.
+    """
+    at_end = cursor.ends(0)
+    if not (at_end or cursor.ends(1) or cursor.ends(2)):
+        return
+    known = _values(mover) if at_end else {}
+    limb = None if words else _limb(cursor, mover)
+    negated = begun.negated if begun else cursor.before.text == "not"
+    for name, (kind, value) in (*known.items(), (_ANGLE, ("degrees", _ANGLE))):
+        if begun and (kind != begun.kind or (value in begun.values and kind != "bend")):
+            continue
+        word = tree.Word(kind, (*(begun.values if begun else ()), value), negated)
+        bends = limb and value.split()[0] in language.BEND_MOVES
+        if not _complaint((*words, word), limb if limb and bends else mover, manner):
+            yield kind, name
+
+
+def _expect_words(cursor: Cursor, fitting: Iterator[tuple[str, str]]) -> None:
+    for kind, name in fitting:
+        if name == _ANGLE:
+            cursor.expect_number(name, language.DEGREES)
+        else:
+            cursor.expect(kind, name)
 
 
 def _kind(mover: Mover) -> Kind:
@@ -466,7 +603,7 @@ def _check_meant(cursor: Cursor, carried: frozenset[Mover]) -> None:
     """Refuse a bare word that may name a part, or the thing that a carried part touches."""
     word, after = cursor.token.text, cursor.ahead(1)
     goes_on = after.kind == "word" and after.text in (*language.MANNERS, "not", *language.VALUES)
-    goes_on |= cursor.vocabulary.mover(word, after.text) is not None
+    goes_on |= cursor.vocabulary.mover(word, after.text) is not None or cursor.ends(1)
     if word in _values(*carried) and cursor.vocabulary.mover(word) and not goes_on:
         (mover, *_) = carried
         raise cursor.fault("word or part", mover=mover, word=word)
@@ -488,31 +625,40 @@ def _carried(cursor: Cursor, carried: frozenset[Mover], after: str) -> Mover:
 
 def _bending(cursor: Cursor, mover: Mover) -> Mover | None:
     """Return the elbow or knee that the words are about: ``r_arm bend``, ``r_arm at bent``."""
-    manner = cursor.token.text if cursor.stands("word", *language.MANNERS) else ""
+    manner = cursor.token.text if cursor.token.text in language.MANNERS else ""
     ahead = int(bool(manner))
     ahead += cursor.ahead(ahead).text == "not"
     kind, value = language.VALUES.get(cursor.ahead(ahead).text, ("", ""))
     moves = manner in _STAYING or value.split(" ")[0] in language.BEND_MOVES
     if kind != "bend" or not moves or cursor.ahead(1).text == ":":
         return None
+    return _limb(cursor, mover)
+
+
+def _limb(cursor: Cursor, mover: Mover) -> Mover | None:
+    """Return the elbow or knee of an arm or leg."""
     return cursor.vocabulary.of(mover.form, tuple(BENDS.get(it, "") for it in mover.members))
 
 
 def _words(cursor: Cursor, mover: Mover, manner: str) -> tuple[tree.Word, ...]:
     words: list[tree.Word] = []
     checked: list[tree.Word] = []  # without repeated denials, so that a long line takes no longer
+    _expect_words(cursor, _fitting(cursor, mover, manner, ()))
     while (_at_value(cursor, mover) or cursor.stands("word", "not")) and not cursor.at_label:
         begin = cursor.token
         negated = cursor.take("word", "not") is not None
+        _expect_words(cursor, _fitting(cursor, mover, manner, tuple(checked)))
         if not _at_value(cursor, mover):
             raise _no_value(cursor, "not without a word")
-        words.append(_word(cursor, mover, negated))
+        words.append(_word(cursor, mover, manner, tuple(checked), begin))
         if not (negated and words[-1] in checked):
             checked.append(words[-1])
             if found := _complaint(tuple(checked), mover, manner):
                 raise cursor.error(found, begin, cursor.before)
+        _expect_words(cursor, _fitting(cursor, mover, manner, tuple(checked)))
     number, unit = cursor.number_and_unit()
     if number and unit not in language.UNITS and "degrees" in _kind(mover).words:
+        cursor.expect_number("1s", *language.UNITS)
         raise cursor.fault("angle without unit", number=number)
     for kind in language.THINGS.keys() & _kind(mover).words:
         if not words and is_unknown(cursor):
@@ -531,24 +677,36 @@ def _value(cursor: Cursor, mover: Mover) -> tuple[str, str]:
     if cursor.at_angle:
         return "degrees", str(cursor.length((language.DEGREES,)))
     kind, value = _values(mover)[cursor.advance().text]
-    degree = cursor.sixths() if kind == "bend" and value in ("bend", "stretch", "bent") else ""
+    has_degree = kind == "bend" and value in ("bend", "stretch", "bent")
+    if has_degree and "bend" in _kind(mover).words:
+        cursor.expect_number("3", *language.UNITS)
+    degree = cursor.sixths() if has_degree else ""
     return kind, f"{value} {degree}".rstrip()
 
 
-def _word(cursor: Cursor, mover: Mover, negated: bool) -> tree.Word:
-    begin = cursor.token
+def _word(
+    cursor: Cursor, mover: Mover, manner: str, words: tuple[tree.Word, ...], begin: Token
+) -> tree.Word:
+    """Read a word with its alternatives, behind other words; `begin`: it may be ``not``."""
+    head, negated = cursor.token, begin.text == "not"
     kind, value = _value(cursor, mover)
     values = [value]
-    while cursor.take("mark", "/"):
+    while True:
+        begun = tree.Word(kind, tuple(values), negated)
+        if cursor.ends(0) and any(_fitting(cursor, mover, manner, words, begun)):
+            cursor.expect("mark", "/")
+        if cursor.token.text != "/":
+            return cursor.placed(begun, begin)
+        cursor.advance()
+        _expect_words(cursor, _fitting(cursor, mover, manner, words, begun))
         if not _at_value(cursor, mover):
             raise _no_value(cursor, "/ without a word")
         first = cursor.token
         other, value = _value(cursor, mover)
         if other != kind:
-            both = f"{begin.text} {cursor.excerpt(first, cursor.before)}"
-            raise cursor.fault("/ of two kinds", begin, cursor.before, both=both)
+            both = f"{head.text} {cursor.excerpt(first, cursor.before)}"
+            raise cursor.fault("/ of two kinds", head, cursor.before, both=both)
         values.append(value)
-    return tree.Word(kind, tuple(values), negated)
 
 
 def _no_value(cursor: Cursor, rule: str) -> PatternError:

@@ -66,7 +66,7 @@ def _guess(vocabulary: Vocabulary, word: str, part_expected: bool) -> str:
         return meant
     known = [*VALUES, *vocabulary.movers, *LANGUAGE, *named]
     jumbled = [it for it in known if sorted(it) == sorted(word)]
-    begun = [it for it in known if it[0] == word[0]]  # people seldom mistype a beginning
+    begun = [it for it in known if it[0] == word[:1]]  # people seldom mistype a beginning
     found = process.extractOne(word, begun, scorer=OSA.normalized_similarity, score_cutoff=0.7)
     guess = jumbled[0] if jumbled else found[0] if found else ""
     return named.get(guess, guess)

@@ -51,9 +51,13 @@ def pattern_in(text: str, folder: Path | None = None) -> str:
 
 def is_lnd(cursor: Cursor) -> bool:
     """Return whether a line of LND begins here; a word like jump alone is none."""
-    if cursor.stands("word", "direction") or cursor.stands("mark", "#"):
+    if cursor.stands("word", "direction") or cursor.token.text == "#":
         return True
+    cursor.expect("notation", *LINES)
     kind, part = LINES.get(cursor.token.text), cursor.ahead(1)
+    if kind:
+        meant = [it for it in cursor.vocabulary.parts if KINDS[kind_of(it)] == kind]
+        cursor.expect("part", *meant, ahead=1)
     return bool(kind and part.kind == "word" and KINDS[kind_of(part.text)] == kind)
 
 
@@ -123,6 +127,7 @@ class _Score:
 
     def symbol(self, begin: Token) -> str:
         cursor = self.cursor
+        cursor.expect_parts("one")
         part = cursor.mover()
         if part is None:
             raise unknown(cursor, True) if is_unknown(cursor) else self.incomplete(begin)
@@ -146,15 +151,23 @@ class _Score:
         cursor = self.cursor
         if kind == "degrees":
             return tree.Word(kind, (self.number(begin) + DEGREES,))
+        known = values_for((kind,))
+        meant = [
+            it
+            for it, (other, value) in known.items()
+            if other == kind and value not in (*RELATIVE, ANY)
+        ]
+        cursor.expect("notation", *meant)
         if is_unknown(cursor) and cursor.token.text not in THINGS.get(kind, ()):
             raise unknown(cursor)
-        found = values_for((kind,)).get(cursor.token.text) if cursor.stands("word") else None
+        found = known.get(cursor.token.text) if cursor.stands("word") else None
         if found is None or found[0] != kind or found[1] in (*RELATIVE, ANY):
             raise self.incomplete(begin)
         cursor.advance()
         return tree.Word(kind, (found[1],))
 
     def number(self, begin: Token) -> str:
+        self.cursor.expect("number", "1")
         number = self.cursor.take("number")
         if number is None:
             raise self.incomplete(begin)

@@ -7,7 +7,7 @@ Those that scores have too come from ``alphabet.py`` (directions, levels, parts)
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from lanindex.alphabet import (
@@ -219,12 +219,23 @@ class Vocabulary:
 
     def __init__(self, parts: Collection[str] | None = None) -> None:
         self.parts = tuple(sorted(TRACKS if parts is None else parts, key=_place))
+        self.held = frozenset(self.parts)
         self.movers = _movers(dict.fromkeys((*TRACKS, *self.parts)))
 
     def mover(self, *words: str) -> Mover | None:
         """Return who is named by a word, or by several: ``right arm``, ``right hand touch``."""
         known = len(words) == 1 or words[0] in _WORDS["parts"]["first"]
         return self.movers.get("_".join(words)) if known else None
+
+    def names(self, begun: str = "", form: str = "") -> Iterator[str]:
+        """Yield how names of a library's movers go on that begin so, ``right_``, by limb."""
+        if not begun or begun.partition("_")[0] in _WORDS["parts"]["first"]:
+            order = {name: number for number, name in enumerate(self.movers)}
+            near = sorted(self.movers.items(), key=lambda it: order.get(it[1].members[0], 0))
+            for name, mover in near:
+                held = not self.held.isdisjoint(mover.members) and form in ("", mover.form)
+                if held and name.startswith(begun):
+                    yield name.removeprefix(begun)
 
     def of(self, form: str, members: tuple[str, ...]) -> Mover | None:
         """Return the mover with this form and these members, as `Mover` has them."""
