@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from lanindex.pipeline.library import open_library as open_library
     from lanindex.search.language.builder import part as part
     from lanindex.search.language.completion import complete as complete
+    from lanindex.search.language.written import pattern_text as pattern_text
+    from lanindex.search.language.written import pattern_tree as pattern_tree
 
     __version__: str
 
@@ -51,6 +53,8 @@ _PUBLIC = {
     "open_library": ("lanindex.pipeline.library", "open_library"),
     "Library": ("lanindex.pipeline.library", "Library"),
     "complete": ("lanindex.search.language.completion", "complete"),
+    "pattern_tree": ("lanindex.search.language.written", "pattern_tree"),
+    "pattern_text": ("lanindex.search.language.written", "pattern_text"),
     "part": ("lanindex.search.language.builder", "part"),
     "Selection": ("lanindex.library.selection", "Selection"),
     "Motion": ("lanindex.model", "Motion"),
@@ -76,6 +80,8 @@ __all__ = [
     "load_profile",
     "open_library",
     "part",
+    "pattern_text",
+    "pattern_tree",
     "read",
     "read_lnd",
     "trace",

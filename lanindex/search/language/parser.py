@@ -12,7 +12,7 @@ from lanindex.search.dictionary import named_patterns
 from lanindex.search.language import query as tree
 from lanindex.search.language import words as language
 from lanindex.search.language.clauses import conditions_at, stages_at
-from lanindex.search.language.lexer import Cursor, Token, ends_in_comment, tokens
+from lanindex.search.language.lexer import Cursor, Place, Token, ends_in_comment, tokens
 from lanindex.search.language.natural import offer_reading
 from lanindex.search.language.remedies import broken, is_unknown, no_step, remedies, stray, unknown
 from lanindex.search.language.score import FilePattern, is_lnd, score_at
@@ -73,6 +73,17 @@ def wanted(text: str, vocabulary: Vocabulary, names: Mapping[str, str]) -> dict[
     return parser.wanted
 
 
+def read_places(
+    text: str, vocabulary: Vocabulary, names: Mapping[str, str]
+) -> tuple[tree.Choice, tree.Query, dict[int, Place]]:
+    """Return a pattern as it is written, its query, and where each node was read, by identity."""
+    parse(text, vocabulary.parts, names=names)  # raises the errors
+    parser = _Parser(text, vocabulary, names, strict=False)
+    parser.places = {}
+    query = parser.query()
+    return parser.written, query, parser.places
+
+
 @dataclass(frozen=True, slots=True)
 class Part:
     """What is in the text and not in the syntax tree as it is written: a clause, or a ``let``."""
@@ -101,7 +112,7 @@ class _Parser(Cursor):
             self.let(let)
         if self.stands("end") and self.wanted is None:
             raise self.fault("no pattern")
-        pattern = self.pattern(frozenset())
+        self.written = pattern = self.pattern(frozenset())
         if self.strict and not self.timed:
             raise self.fault("nothing timed", begin, self.before)
         query = self.clauses(_without_brackets(pattern) if self.timed else pattern)

@@ -77,11 +77,15 @@ class Step:
     manner: str = "move"  # or via, at, hold, still
     words: tuple[Word, ...] = ()
 
-    def __str__(self) -> str:
+    @property
+    def name(self) -> str:
+        """Who moves, as a step with these words names it: the limb of an elbow that bends."""
         bend = next((word.values[0] for word in self.words if word.kind == "bend"), "")
         limb = bend and (self.manner in ("at", *RESTS) or bend.split()[0] in BEND_MOVES)
-        name = self.mover.name.replace("_bend", "", 1) if limb else self.mover.name
-        words = [name] if self.named else []
+        return self.mover.name.replace("_bend", "", 1) if limb else self.mover.name
+
+    def __str__(self) -> str:
+        words = [self.name] if self.named else []
         words += [] if self.manner == "move" else [self.manner]
         return " ".join([*words, *map(str, self.words)])
 
