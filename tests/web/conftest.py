@@ -1,5 +1,7 @@
 """A browser, and the tools that check and bundle the page's scripts."""
 
+from __future__ import annotations
+
 import fcntl
 import hashlib
 import os
@@ -13,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 import pytest
+from figure_page import Walker, served
 
 import lanindex
 
@@ -75,7 +78,7 @@ def node_modules() -> Path:
 
 
 @pytest.fixture(scope="session")
-def browser() -> "Iterator[Browser]":
+def browser() -> Iterator[Browser]:
     """Return a Chromium without a window, for all tests of a process."""
     path = shutil.which("chromium")
     if path is None:
@@ -131,25 +134,25 @@ def link(corpus_library: Path) -> Iterator[str]:
 
 
 @pytest.fixture
-def opened(browser: "Browser", link: str) -> "Iterator[Callable[..., Page]]":
+def opened(browser: Browser, link: str) -> Iterator[Callable[..., Page]]:
     """Return what opens an address of the corpus's page in a browser that has been let in.
 
     The test fails if the page reports an error, or breaks its own policy.
     """
     with pages(browser) as open_page:
 
-        def opened(address: str = "/", **options: object) -> "Page":
+        def opened(address: str = "/", **options: object) -> Page:
             return open_page(link, address, **options)
 
         yield opened
 
 
 @contextmanager
-def pages(browser: "Browser") -> "Iterator[Callable[..., Page]]":
-    """Yield what opens an address of a link's server in a browser that has been let in."""
+def pages(browser: Browser) -> Iterator[Callable[..., Page]]:
+    """Yield what opens a link, then an address of its server, in a browser of its own."""
     contexts, said = [], list[str]()
 
-    def opened(link: str, address: str = "/", **options: object) -> "Page":
+    def opened(link: str, address: str = "", **options: object) -> Page:
         context = browser.new_context(**options)  # type: ignore[arg-type]
         context.set_default_timeout(15_000)
         contexts.append(context)
@@ -157,10 +160,51 @@ def pages(browser: "Browser") -> "Iterator[Callable[..., Page]]":
         page.on("pageerror", lambda error: said.append(str(error)))
         page.on("console", lambda it: said.append(it.text) if it.type == "error" else None)
         page.goto(link)
-        page.goto(link.partition("/?")[0] + address)
+        if address:
+            page.goto(link.partition("/?")[0] + address)
         return page
 
     yield opened
     for context in contexts:
         context.close()
     assert said == []
+
+
+@pytest.fixture(scope="session")
+def walker() -> Walker:
+    """Return a capture that walks."""
+    return Walker(HERE.parent.parent / "corpus" / "marching.bvh")
+
+
+@pytest.fixture(scope="session")
+def address(static: Path, walker: Walker) -> Iterator[str]:
+    """Return the address of a page with a figure and a staff alone."""
+    with served(static, walker) as address:
+        yield address
+
+
+@pytest.fixture
+def played(browser: Browser, address: str) -> Iterator[Callable[..., Page]]:
+    """Return what opens that page, with a figure in space or flat."""
+    with pages(browser) as open_page:
+
+        def played(kind: str = "canvas", **options: object) -> Page:
+            size = {"width": 900, "height": 640}
+            page = open_page(f"{address}?figure={kind}", **{"viewport": size} | options)
+            page.wait_for_selector("body[data-ready]")
+            return page
+
+        yield played
+
+
+@pytest.fixture(scope="session")
+def violations(node_modules: Path) -> Callable[[Page], list[str]]:
+    """Return what tells by what a page shuts people out, by axe-core."""
+    axe = (node_modules / "axe-core" / "axe.min.js").read_text()
+
+    def found(page: Page) -> list[str]:
+        page.evaluate(axe + "; undefined")
+        told = page.evaluate("axe.run().then((it) => it.violations)")
+        return [f"{it['id']}: {node['html']}" for it in told for node in it["nodes"]]
+
+    return found

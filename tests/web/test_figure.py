@@ -2,61 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from io import BytesIO
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from figure_page import Walker, served
 from PIL import Image
 
 from lanindex.draw.svg import BODY
 
 if TYPE_CHECKING:
+    from figure_page import Walker
     from playwright.sync_api import Browser, Page
 
 LEAST = 12  # frames a second on a machine that runs other tests meanwhile; alone it is over 25
 KINDS = ["space", "canvas"]
-
-
-@pytest.fixture(scope="module")
-def walker(top: Path) -> Walker:
-    return Walker(top / "corpus" / "marching.bvh")
-
-
-@pytest.fixture(scope="module")
-def top() -> Path:
-    return Path(__file__).parent.parent.parent
-
-
-@pytest.fixture(scope="module")
-def address(static: Path, walker: Walker) -> Iterator[str]:
-    with served(static, walker) as address:
-        yield address
-
-
-@pytest.fixture
-def opened(browser: Browser, address: str) -> Iterator[Any]:
-    """Return what opens the page; nothing may go wrong in it."""
-    faults: list[str] = []
-    contexts = []
-
-    def open_page(kind: str = "canvas", **options: Any) -> Page:
-        context = browser.new_context(**{"viewport": {"width": 900, "height": 640}} | options)
-        contexts.append(context)
-        page = context.new_page()
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        page.on("console", lambda it: it.type == "error" and faults.append(it.text))
-        page.goto(f"{address}?figure={kind}")
-        page.wait_for_selector("body[data-ready]")
-        return page
-
-    yield open_page
-    for context in contexts:
-        context.close()
-    assert faults == []
 
 
 def picture(page: Page) -> np.ndarray[Any, Any]:
@@ -80,8 +40,8 @@ def settled(page: Page) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_it_plays_fast_and_in_step_with_the_staff(opened: Any, kind: str) -> None:
-    page = opened(kind)
+def test_it_plays_fast_and_in_step_with_the_staff(played: Any, kind: str) -> None:
+    page = played(kind)
     assert page.evaluate("figure.kind") == kind
     page.evaluate("log.length = 0; player.play()")
     page.wait_for_timeout(2000)
@@ -96,8 +56,8 @@ def test_it_plays_fast_and_in_step_with_the_staff(opened: Any, kind: str) -> Non
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_it_draws_only_when_something_changed(opened: Any, kind: str) -> None:
-    page = opened(kind)
+def test_it_draws_only_when_something_changed(played: Any, kind: str) -> None:
+    page = played(kind)
     settled(page)
     before = page.evaluate("[figure.drawn, log.length]")
     page.wait_for_timeout(400)
@@ -105,8 +65,8 @@ def test_it_draws_only_when_something_changed(opened: Any, kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_both_kinds_show_the_colours_of_films(opened: Any, kind: str) -> None:
-    page = opened(kind, color_scheme="light")
+def test_both_kinds_show_the_colours_of_films(played: Any, kind: str) -> None:
+    page = played(kind, color_scheme="light")
     settled(page)
     shown = picture(page)
     for color in ("right", "left", "head"):
@@ -118,21 +78,21 @@ def test_both_kinds_show_the_colours_of_films(opened: Any, kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_it_is_dark_where_the_page_is(opened: Any, kind: str) -> None:
-    page = opened(kind, color_scheme="light")
+def test_it_is_dark_where_the_page_is(played: Any, kind: str) -> None:
+    page = played(kind, color_scheme="light")
     settled(page)
     assert np.median(picture(page)) == 255
     page.emulate_media(color_scheme="dark")
     settled(page)
     shown = picture(page)
     assert np.median(shown) < 40
-    assert near(shown, "#e8e8e8") > 100  # bones are light
-    assert near(shown, BODY["right"], 90) > 100
+    assert near(shown, "#eceae5") > 100  # bones are light
+    assert near(shown, "#5aa9ef") > 100  # --right of the dark style
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_keys_and_pointers_turn_it(opened: Any, kind: str) -> None:
-    page = opened(kind)
+def test_keys_and_pointers_turn_it(played: Any, kind: str) -> None:
+    page = played(kind)
     settled(page)
     start, first = page.evaluate("figure.eye"), picture(page)
     page.focus("#figure")
@@ -161,8 +121,8 @@ def test_keys_and_pointers_turn_it(opened: Any, kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_plan_two_views_and_ghosts_are_shown(opened: Any, kind: str) -> None:
-    page = opened(kind, color_scheme="light")
+def test_plan_two_views_and_ghosts_are_shown(played: Any, kind: str) -> None:
+    page = played(kind, color_scheme="light")
     page.evaluate("player.seek(3)")
     settled(page)
     plain = picture(page)
@@ -177,8 +137,8 @@ def test_plan_two_views_and_ghosts_are_shown(opened: Any, kind: str) -> None:
         assert (picture(page) != plain).any(axis=2).mean() < 0.001, name
 
 
-def test_the_eye_follows(opened: Any) -> None:
-    page = opened("canvas", color_scheme="light")
+def test_the_eye_follows(played: Any) -> None:
+    page = played("canvas", color_scheme="light")
 
     def middle() -> float:
         page.evaluate("player.seek(3)")
@@ -194,9 +154,9 @@ def test_the_eye_follows(opened: Any) -> None:
 
 
 def test_canvas_is_taken_where_webgl_is_missing(
-    opened: Any, browser: Browser, address: str
+    played: Any, browser: Browser, address: str
 ) -> None:
-    page = opened("space")
+    page = played("space")
     code = (
         "HTMLCanvasElement.prototype.getContext = new Proxy(HTMLCanvasElement.prototype.getContext,"
     )
@@ -208,8 +168,8 @@ def test_canvas_is_taken_where_webgl_is_missing(
     assert page.evaluate("figure.kind") == "canvas"
 
 
-def test_poses_are_those_of_the_capture(opened: Any, walker: Walker) -> None:
-    page = opened()
+def test_poses_are_those_of_the_capture(played: Any, walker: Walker) -> None:
+    page = played()
     rate = float(walker.body.rate)
     for seconds in (0.0, 1.0, 1.51, 9.99, 10.0, 12.345):
         page.evaluate(f"player.seek({seconds})")
@@ -243,7 +203,7 @@ MADE = """async ({fails}) => {
 }"""
 
 
-def test_tiles_are_fetched_ahead_aborted_and_let_go(opened: Any) -> None:
+def test_tiles_are_fetched_ahead_aborted_and_let_go(played: Any) -> None:
     code = """
   motion.ready(5); const first = [...asked];
   motion.ready(55); const given_up = [...aborted];
@@ -251,7 +211,7 @@ def test_tiles_are_fetched_ahead_aborted_and_let_go(opened: Any) -> None:
   const pose = [...motion.pose(55)];
   for (const at of [65, 75, 85, 95]) { motion.ready(at); await wait(); }
   return { first, given_up, pose, held: motion.held, gone: motion.pose(55), last: asked.at(-1) };"""
-    found = opened().evaluate(MADE % code, {"fails": False})
+    found = played().evaluate(MADE % code, {"fails": False})
     assert found["first"] == ["/c/motion/0", "/c/motion/1"]
     assert found["given_up"] == found["first"]
     assert found["held"] == 3
@@ -259,14 +219,14 @@ def test_tiles_are_fetched_ahead_aborted_and_let_go(opened: Any) -> None:
     assert found["last"] == "/c/motion/9"
 
 
-def test_a_tile_that_cannot_come_is_told_and_asked_for_again(opened: Any) -> None:
+def test_a_tile_that_cannot_come_is_told_and_asked_for_again(played: Any) -> None:
     code = """
   motion.ready(5); await wait();
   const told = motion.failure(5)?.message, before = asked.length;
   motion.ready(5); motion.ready(5); const after = asked.length;
   failing = false; motion.retry(); motion.ready(5); await wait();
   return { told, before, after, now: motion.failure(5), pose: [...motion.pose(0)] };"""
-    found = opened().evaluate(MADE % code, {"fails": True})
+    found = played().evaluate(MADE % code, {"fails": True})
     assert "500" in found["told"]
     assert found["before"] == found["after"] == 2
     assert found["now"] is None

@@ -196,7 +196,7 @@ export class Figure {
   recolor() {
     const { style } = this.canvas, before = style.color;
     for (const [name, color] of Object.entries(COLORS)) {
-      style.color = `var(--${name}, ${color})`;
+      style.color = color;
       const numbers = getComputedStyle(this.canvas).color;
       const parts = (numbers.match(/[\d.]+/g) ?? []).slice(0, 3).map(Number);
       const whole = numbers.startsWith("rgb") ? 255 : 1;

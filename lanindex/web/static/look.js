@@ -39,16 +39,16 @@
  * @property {() => void} dispose
  */
 
-/** The variables of the page's style, and what stands for them where it has none. */
+/** The colours, in variables of the page's style, and what stands for them where it has none. */
 export const COLORS = {
-  right: "#1f77c8",
-  left: "#d02f45",
-  head: "#9a9a9a",
-  lit: "#f5a300",
-  bone: "CanvasText",
-  floor: "#dedede",
-  way: "#aaaaaa",
-  paper: "Canvas",
+  right: "var(--right, #1f77c8)",
+  left: "var(--left, #d02f45)",
+  head: "var(--head, #9a9a9a)",
+  lit: "var(--lit, #f5a300)",
+  bone: "var(--ink, CanvasText)",
+  floor: "var(--edge, #dedede)",
+  way: "var(--way, #aaaaaa)",
+  paper: "var(--paper, Canvas)",
 };
 
 export const BAND = 60; // mm that what is lit is wider

@@ -164,7 +164,7 @@ export class Player {
     const passed = Math.min(Math.max((now - this.#last) / 1000, 0), LONGEST);
     this.#last = now;
     const next = this.#playing ? this.#after(this.#seconds + passed * this.#speed) : this.#seconds;
-    this.waiting = !this.#source.ready(next) || next !== this.#seconds && !this.#source.ready(this.#seconds);
+    this.waiting = !this.#source.ready(next);
     if (!this.waiting) this.#seconds = next;
     if (this.trouble) this.#playing = false;
     for (const listener of this.#listeners) listener(this.#seconds, this);

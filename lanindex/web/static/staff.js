@@ -17,7 +17,7 @@
  * @typedef {{node: SVGSVGElement, piece: Piece, from: number, to: number, wide: number, tall: number}} Held
  */
 
-const LINE = 1 / 3; // of the height is below the line
+const LINE = 1 / 4; // of the height above the names is below the line
 const KEPT = 24; // pieces, at most
 const ZOOMS = [0.25, 0.5, 1, 2, 4];
 const STEP = 0.25; // seconds of an arrow key
@@ -197,10 +197,12 @@ export class StaffView {
    * @param {number} way
    */
   #beside(way) {
-    const now = [...this.#layer.querySelectorAll("g[data-part]")].filter((it) => it instanceof SVGElement).filter((it) =>
-      it.firstElementChild?.nextElementSibling && Number(it.dataset.start) <= this.#time && this.#time <= Number(it.dataset.end));
-    const across = new Map(now.map((it) => [it, it.getBoundingClientRect().left]));
-    now.sort((a, b) => (across.get(a) ?? 0) - (across.get(b) ?? 0));
+    const last = Math.ceil(this.#options.seconds / this.#span) - 1, line = this.#line.getBoundingClientRect().top + 1;
+    const here = this.#piece(Math.min(Math.floor(this.#time / this.#span), last));
+    const now = [...here?.node.querySelectorAll("g[data-part]") ?? []].flatMap((node) => {
+      const { left, top, bottom } = node.getBoundingClientRect();
+      return node instanceof SVGElement && top <= line && line <= bottom ? [{ node, left }] : [];
+    }).sort((a, b) => a.left - b.left).map(({ node }) => node);
     const at = this.#chosen ? now.indexOf(this.#chosen) : -1;
     const next = now[at < 0 ? (way > 0 ? 0 : now.length - 1) : Math.min(Math.max(at + way, 0), now.length - 1)];
     if (next) this.#choose(next, false);
@@ -220,7 +222,7 @@ export class StaffView {
   }
 
   #lineAt() {
-    return this.root.clientHeight * (1 - LINE);
+    return (this.root.clientHeight - this.#names.clientHeight) * (1 - LINE);
   }
 
   /** @param {PointerEvent} event */
@@ -281,7 +283,8 @@ export class StaffView {
       names.setAttribute("aria-hidden", "true");
       this.#names.append(names);
     }
-    const low = along(from, piece.times, piece.ys), high = along(to, piece.times, piece.ys);
+    // the starting position stands below the first second
+    const low = from ? along(from, piece.times, piece.ys) : piece.names, high = along(to, piece.times, piece.ys);
     cut(node, x, high, width, low - high);
     this.#layer.append(node);
     return { node, piece, from, to, wide: width, tall: low - high };
@@ -342,7 +345,7 @@ export class StaffView {
   /** Return pixels of a second, about, where no piece tells. */
   #usual() {
     const held = [...this.#held.values()].find((it) => typeof it !== "string");
-    return held && typeof held !== "string" ? this.#scale(held) * held.tall / (held.to - held.from) : 56;
+    return held && typeof held !== "string" ? this.#scale(held) * (along(held.from, held.piece.times, held.piece.ys) - along(held.to, held.piece.times, held.piece.ys)) / (held.to - held.from) : 56;
   }
 
   /**
