@@ -166,16 +166,18 @@ class PatternError(LanindexError):
         The whole pattern.
     start, stop : int
         The characters of `text` that the sentence is about.
+
+    Its attribute `instead` is the whole pattern that was probably meant; empty: none is known.
     """
 
     def __init__(self, found: str, *, text: str, start: int, stop: int) -> None:
         super().__init__(found)
-        self.text, self.start, self.stop = text, start, stop
+        self.text, self.start, self.stop, self.instead = text, start, stop, ""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return how to make it again: an error may come from another process."""
         made = partial(type(self), text=self.text, start=self.start, stop=self.stop)
-        return made, (self.found,), {"place": self.place}
+        return made, (self.found,), {"place": self.place, "instead": self.instead}
 
     def line(self) -> tuple[str, int, int]:
         """Return the line of the pattern, or what is near of a long one, and what it is about."""

@@ -14,6 +14,7 @@ from lanindex.alphabet import MEASURES
 
 if TYPE_CHECKING:
     from lanindex.compare import Difference, Timed
+    from lanindex.errors import LanindexError
     from lanindex.model import Capture, Hit, Symbol
 
 HIT = (
@@ -134,6 +135,24 @@ def of_difference(difference: Difference) -> dict[str, Any]:
         "later": round(difference.later, 6),
         "longer": round(difference.longer, 6),
     }
+
+
+def of_error(error: LanindexError) -> dict[str, Any]:
+    """Return an error; of a pattern with the characters that it is about, and what was meant.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> from lanindex import records
+    >>> try:
+    ...     lanindex.pattern_tree("r_arm hgih")
+    ... except lanindex.LanindexError as error:
+    ...     found = records.of_error(error)
+    >>> found["start"], found["stop"], found["instead"]
+    (6, 10, 'r_arm high')
+    """
+    said = {name: getattr(error, name) for name in ("found", "place", "wanted", "remedy")}
+    return said | {it: getattr(error, it, None) for it in ("text", "start", "stop", "instead")}
 
 
 def of_capture(capture: Capture) -> dict[str, Any]:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from lanindex.pipeline.movement import Movement
     from lanindex.pipeline.prepare import Outcome
     from lanindex.search.explain.advice import Advice
+    from lanindex.search.explain.english import Explanation
     from lanindex.search.explain.why import Trace
     from lanindex.search.hits import Counts
     from lanindex.search.language.builder import Pattern
@@ -320,6 +321,46 @@ class Library:
         parts = self.store.parts(checked=False) or None
         return complete(text, position, parts=parts, words=self.words)
 
+    def parse(self, text: str, position: int | None = None) -> dict[str, Any]:
+        """Return all that is known of a pattern while it is typed, for JSON.
+
+        Parameters
+        ----------
+        text, position
+            As for `complete`. A word of the dictionary may stand alone.
+
+        Returns
+        -------
+        dict
+            ``tree`` as `lanindex.pattern_tree` returns it, of a lone word that of its ``@name``;
+            ``english``, a sentence; ``error`` as `lanindex.records.of_error` has it, then the first
+            two are None; ``completions``, a list of the records of `complete`.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     found = library.parse("r_arm hi")
+        >>> found["error"]["start"], found["completions"][0]["text"]
+        (6, 'high')
+        """
+        from lanindex import records
+        from lanindex.pipeline.search import entry_of_query, query_of
+        from lanindex.search.explain.english import sentence
+        from lanindex.search.language.written import pattern_tree
+
+        completions = [it.record() for it in self.complete(text, position)]
+        found = {"tree": None, "english": None, "error": None, "completions": completions}
+        parts, entry = self.store.parts(checked=False), entry_of_query(text, self.words)
+        try:
+            query = query_of(text, parts, self.words)
+            english = (entry and entry.sentence) or sentence(query)
+            typed = f"@{entry.name}" if entry else text
+            tree = pattern_tree(typed, parts=parts, words=self.words)
+        except PatternError as error:
+            return {**found, "error": records.of_error(error)}
+        return {**found, "tree": tree, "english": english}
+
     def explain(
         self,
         pattern: str | Pattern,
@@ -327,7 +368,7 @@ class Library:
         *,
         strict: bool = False,
         plan: bool = False,
-    ) -> str:
+    ) -> Explanation:
         """Say how a pattern is understood, or how it is searched.
 
         Parameters
@@ -335,26 +376,26 @@ class Library:
         pattern, selection, strict
             As for `search`.
         plan : bool
-            Whether to return the plan: states, edges, joins, and what the search leaves out.
+            Whether to say how it is searched: states, edges, joins, and what the search leaves out.
 
         Returns
         -------
-        str
+        Explanation
             In plain English; the symbols that each step alone would match; the order of work.
-            Or the plan.
+            Or the plan. As text all of it.
 
         Examples
         --------
         >>> import lanindex
         >>> with lanindex.open_library("dance.db") as library:
-        ...     print(library.explain("torso forward high -> hold 1s+").splitlines()[0])
+        ...     print(library.explain("torso forward high -> hold 1s+").english)
         The torso moves forward, high (or begins there), then stays where it is, for at least 1 s.
         """
-        from lanindex.search.explain.english import explanation, planned
+        from lanindex.search.explain.english import Explanation, explanation, planned, sentence
 
         query, numbers = self._query(pattern, selection, strict)
         if plan:
-            return planned(query)
+            return Explanation(str(query), sentence(query), {}, (), planned(query))
         return explanation(query, self.store.tracks(numbers, query.parts))
 
     def suggest(

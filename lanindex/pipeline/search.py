@@ -331,7 +331,8 @@ def in_words(advice: Advice, text: str, words: str | PathLike[str] | None) -> Ad
         return text
 
     left_out = (
-        replace(it, condition=named(it.condition), step=named(it.step)) for it in advice.left_out
+        replace(it, condition=named(it.condition), step=named(it.step), pattern=named(it.pattern))
+        for it in advice.left_out
     )
     instead = (replace(it, pattern=named(it.pattern)) for it in advice.instead)
     never = tuple(map(named, advice.never))

@@ -246,6 +246,11 @@ class TestSearch:
         done = filled("search", "r_arm right mid -> high", "--explain")
         assert done.returncode == 0
         assert "right" in done.stdout
+        (line,) = filled("search", "r_arm right mid", "--explain", "--json").stdout.splitlines()
+        record = json.loads(line)
+        assert list(record) == ["pattern", "english", "steps", "order", "plan"]
+        assert record["english"] == "The right arm moves to the right, at middle height."
+        assert [it["step"] for it in record["steps"]] == ["r_arm right mid"]
 
     def test_explain_plan(self, filled) -> None:
         for words in (("r_arm high", "--explain", "plan"), ("--explain", "plan", "r_arm high")):

@@ -58,7 +58,7 @@ def test_a_score_with_its_timing(library: Library):
     assert len(library.search(score)) == 1
     assert len(library.search(score, strict=True)) == 1
     assert len(library.search(score.replace("3 4", "2 3"), strict=True)) == 0
-    assert "about 1 s" in library.explain(score, strict=True)
+    assert "about 1 s" in library.explain(score, strict=True).english
 
 
 def test_hits_in_another_order_are_made_as_well(library: Library):

@@ -1,11 +1,13 @@
 """Search in a library: which parts a pattern may name."""
 
+import json
 from pathlib import Path
 
 import pytest
 from dances import BOW
 from sample_library import sample_score
 
+from lanindex import pattern_tree
 from lanindex.alphabet import TRACKS
 from lanindex.errors import LibraryError, PatternError, UsageError
 from lanindex.library.selection import Selection
@@ -78,11 +80,35 @@ def test_only_captures_that_fit_are_searched(library: Library) -> None:
         assert len(library.search(pattern, Selection(where=where))) == found
         assert len(library.search(pattern, Selection("*.lnd", where=where))) == found
         assert len(library.search(pattern, Selection("*.bvh", where=where))) == 0
-        assert f"r_arm forward  {found}\n" in library.explain(
-            pattern, selection=Selection(where=where)
-        )
+        explained = library.explain(pattern, selection=Selection(where=where))
+        assert f"r_arm forward  {found}\n" in str(explained)
+        assert explained.record()["steps"] == [{"step": pattern, "count": found}]
     with pytest.raises(UsageError, match="no capture has a column"):
         library.search(pattern, Selection(where={"whom": "x"}))
+
+
+def test_what_is_known_of_a_pattern_while_it_is_typed(library: Library) -> None:
+    found = json.loads(json.dumps(library.parse("r_arm forward -> hi", 19)))
+    assert (found["tree"], found["english"]) == (None, None)
+    assert (found["error"]["start"], found["error"]["stop"]) == (17, 19)
+    (first, *_) = found["completions"]
+    assert (first["text"], first["start"], first["stop"]) == ("high", 17, 19)
+    whole = library.parse("r_arm forward -> high")
+    assert whole["error"] is None
+    assert whole["tree"] == pattern_tree("r_arm forward -> high")
+    assert whole["english"].startswith("The right arm moves forward")
+    word = library.parse("waving")
+    assert word["tree"] == pattern_tree("@wave")
+    assert library.parse("")["completions"]
+
+
+def test_each_remedy_is_a_whole_pattern(library: Library) -> None:
+    advice = library.suggest("r_arm low -> high")
+    record = json.loads(json.dumps(advice.record()))
+    assert record["pattern"] == "r_arm low -> high"
+    assert record["left_out"]
+    for remedy in (*record["left_out"], *record["instead"]):
+        assert len(library.search(remedy["pattern"])) == remedy["hits"] > 0
 
 
 def test_what_would_be_found_is_what_is_found(library: Library) -> None:

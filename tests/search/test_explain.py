@@ -84,10 +84,9 @@ def test_an_explanation():
     (recording,) = recordings_of(
         "fps 10 frames 90; r_arm: right mid 0 0, place low 5 9, right mid 10 20, place high 30 40"
     )
-    text = explanation(
-        parse("arm mid -> high <2s with head either side"), [(recording.capture, recording.tracks)]
-    )
-    assert text.splitlines() == [
+    query = parse("arm mid -> high <2s with head either side")
+    found = explanation(query, [(recording.capture, recording.tracks)])
+    assert str(found).splitlines() == [
         "Either arm moves at middle height (or begins there), then moves high, for less than 2 s; "
         "and in the meantime, sharing a frame at least, the head moves anywhere. "
         "Or the mirror image of all this.",

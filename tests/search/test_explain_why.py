@@ -1,6 +1,7 @@
 """`--why`: the steps that matched in one capture, or where matching stopped."""
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -8,6 +9,7 @@ from generated_patterns import random_patterns
 from plain_matcher import find
 from query_cases import cases, recordings_of, track
 
+from lanindex.errors import LanindexError
 from lanindex.model import Symbol
 from lanindex.search.explain.why import away, doubts, nearest, records_of, trace
 from lanindex.search.language import parse
@@ -239,3 +241,9 @@ def test_the_tolerance_is_that_of_the_search():
     text = "r_arm high starting with head"
     assert traced(text).stops
     assert traced(text, tolerance=Fraction(1)).hits
+
+
+def test_a_capture_that_is_too_rich_has_its_reason() -> None:
+    error = LanindexError("Too many partial matches")
+    (record,) = replace(traced("r_arm mid -> low"), hits=(), stops=(), refused=error).dicts()
+    assert (record["found"], record["reason"]) == (False, "Too many partial matches")

@@ -1,5 +1,6 @@
 """Errors in patterns: the marked text and the message."""
 
+import pickle
 import re
 
 import pytest
@@ -7,6 +8,7 @@ from effort import examples
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from lanindex import records
 from lanindex.alphabet import TRACKS
 from lanindex.data import shipped
 from lanindex.errors import PatternError
@@ -519,3 +521,27 @@ def test_every_rule_has_a_sentence_and_is_named_somewhere(repository):
 @given(st.lists(st.sampled_from(_SOUP), max_size=25), st.sampled_from(["", " "]))
 def test_many_soups(words, space):
     check(space.join(words))
+
+
+@pytest.mark.parametrize(
+    ("text", "instead"),
+    [
+        ("r_arm hgih -> low", "r_arm high -> low"),
+        ("r_amr high", "r_arm high"),
+        ("raise the right arm", "r_arm high"),
+        ("r_arm high ->", ""),
+    ],
+)
+def test_what_was_meant_is_a_whole_pattern(text: str, instead: str) -> None:
+    with pytest.raises(PatternError) as caught:
+        parse(text)
+    record = records.of_error(pickle.loads(pickle.dumps(caught.value)))
+    assert record["instead"] == instead
+    assert record["text"] == text
+    assert 0 <= record["start"] <= record["stop"] <= len(text)
+    assert not instead or parse(instead)
+
+
+def test_an_empty_part_is_refused() -> None:
+    with pytest.raises(PatternError, match="There is no part"):
+        parse('a: r_arm where a.part = ""')

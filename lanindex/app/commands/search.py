@@ -146,8 +146,8 @@ def run(
             traces = [library.why(pattern, it, **matching) for it in chosen[: view.limit]]
             return all([_print_trace(out, trace) for trace in traces])
         if explain:
-            text = library.explain(pattern, selection, strict=matching["strict"], plan=plan)
-            out.record({"explain": text}) if out.json else out.text(text)
+            said = library.explain(pattern, selection, strict=matching["strict"], plan=plan)
+            out.record(said.record()) if out.json else out.text(str(said))
             return 0
         only_best = view.sort == "fit" and matching["fuzzy"] is not None and not view.count
         best = view.limit if only_best else None
@@ -302,12 +302,12 @@ def _write_tier(out: Output, hits: Hits, view: View, pattern: str) -> None:
 
 def _print_trace(out: Output, trace: Trace) -> bool:
     """Print the steps of a pattern's hits in one capture, or where matching failed."""
-    from lanindex.search.explain.why import doubts, records_of
+    from lanindex.search.explain.why import doubts
 
     if trace.refused:
         raise trace.refused
     if out.json:
-        out.records(records_of(trace))
+        out.records(trace.dicts())
         return not trace.hits
     out.line(out.paint(trace.capture.path, "path"))
     for hit, steps in trace.hits:

@@ -9,7 +9,7 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from fractions import Fraction
 from functools import partial
 from math import inf
@@ -63,6 +63,7 @@ class LeftOut:
     captures: int
     nearest: str = ""  # how near it came to be met, where that is a number
     step: str = ""  # which step says it, where several do
+    pattern: str = ""  # that is left; empty: the same, in all captures
 
     def __str__(self) -> str:
         near = f", {self.nearest}" if self.nearest else ""
@@ -121,6 +122,16 @@ class Advice:
         if self.untried:
             lines.append(f"{counted(self.untried, 'change')} could not be tried in time.")
         return "\n".join(lines)
+
+    def record(self) -> dict[str, Any]:
+        """Return it for JSON: these keys, and those of `LeftOut` and `Suggestion`."""
+        left_out = [
+            {**asdict(it), "pattern": it.pattern or self.pattern, "said": str(it)}
+            for it in self.left_out
+        ]
+        return {**asdict(self), "never": list(self.never), "left_out": left_out} | {
+            "instead": list(map(asdict, self.instead))
+        }
 
     @property
     def brief(self) -> str:
@@ -185,7 +196,8 @@ class _Adviser:
             hits, captures = self.keep(change)
             if hits and change.condition:
                 near = self.nearest(*change.limited) if change.limited else ""
-                self.left_out[change] = LeftOut(change.condition, hits, captures, near, change.step)
+                found = LeftOut(change.condition, hits, captures, near, change.step)
+                self.left_out[change] = replace(found, pattern=str(change.query))
             if sum(not it.condition for it, _ in self.instead) >= MOST:
                 dearest = change.cost
 

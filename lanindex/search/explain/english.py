@@ -1,9 +1,10 @@
 """How a query is understood, in plain English, and how it is searched: its plan as text."""
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 from itertools import chain, islice
+from typing import Any
 
 from lanindex.alphabet import kind_of
 from lanindex.data import shipped
@@ -218,18 +219,48 @@ def _angle(value: str) -> str:
 # How it is answered.
 
 
-def explanation(query: tree.Query, recordings: Iterable[Recording]) -> str:
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """How a query is understood; as text, or as a dict.
+
+    Examples
+    --------
+    >>> import lanindex
+    >>> with lanindex.open_library("dance.db") as library:
+    ...     explained = library.explain("torso forward high -> hold 1s+")
+    >>> explained.steps
+    {'torso forward high': 1, 'torso hold 1s+': 15}
+    """
+
+    pattern: str
+    english: str  # one sentence or more
+    steps: Mapping[str, int]  # how many symbols each step alone would match, by the step's text
+    order: tuple[str, ...]  # what the matcher does, one sentence after the other
+    plan: str = ""  # how it is searched, if that is asked for, instead of steps and order
+
+    def __str__(self) -> str:
+        if self.plan:
+            return self.plan
+        width = max(len(step) for step in self.steps)
+        lines = [self.english, "", "Each step alone:"]
+        lines += [f"  {step.ljust(width)}  {count}" for step, count in self.steps.items()]
+        lines += ["", "Order of work:"]
+        lines += [f"  {number}. {work}" for number, work in enumerate(self.order, 1)]
+        return "\n".join(lines)
+
+    def record(self) -> dict[str, Any]:
+        """Return it as ``search --explain --json`` prints it."""
+        steps = [{"step": step, "count": count} for step, count in self.steps.items()]
+        return {**asdict(self), "steps": steps, "order": list(self.order)}
+
+
+def explanation(query: tree.Query, recordings: Iterable[Recording]) -> Explanation:
     """Return how a query is understood: in English, step by step, and the order of work.
 
     `recordings` are those in which is counted what each step alone would match.
     """
     counts = step_counts(query, recordings)
-    width = max(len(step) for step in counts)
-    lines = [sentence(query), "", "Each step alone:"]
-    lines += [f"  {step.ljust(width)}  {count}" for step, count in counts.items()]
-    lines += ["", "Order of work:"]
-    lines += [f"  {number}. {work}" for number, work in enumerate(order(query), 1)]
-    return "\n".join(lines)
+    return Explanation(str(query), sentence(query), counts, tuple(order(query)))
 
 
 def step_counts(query: tree.Query, recordings: Iterable[Recording]) -> dict[str, int]:

@@ -72,6 +72,13 @@ class Trace:
             return self.refused.found
         return "; or ".join(stop.reason for stop in self.stops) or "nothing: it is found"
 
+    def dicts(self) -> list[dict[str, Any]]:
+        """Return the hits, or the end of each alternative, as ``search --why --json`` prints them.
+
+        Of a capture that is too rich for the query there is one, with the reason.
+        """
+        return list(records_of(self))
+
 
 def trace(
     query: tree.Query,
@@ -125,6 +132,8 @@ def records_of(trace: Trace) -> Iterator[dict[str, Any]]:
             "instead": of_matched(stop.instead) if stop.instead else None,
             "reason": stop.reason,
         }
+    if trace.refused:
+        yield {**common, "reason": trace.refused.found}
 
 
 def _labelled(query: tree.Query) -> tuple[tree.Query, dict[str, str]]:

@@ -64,6 +64,7 @@ def offer_reading(error: PatternError, read: Callable[[str], Query]) -> None:
         read(meant)
     except PatternError:
         return
+    error.instead = meant
     if error.found.endswith(f": {meant}"):  # it is said already
         return
     found = _SPELLING.sub("", error.found)

@@ -85,7 +85,11 @@ def unknown(cursor: Cursor, part_expected: bool = False) -> PatternError:
         return cursor.error("Take the quotation marks away.")
     word = cursor.excerpt(cursor.token)
     known = remedies("unknown").get(word.lower())
-    return cursor.error(known or unknown_word(cursor.vocabulary, word, part_expected))
+    error = cursor.error(known or unknown_word(cursor.vocabulary, word, part_expected))
+    if not known and (guess := _guess(cursor.vocabulary, word.lower(), part_expected)):
+        token = cursor.token
+        error.instead = f"{cursor.text[: token.start]}{guess}{cursor.text[token.stop :]}"
+    return error
 
 
 def no_step(cursor: Cursor, after: str) -> PatternError:
