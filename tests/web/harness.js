@@ -18,7 +18,10 @@ const log = [];
 const said = { picked: [], selected: [] };
 const staff = new StaffView(document.getElementById("staff"), {
   seconds: motion.seconds,
-  load: async (from, to, zoom) => (await fetch(`${path}/staff?from=${from}&to=${to}&zoom=${zoom}`)).json(),
+  load: async (from, to, zoom, signal) => {
+    const answer = await fetch(`${path}/staff?from=${from}&to=${to}&zoom=${zoom}`, { signal });
+    return answer.json();
+  },
   parse,
   seek: (seconds) => player.seek(seconds),
   pick: (symbol) => said.picked.push(symbol.dataset.part),

@@ -232,3 +232,41 @@ def test_a_tile_that_cannot_come_is_told_and_asked_for_again(played: Any) -> Non
     assert found["now"] is None
     assert found["pose"][:3] == [101, 2, 3]
     assert all(np.isnan(it) for it in found["pose"][3:])
+
+
+def test_figures_that_are_gone_hold_no_part_of_the_graphics_card(played: Any) -> None:
+    page, said = played("space"), list[str]()
+    page.on("console", lambda it: said.append(it.text))
+    page.evaluate("""async () => {
+  const { Figure } = await import('/static/figure.js');
+  for (let number = 0; number < 20; number++) {
+    new Figure(document.createElement('canvas'), { kind: null }).dispose();
+  }
+}""")
+    page.wait_for_timeout(200)
+    assert [it for it in said if "Too many active WebGL contexts" in it] == []
+    before = page.evaluate("figure.drawn")
+    page.evaluate("figure.turn(10, 0)")
+    settled(page)
+    assert page.evaluate("figure.drawn") > before
+
+
+def test_a_body_that_is_unknown_at_first_is_shown_once_it_is_known(played: Any) -> None:
+    page = played(color_scheme="light")
+    settled(page)
+    wanted = picture(page)
+    page.evaluate("""() => {
+  const pose = motion.pose(0), strokes = description.strokes;
+  const other = figure.constructor, canvas = figure.canvas.cloneNode();
+  figure.canvas.replaceWith(canvas);
+  figure.dispose();
+  window.figure = new other(canvas, { kind: 'canvas' });
+  window.figure.floor = description.floor;
+  window.unknown = () => window.figure.show([{ strokes, pose: pose.map(() => NaN) }]);
+  window.known = () => window.figure.show([{ strokes, pose }]);
+}""")
+    page.evaluate("unknown()")
+    page.wait_for_timeout(200)
+    page.evaluate("known()")
+    settled(page)
+    assert (picture(page) != wanted).any(axis=2).mean() < 0.02

@@ -206,3 +206,22 @@ def test_nobody_is_shut_out(played: Any, violations: Any) -> None:
         page = played(color_scheme=scheme)
         page.wait_for_timeout(300)
         assert violations(page) == []
+
+
+def test_pieces_of_the_staff_that_are_passed_by_are_given_up(played: Any) -> None:
+    page = played()
+    found = page.evaluate("""async () => {
+  const { StaffView } = await import('/static/staff.js');
+  const root = document.createElement('div'), asked = [], aborted = [];
+  root.style.height = '300px';
+  document.getElementById('stage').append(root);
+  const view = new StaffView(root, { seconds: 1000, parse: null, seek() {}, pick() {}, select() {},
+    load: (from, to, zoom, signal) => new Promise((resolve, reject) => {
+      asked.push(from);
+      signal.addEventListener('abort', () => { aborted.push(from); reject(signal.reason); });
+    }) });
+  for (const at of [5, 55, 105, 155]) view.show(at);
+  view.dispose();
+  return { asked, aborted };
+}""")
+    assert found == {"asked": [0, 50, 100, 150], "aborted": [0, 50, 100, 150]}

@@ -32,7 +32,7 @@ export class Figure {
   /** @type {[number, number, number] | null} */
   #target = null;
   #front = 0;
-  #span = 2000;
+  #span = 0;
   #turn = 0;
   #tilt = TILT;
   #zoom = 1;
@@ -211,9 +211,8 @@ export class Figure {
    * @param {Body[]} bodies
    */
   show(bodies) {
-    const first = !this.#bodies.length && bodies.length;
     this.#bodies = bodies;
-    if (first) this.#measure();
+    if (!this.#span) this.#measure();
     this.#draw();
   }
 
@@ -237,11 +236,12 @@ export class Figure {
     this.#drawer.dispose();
   }
 
-  /** Find how large the bodies are, and where they look. */
+  /** Find how large the bodies are, and where they look, if enough of them is known. */
   #measure() {
-    const sizes = this.#bodies.map(({ strokes, pose }) => longest(strokes, pose));
-    this.#span = ROOM * Math.max(600, ...sizes);
-    this.#front = this.#bodies.length ? front(this.#bodies[0]) : 0;
+    const size = Math.max(0, ...this.#bodies.map(({ strokes, pose }) => longest(strokes, pose)));
+    if (!size) return;
+    this.#span = ROOM * size;
+    this.#front = front(this.#bodies[0]);
   }
 
   #resize() {
@@ -257,7 +257,7 @@ export class Figure {
   #draw() {
     cancelAnimationFrame(this.#frame);
     this.#frame = 0;
-    if (!this.#width || !this.#height || !this.#bodies.length) return;
+    if (!this.#width || !this.#height || !this.#span) return;
     const target = this.#aim();
     const views = this.#views(target);
     this.#drawer.draw(views, { bodies: this.#bodies, floor: this.floor, palette: this.#palette });
@@ -308,7 +308,7 @@ export class Figure {
       plan: false,
     }));
     if (this.#plan) {
-      const side = Math.round(Math.min(220, 0.38 * Math.min(views[0].width, views[0].height))), { middle, span } = this.#ground();
+      const side = Math.round(Math.min(200, 0.32 * Math.min(views[0].width, views[0].height))), { middle, span } = this.#ground();
       const left = width - side - 10;
       views.push({ left, top: 10, width: side, height: side, turn: this.#front, tilt: 90, target: middle, span, plan: true });
     }

@@ -189,6 +189,7 @@ export class SpaceDrawer {
 
   dispose() {
     this.#renderer.dispose();
+    this.#renderer.forceContextLoss(); // a browser has but a few of them
   }
 
   /**

@@ -8,7 +8,7 @@
  * @typedef {object} Options
  * @property {number} seconds how long all of it is
  * @property {number} [span] seconds of a piece
- * @property {(from: number, to: number, zoom: number) => Promise<Piece>} load
+ * @property {(from: number, to: number, zoom: number, signal: AbortSignal) => Promise<Piece>} load
  * @property {(svg: string) => SVGSVGElement} parse returns the node of a drawing, adopted
  * @property {(seconds: number) => void} seek is called when another time is wanted
  * @property {(symbol: SVGElement) => void} pick is called when a symbol is chosen
@@ -27,7 +27,7 @@ const KEYS = "Up and down arrows move in time, with shift they select, left and 
 export class StaffView {
   #options;
   #span;
-  /** @type {Map<number, Held | "coming" | "failed">} pieces by number, the one used last at the end */
+  /** @type {Map<number, Held | AbortController | "failed">} pieces by number, the one used last at the end */
   #held = new Map();
   #layer = document.createElement("div");
   #names = document.createElement("div");
@@ -93,6 +93,7 @@ export class StaffView {
 
   /** Take all pieces anew: the score has changed, or other columns are wanted. */
   reload() {
+    this.#giveUp(new Set());
     this.#round++;
     this.#held.clear();
     this.#layer.replaceChildren();
@@ -103,6 +104,7 @@ export class StaffView {
 
   dispose() {
     this.#gone.abort();
+    this.#giveUp(new Set());
     this.#round++;
     this.root.replaceChildren();
   }
@@ -238,7 +240,7 @@ export class StaffView {
   #piece(number) {
     const held = this.#held.get(number);
     if (held === undefined) this.#load(number);
-    if (!held || held === "coming" || held === "failed") return null;
+    if (!isHeld(held)) return null;
     this.#held.delete(number);
     this.#held.set(number, held);
     return held;
@@ -248,19 +250,20 @@ export class StaffView {
   async #load(number) {
     const from = number * this.#span, to = Math.min(from + this.#span, this.#options.seconds), round = this.#round;
     if (from >= to) return;
-    this.#held.set(number, "coming");
+    const coming = new AbortController();
+    this.#held.set(number, coming);
     try {
-      const piece = await this.#options.load(from, to, ZOOMS[this.#zoom]);
+      const piece = await this.#options.load(from, to, ZOOMS[this.#zoom], coming.signal);
       if (round !== this.#round) return;
       this.#held.set(number, this.#hold(piece, from, to));
       for (const [oldest, held] of this.#held) {
         if (this.#held.size <= KEPT) break;
-        if (typeof held !== "string") held.node.remove();
+        if (isHeld(held)) held.node.remove();
         this.#held.delete(oldest);
       }
       this.#state.textContent = "";
     } catch (error) {
-      if (round !== this.#round) return;
+      if (coming.signal.aborted || round !== this.#round) return;
       this.#held.set(number, "failed");
       this.#state.textContent = `The staff could not be read: ${error instanceof Error ? error.message : error}`;
     }
@@ -290,6 +293,18 @@ export class StaffView {
     return { node, piece, from, to, wide: width, tall: low - high };
   }
 
+  /**
+   * Stop what is on its way but for what is wanted.
+   * @param {Set<number>} wanted
+   */
+  #giveUp(wanted) {
+    for (const [number, held] of this.#held) {
+      if (!(held instanceof AbortController) || wanted.has(number)) continue;
+      this.#held.delete(number);
+      held.abort();
+    }
+  }
+
   /** Put every piece where it is now. */
   #place() {
     const { clientWidth, clientHeight } = this.root, last = Math.ceil(this.#options.seconds / this.#span) - 1;
@@ -297,6 +312,7 @@ export class StaffView {
     const number = Math.min(Math.floor(this.#time / this.#span), last), line = this.#lineAt();
     const shown = new Set();
     this.#line.style.transform = `translateY(${line}px)`;
+    this.#giveUp(new Set([number - 1, number, number + 1]));
     const here = this.#piece(number);
     if (here) {
       const scale = this.#scale(here);
@@ -324,7 +340,7 @@ export class StaffView {
     }
     this.#layer.style.width = this.#names.style.width = `${clientWidth}px`;
     for (const held of this.#held.values()) {
-      if (typeof held !== "string") held.node.style.display = shown.has(held) ? "" : "none";
+      if (isHeld(held)) held.node.style.display = shown.has(held) ? "" : "none";
     }
     const ends = this.#range?.map((seconds) => this.#yOf(seconds));
     this.#mark.hidden = !ends;
@@ -344,8 +360,8 @@ export class StaffView {
 
   /** Return pixels of a second, about, where no piece tells. */
   #usual() {
-    const held = [...this.#held.values()].find((it) => typeof it !== "string");
-    return held && typeof held !== "string" ? this.#scale(held) * (along(held.from, held.piece.times, held.piece.ys) - along(held.to, held.piece.times, held.piece.ys)) / (held.to - held.from) : 56;
+    const held = [...this.#held.values()].find(isHeld);
+    return held ? this.#scale(held) * (along(held.from, held.piece.times, held.piece.ys) - along(held.to, held.piece.times, held.piece.ys)) / (held.to - held.from) : 56;
   }
 
   /**
@@ -354,7 +370,7 @@ export class StaffView {
    */
   #yOf(seconds) {
     const number = Math.floor(Math.min(seconds, this.#options.seconds - 1e-9) / this.#span), held = this.#held.get(number);
-    if (held && typeof held !== "string" && held.node.style.display !== "none") {
+    if (isHeld(held) && held.node.style.display !== "none") {
       const roof = Number(held.node.dataset.roof);
       return roof + this.#scale(held) * (along(seconds, held.piece.times, held.piece.ys) - along(held.to, held.piece.times, held.piece.ys));
     }
@@ -367,7 +383,7 @@ export class StaffView {
    */
   #secondsAt(y) {
     for (const held of this.#held.values()) {
-      if (typeof held === "string" || held.node.style.display === "none") continue;
+      if (!isHeld(held) || held.node.style.display === "none") continue;
       const roof = Number(held.node.dataset.roof), scale = this.#scale(held);
       if (y < roof || y > roof + scale * held.tall) continue;
       const unit = (y - roof) / scale + along(held.to, held.piece.times, held.piece.ys);
@@ -375,6 +391,15 @@ export class StaffView {
     }
     return this.#clipped(this.#time + (this.#lineAt() - y) / this.#usual());
   }
+}
+
+/**
+ * Return whether a piece is there.
+ * @param {Held | AbortController | "failed" | undefined} held
+ * @returns {held is Held}
+ */
+function isHeld(held) {
+  return held !== undefined && held !== "failed" && !(held instanceof AbortController);
 }
 
 /**
