@@ -20,6 +20,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from lanindex.draw.strip import Staff as Staff
     from lanindex.encoding import encode as encode
     from lanindex.encoding import trace as trace
     from lanindex.encoding.profile import load as load_profile
@@ -60,6 +61,7 @@ _PUBLIC = {
     "Motion": ("lanindex.model", "Motion"),
     "Score": ("lanindex.model", "Score"),
     "Symbol": ("lanindex.model", "Symbol"),
+    "Staff": ("lanindex.draw.strip", "Staff"),
     "Hit": ("lanindex.model", "Hit"),
     "LanindexError": ("lanindex.errors", "LanindexError"),
 }
@@ -72,6 +74,7 @@ __all__ = [
     "Motion",
     "Score",
     "Selection",
+    "Staff",
     "Symbol",
     "__version__",
     "animate",

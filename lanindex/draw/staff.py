@@ -2,9 +2,11 @@
 
 from bisect import bisect_right
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 from math import ceil, floor
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,14 +136,18 @@ class TimeAxis:
         if self.seconds:
             return seconds
         score, meter = self.score, self.score.meter
-        rows = joined(track.symbols for track in score.tracks.values())
+        frames, ticks = self.knots()
+        frame, rate = seconds * float(score.rate), float(meter.tick_rate / score.rate)
+        past = max(frame - float(frames[-1]), 0.0) * rate
+        return float((np.interp(frame, frames, ticks) + past) * meter.beats / meter.division)
+
+    def knots(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the frames (K,) at which symbols tell where beats are, and their ticks."""
+        rows = joined(track.symbols for track in self.score.tracks.values())
         frames = np.concatenate([[0], rows["start"], rows["stop"]])
         ticks = np.concatenate([[0], rows["tick"], rows["tick"] + rows["ticks"]])
         frames, first = np.unique(frames, return_index=True)
-        ticks, frame = np.maximum.accumulate(ticks[first]), seconds * float(score.rate)
-        rate = float(meter.tick_rate / score.rate)
-        past = max(frame - float(frames[-1]), 0.0) * rate
-        return float((np.interp(frame, frames, ticks) + past) * meter.beats / meter.division)
+        return frames, np.maximum.accumulate(ticks[first])
 
     def number(self, count: float) -> str:
         """Return the label of a bar that begins at a count: its number, or the second."""
@@ -391,7 +397,7 @@ def _staves(
         )
         painter = SymbolPainter(layout, keys_of(clock.score, symbols))
         groups = [it for part in drawn if part not in STANCES for it in painter.track(part)]
-        held = _holds(layout, painter.tops) if STANCES & {*drawn} else []
+        held = holds(layout, painter.tops) if STANCES & {*drawn} else []
         letters = [
             Label(layout.centre(staff), head + MARGIN + C // 4, LETTERS[number], C // 2)
             for staff in range(len(edges) - 1 if len(clocks) > 1 else 0)
@@ -403,7 +409,7 @@ def _staves(
     return layout, marks, counts
 
 
-_DOUBLE = C // 5
+DOUBLE = C // 5
 _NAME = round(0.45 * C)
 _HEADING, _LINE = round(0.55 * C), round(0.9 * C)  # size and distance of the lines of a heading
 _STUB = 0.25  # of a staff: what is left of a score for the last one is shared out, if no more
@@ -413,33 +419,53 @@ _TICKS = C // 4  # height of a count from which on each has its tick
 
 def _lines(layout: PageLayout) -> list[Mark]:
     """Return lines of all staves, ticks of beats, numbers of bars, and names of columns."""
-    marks, clock = list[Mark](), layout.clock
+    marks = list[Mark]()
     last, inner, base = len(layout.edges) - 2, layout.columns.inner, layout.base
     roof = layout.head + 2 * MARGIN  # of all staves: the last one is as tall, if shorter in time
-    bars = ceil(C / (clock.bar * layout.beat))  # that share a number, where they stand close
     for staff in range(last + 1):
         x, (low, high) = layout.centre(staff), layout.edges[staff : staff + 2]
         top, foot = base - (high - low), base + (MARGIN + START if staff == 0 else 0)
         marks += [line(x + side, foot, x + side, roof, "staff") for side in (-inner, 0, inner)]
-        ends = [base, *[base + _DOUBLE] * (staff == 0), top, *[top + _DOUBLE] * (staff == last)]
+        ends = [base, *[base + DOUBLE] * (staff == 0), top, *[top + DOUBLE] * (staff == last)]
         marks += [line(x - inner, y, x + inner, y, "staff") for y in ends]
         first = ceil(layout.start + low / layout.beat - _EPS)
-        for number in range(first, floor(layout.start + high / layout.beat + _EPS) + 1):
-            y = base - (round((number - layout.start) * layout.beat) - low)
-            within = top < y < base
-            begins = number % clock.bar == 0 and number // clock.bar % bars == 0
-            if number % clock.bar and within and layout.beat >= _TICKS:
-                marks.append(line(x - C // 4, y, x + C // 4, y, "staff"))
-            if begins and within:
-                style = "light" if clock.seconds else "staff"
-                marks.append(line(x - inner, y, x + inner, y, style))
-            if (begins and y > top) or (clock.seconds and y == base):
-                at = x - layout.columns.left - GAP * 4
-                marks.append(Label(at, y + C // 5, clock.number(number), C // 2 + 10, "end"))
-        foot = base + MARGIN + (MARGIN + START if staff == 0 else 0)
-        for part, at in layout.columns.places.items():
-            marks.append(Label(x + at + _NAME // 3, foot, name_of(part), _NAME, "under", True))
+        last_one = floor(layout.start + high / layout.beat + _EPS)
+        marks += count_lines(layout, staff, range(first, last_one + 1))
+        marks += column_names(layout, x, base + MARGIN + (MARGIN + START if staff == 0 else 0))
     return marks
+
+
+def count_lines(layout: PageLayout, staff: int, numbers: range) -> list[Mark]:
+    """Return ticks of some counts of a staff, and lines and numbers of the bars among them."""
+    marks, clock, base = list[Mark](), layout.clock, layout.base
+    bars = ceil(C / (clock.bar * layout.beat))  # that share a number, where they stand close
+    x, (low, high), inner = (
+        layout.centre(staff),
+        layout.edges[staff : staff + 2],
+        layout.columns.inner,
+    )
+    top = base - (high - low)
+    for number in numbers:
+        y = base - (round((number - layout.start) * layout.beat) - low)
+        within = top < y < base
+        begins = number % clock.bar == 0 and number // clock.bar % bars == 0
+        if number % clock.bar and within and layout.beat >= _TICKS:
+            marks.append(line(x - C // 4, y, x + C // 4, y, "staff"))
+        if begins and within:
+            style = "light" if clock.seconds else "staff"
+            marks.append(line(x - inner, y, x + inner, y, style))
+        if (begins and y > top) or (clock.seconds and y == base):
+            at = x - layout.columns.left - GAP * 4
+            marks.append(Label(at, y + C // 5, clock.number(number), C // 2 + 10, "end"))
+    return marks
+
+
+def column_names(layout: PageLayout, x: int, y: int) -> list[Mark]:
+    """Return the names of the columns of a staff, which end at a height."""
+    return [
+        Label(x + at + _NAME // 3, y, name_of(part), _NAME, "under", True)
+        for part, at in layout.columns.places.items()
+    ]
 
 
 def name_of(part: str) -> str:
@@ -460,7 +486,7 @@ _CARRYING = {"support": "+", "jump": "+", "turn": "+", "carrier": "c"}
 _LASTS = 0.25  # least counts without a symbol of support that are drawn as a hold of weight
 
 
-def _holds(layout: PageLayout, tops: Mapping[int, int]) -> list[MarkGroup]:
+def holds(layout: PageLayout, tops: Mapping[int, int]) -> list[MarkGroup]:
     """Return a circle wherever feet hold the weight and supports have no symbol, else a question.
 
     `tops`: by the height at which supports end, that at which they end on paper.
@@ -553,6 +579,17 @@ def keys_of(score: Score, symbols: Iterable[Symbol]) -> frozenset[Key]:
     return frozenset(found)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Heights:
+    """The symbols of a track that a staff shows, and how high they are."""
+
+    rows: NDArray[np.void]  # (S,) of `SYMBOL`
+    numbers: NDArray[np.int64]  # (S,) which of the track's rows they are, passing ones left out
+    times: NDArray[np.int64]  # (S, 2) heights at which each begins and ends
+    # (S, 2) heights at which it is drawn: a short one is taller; -1: too short to be drawn
+    drawn: NDArray[np.int64]
+
+
 class SymbolPainter:
     """Symbols as they come to paper, and the bands below those that are marked."""
 
@@ -563,52 +600,100 @@ class SymbolPainter:
         self.tops: dict[int, int] = {}  # Where supports end on paper, by where they would
         self.flights = layout.clock.symbols(rows_of(self.score, "jump"))
 
+    def on(self, layout: PageLayout) -> Self:
+        """Return what draws the same symbols on another piece of the same staff."""
+        other = copy(self)
+        other.layout, other.bands = layout, []
+        return other
+
     def track(self, part: str) -> list[MarkGroup]:
         """Return the symbols of a track: the one in force at the beginning, and those behind."""
-        layout, kind = self.layout, KINDS[kind_of(part)]
+        heights = self.heights(part)
+        symbols = listed(part, heights.rows)
+        begun = [group for _, group in self.begun(part, self.layout.start)]
+        return begun + self.drawn(symbols, heights.times, heights.drawn)
+
+    def heights(self, part: str) -> Heights:
+        """Return the symbols of a track that the staff shows, and how high they are."""
+        layout, kind = self.layout, KINDS[kind_of(part)].name
         rows = rows_of(self.score, part)
         begins, ends = layout.clock.symbols(rows)
-        over = ends <= layout.start
-        before = listed(part, rows[over & (kind.lasts | (begins == ends))][-1:])
-        if before and group_of(part) in _LEGS and self._carried(before[0]):
-            before = []
-        seen = ~over & (begins < layout.stop)
-        symbols = listed(part, rows[seen])
-        heights = [
-            (layout.up(self._begin(kind.name, *times)), layout.up(times[1]))
-            for times in zip(begins[seen].tolist(), ends[seen].tolist(), strict=True)
-        ]
+        numbers = np.flatnonzero((ends > layout.start) & (begins < layout.stop))
+        rows, begins, ends = rows[numbers], begins[numbers], ends[numbers]
+        if kind == "support":
+            begins = self._landed(begins, ends)
+        lows, highs = (list(map(layout.up, it.tolist())) for it in (begins, ends))
+        times = np.array((lows, highs), np.int64).T.reshape(-1, 2)
         if part in BESIDE:
-            happen = zip([*before, *symbols], [(0, 0)] * len(before) + heights, strict=True)
-            return [self._beside(symbol, *ends) for symbol, ends in happen]
-        groups = []
-        for symbol in before:
+            return Heights(rows, numbers, times, times)
+        kept = range(len(rows)) if kind == "support" else self._marked(part, rows)
+        spread = spread_heights([*zip(lows, highs, strict=True)], LEAST, kept, layout.edges[-1])
+        drawn = np.array([own or (-1, -1) for own in spread], np.int64).reshape(-1, 2)
+        if kind == "support":
+            for high, own in zip(highs, spread, strict=True):
+                if own:
+                    self.tops[high] = max(own[1], self.tops.get(high, 0))
+        return Heights(rows, numbers, times, drawn)
+
+    def _marked(self, part: str, rows: NDArray[np.void]) -> set[int]:
+        """Return which rows of a part are marked."""
+        if not any(marked == part for marked, *_ in self.marked):
+            return set()
+        spans = zip(rows["start"].tolist(), rows["stop"].tolist(), strict=True)
+        return {at for at, span in enumerate(spans) if (part, *span) in self.marked}
+
+    def begun(self, part: str, count: float) -> list[tuple[int, MarkGroup]]:
+        """Return what of a track is in force at a count, below the staff: its row, and its marks.
+
+        Passing rows are not counted.
+        """
+        layout, kind, rows = self.layout, KINDS[kind_of(part)], rows_of(self.score, part)
+        begins, ends = layout.clock.symbols(rows)
+        over = (ends <= count) & (kind.lasts | (begins == ends))
+        found = []
+        for number in np.flatnonzero(over)[-1:].tolist():
+            (symbol,) = listed(part, rows[[number]])
+            if group_of(part) in _LEGS and self._carried(symbol, count):
+                continue
+            if part in BESIDE:
+                found.append((number, self._beside(symbol, 0, 0)))
+                continue
             base, centre = layout.base + MARGIN // 2, layout.centre(0)
             marks = self._sign(symbol, centre, base + START, START, (0, START))
-            groups.append(_group(symbol, self.score, marks))
+            found.append((number, symbol_group(symbol, self.score, marks)))
             self._band(symbol, centre + self._across(symbol), base + START, base)
-        kept = {at for at, it in enumerate(symbols) if kind.name == "support" or self._lit(it)}
-        spread = spread_heights(heights, LEAST, kept, layout.edges[-1])
-        for symbol, (low, high), own in zip(symbols, heights, spread, strict=True):
-            if own and kind.name == "support":
-                self.tops[high] = max(own[1], self.tops.get(high, 0))
-            drawn = self._placed(symbol, *own, seen_again=low == high) if own else None
-            groups.append(drawn or _group(symbol, self.score, []))
+        return found
+
+    def drawn(
+        self, symbols: Sequence[Symbol], times: NDArray[np.int64], drawn: NDArray[np.int64]
+    ) -> list[MarkGroup]:
+        """Return symbols of one track at their heights; those too short to be drawn are empty."""
+        groups = []
+        for symbol, (low, high), own in zip(symbols, times.tolist(), drawn.tolist(), strict=True):
+            if symbol.part in BESIDE:
+                groups.append(self._beside(symbol, low, high))
+            elif own[0] < 0:
+                groups.append(symbol_group(symbol, self.score, []))
+            else:
+                groups.append(self._placed(symbol, own[0], own[1], seen_again=low == high))
         return groups
 
-    def _carried(self, symbol: Symbol) -> bool:
-        """Return whether the foot took the weight between a gesture and where the staff begins."""
+    def _carried(self, symbol: Symbol, count: float) -> bool:
+        """Return whether the foot took the weight between a gesture and a count."""
         rows = rows_of(self.score, f"{symbol.part[:2]}stance")
         later = rows[rows["start"] > symbol.start]
-        return bool((self.layout.clock.symbols(later)[0] <= self.layout.start).any())
+        return bool((self.layout.clock.symbols(later)[0] <= count).any())
 
-    def _begin(self, kind: str, start: float, stop: float) -> float:
-        """Return when a symbol begins on paper: before a landing both columns of support rest."""
-        begins, ends = self.flights
-        at = np.searchsorted(begins, stop - 1e-9, "right") - 1
-        if kind == "support" and at >= 0 and begins[at] < stop <= ends[at] + 1e-9:
-            return max(start, float(begins[at] + stop) / 2)
-        return start
+    def _landed(
+        self, begins: NDArray[np.float64], ends: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return when supports begin on paper: before a landing both columns of support rest."""
+        starts, stops = self.flights
+        if not len(starts):
+            return begins
+        at = np.searchsorted(starts, ends - 1e-9, "right") - 1
+        lands = (at >= 0) & (starts[at] < ends) & (ends <= stops[at] + 1e-9)
+        return np.where(lands, np.maximum(begins, (starts[at] + ends) / 2), begins)
 
     def _placed(self, symbol: Symbol, low: int, high: int, *, seen_again: bool) -> MarkGroup:
         """Return a symbol in its column, on each staff that shows a piece of it."""
@@ -621,7 +706,7 @@ class SymbolPainter:
             if seen_again:  # a line above where it is known from
                 marks.append(line(x - C // 2, top - gap, x + C // 2, top - gap, "staff"))
             self._band(symbol, x, piece.y + gap, top - gap, 2 * PITCH if x == piece.x else PITCH)
-        return _group(symbol, self.score, marks)
+        return symbol_group(symbol, self.score, marks)
 
     def _across(self, symbol: Symbol) -> int:
         """Return where a symbol stands, from the centre: on it where the body turns on the spot."""
@@ -667,7 +752,7 @@ class SymbolPainter:
             elif piece.low == 0:
                 marks.append(bow(piece.x + start, piece.x + stop, piece.y + BOW // 2))
             self._band(symbol, piece.x + (start + stop) // 2, piece.y, piece.top, stop - start)
-        return _group(symbol, self.score, marks)
+        return symbol_group(symbol, self.score, marks)
 
 
 def short(seconds: float) -> str:
@@ -675,7 +760,8 @@ def short(seconds: float) -> str:
     return f"{seconds:.3f}".rstrip("0").rstrip(".")
 
 
-def _group(symbol: Symbol, score: Score, marks: list[Mark]) -> MarkGroup:
+def symbol_group(symbol: Symbol, score: Score, marks: list[Mark]) -> MarkGroup:
+    """Return the marks of a symbol with its words and what programs read."""
     span = symbol.start, symbol.stop
     start, stop = (short(score.rate.denominator * it / score.rate.numerator) for it in span)
     data = {"part": symbol.part, "direction": symbol.direction, "level": symbol.level}

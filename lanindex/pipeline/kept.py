@@ -17,7 +17,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from importlib import import_module
 from tempfile import TemporaryFile
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Generic, TypeVar
 from weakref import finalize
 
 import numpy as np
@@ -76,69 +76,63 @@ def write(made: Made, file: BinaryIO) -> None:
     file.flush()
 
 
-def _read(file: BinaryIO) -> Kept:
-    """Return what was written into a file."""
-    file.seek(0)
-    line = file.readline()
-    head, offset, arrays = json.loads(line), len(line), {}
-    for name, (kind, shape) in head["arrays"].items():
-        arrays[name] = np.dtype(kind), tuple(shape), offset
-        offset += int(np.prod(shape, dtype=np.int64)) * np.dtype(kind).itemsize
-    return Kept(head["about"], offset, file, arrays)
+def _kept(run: Callable[[BinaryIO], None]) -> Kept:
+    """Return what is written into a file."""
+    file: Any = TemporaryFile(buffering=0)  # noqa: SIM115 (closed with what is kept in it)
+    try:
+        run(file)
+        file.seek(0)
+        line = file.readline()
+        head, offset, arrays = json.loads(line), len(line), {}
+        for name, (kind, shape) in head["arrays"].items():
+            arrays[name] = np.dtype(kind), tuple(shape), offset
+            offset += int(np.prod(shape, dtype=np.int64)) * np.dtype(kind).itemsize
+        return Kept(head["about"], offset, file, arrays)
+    except BaseException:
+        file.close()
+        raise
 
 
-class Cache:
-    """What was worked out, by what it was worked out from; the least recently used is let go."""
+T = TypeVar("T")
 
-    def __init__(self, most_bytes: int = BYTES, most: int = FILES) -> None:
-        self.most_bytes, self.most = most_bytes, most
-        self._lock, self._aside = threading.Lock(), threading.Semaphore(ASIDE)
-        self._kept: OrderedDict[Hashable, Future[Kept]] = OrderedDict()
+
+class Latest(Generic[T]):
+    """Results by what they are made of, each made once; the least recently used is let go."""
+
+    def __init__(self, most: int, most_bytes: int = sys.maxsize) -> None:
+        self.most, self.most_bytes = most, most_bytes
+        self._lock = threading.Lock()
+        self._kept: OrderedDict[Hashable, Future[T]] = OrderedDict()
 
     def __len__(self) -> int:
-        """Return how many are kept or being worked out."""
+        """Return how many are kept or being made."""
         return len(self._kept)
 
     def holds(self, key: Hashable) -> bool:
-        """Return whether something is worked out."""
+        """Return whether a result is there."""
         with self._lock:
             return key in self._kept and self._kept[key].done()
 
-    def get(self, key: Hashable, job: Job, arguments: Mapping[str, Any], *, aside: bool) -> Kept:
-        """Return what a job makes; whoever asks meanwhile waits for the one who makes it."""
-        return self.begin(key, job, arguments, aside=aside).result()
+    def made(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return a result; whoever asks while it is being made waits for the one who makes it."""
+        future, mine = self._asked(key)
+        if mine:
+            self._make(key, future, make)
+        return future.result()
 
-    def begin(
-        self, key: Hashable, job: Job, arguments: Mapping[str, Any], *, aside: bool
-    ) -> Future[Kept]:
-        """Begin a job unless it is done or under way: here and now, or `aside`, by a process."""
+    def _asked(self, key: Hashable) -> tuple[Future[T], bool]:
+        """Return a result that is there or to come, and whether whoever asks has to make it."""
         with self._lock:
-            future, mine = self._kept.get(key), key not in self._kept
-            if future is None:
-                future = self._kept[key] = Future[Kept]()
+            mine = key not in self._kept
+            future = self._kept.setdefault(key, Future())
             self._kept.move_to_end(key)
-        work = (key, future, job, arguments)
-        if mine and aside:
-            threading.Thread(target=self._make, args=(*work, self._process), daemon=True).start()
-        elif mine:
-            self._make(*work, _here)
-        return future
+        return future, mine
 
-    def _make(
-        self,
-        key: Hashable,
-        future: Future[Kept],
-        job: Job,
-        arguments: Mapping[str, Any],
-        run: Callable[[Job, Mapping[str, Any], BinaryIO], None],
-    ) -> None:
-        """Do a job; what failed is tried again by the next who asks."""
-        file: Any = TemporaryFile(buffering=0)  # noqa: SIM115 (closed with what is kept in it)
+    def _make(self, key: Hashable, future: Future[T], make: Callable[[], T]) -> None:
+        """Make a result; what failed is tried again by the next who asks."""
         try:
-            run(job, arguments, file)
-            future.set_result(_read(file))
+            future.set_result(make())
         except BaseException as error:
-            file.close()
             with self._lock:
                 self._kept.pop(key, None)
             future.set_exception(error)
@@ -148,15 +142,47 @@ class Cache:
             self._let_go()
 
     def _let_go(self) -> None:
-        """Let go of the least recently used; a file goes when its last reader has done."""
+        """Let go of the least recently used, but for the last."""
         with self._lock:
-            done = [(key, it.result()) for key, it in self._kept.items() if it.done()]
-            size = sum(kept.size for _, kept in done)
-            for key, kept in done[:-1]:
+            done = [(key, self._size(it.result())) for key, it in self._kept.items() if it.done()]
+            size = sum(size for _, size in done)
+            for key, own in done[:-1]:
                 if size <= self.most_bytes and len(self._kept) <= self.most:
                     break
                 del self._kept[key]
-                size -= kept.size
+                size -= own
+
+    def _size(self, result: T) -> int:
+        """Return the bytes of a result that count."""
+        return 0
+
+
+class Cache(Latest[Kept]):
+    """What was worked out, in files that go when their last reader has done."""
+
+    def __init__(self, most_bytes: int = BYTES, most: int = FILES) -> None:
+        super().__init__(most, most_bytes)
+        self._aside = threading.Semaphore(ASIDE)
+
+    def _size(self, result: Kept) -> int:
+        return result.size
+
+    def get(self, key: Hashable, job: Job, arguments: Mapping[str, Any], *, aside: bool) -> Kept:
+        """Return what a job makes; whoever asks meanwhile waits for the one who makes it."""
+        return self.begin(key, job, arguments, aside=aside).result()
+
+    def begin(
+        self, key: Hashable, job: Job, arguments: Mapping[str, Any], *, aside: bool
+    ) -> Future[Kept]:
+        """Begin a job unless it is done or under way: here and now, or `aside`, by a process."""
+        future, mine = self._asked(key)
+        run = self._process if aside else _here
+        work = (key, future, lambda: _kept(lambda file: run(job, arguments, file)))
+        if mine and aside:
+            threading.Thread(target=self._make, args=work, daemon=True).start()
+        elif mine:
+            self._make(*work)
+        return future
 
     def _process(self, job: Job, arguments: Mapping[str, Any], file: BinaryIO) -> None:
         """Have a job done by a process of its own."""
@@ -194,7 +220,7 @@ def child(module: str, job: str, arguments: Mapping[str, Any]) -> None:
         made = getattr(import_module(module), job)(**arguments)
     except errors.LanindexError as error:
         facts = {name: getattr(error, name) for name in ("found", "place", "wanted", "remedy")}
-        print(json.dumps((type(error).__name__, facts)), file=sys.stderr)
+        sys.stderr.write(json.dumps((type(error).__name__, facts)) + "\n")
         sys.exit(FAILED)
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as file:
         write(made, file)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from fractions import Fraction
@@ -20,9 +20,10 @@ from lanindex.search.hits import Hits, piped
 from lanindex.search.limits import deadline
 
 if TYPE_CHECKING:
+    from lanindex.draw.strip import Staff
     from lanindex.film.figure import Figure
     from lanindex.library.stats import Stats
-    from lanindex.model import Capture, Hit, Reading, Score, Track
+    from lanindex.model import Capture, Hit, Reading, Score, Symbol, Track
     from lanindex.pipeline.example import Alike, Groups
     from lanindex.pipeline.motifs import Motifs
     from lanindex.pipeline.movement import Movement
@@ -841,6 +842,63 @@ class Library:
         from lanindex.pipeline.motion import motion
 
         return motion(self.store, capture, start, stop, fps)
+
+    def staff(
+        self,
+        which: int | str | Hit,
+        start: float | None = None,
+        stop: float | None = None,
+        *,
+        parts: Sequence[str] | None = None,
+        detail: str = "plain",
+        marked: Iterable[Symbol] = (),
+        scale: float = 1.0,
+    ) -> Staff:
+        """Return the staff of a capture, of which windows are drawn that fit together.
+
+        The staff of a capture is made once; the last eight are kept.
+
+        Parameters
+        ----------
+        which : int, str or Hit
+            A capture by its number or path; or a hit, whose symbols are marked.
+        start, stop : float, optional
+            Seconds of the window that is meant; else all of the capture, or those of the hit.
+        parts : sequence of str, optional
+            Tracks that have a column, drawn in full; else those that a reader expects.
+        detail : str
+            ``plain``: what a reader expects; ``full``: all that is known.
+        marked : iterable of Symbol
+            Symbols below which a band is laid.
+        scale : float
+            1: 56 pixels a second or beat.
+
+        Returns
+        -------
+        Staff
+            ``svg()``, ``y(seconds)``, ``seconds(y)``, ``columns``, ``symbols()``.
+
+        Raises
+        ------
+        ExportError
+            Where a hit comes from another library.
+        UsageError
+            Where the window lies outside of the capture, or a part has no column.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     staff = library.staff("compass.bvh", parts=["r_arm"])
+        >>> tiles = [staff.svg(at, at + 4, foot=False) for at in (0, 4, 8)]
+        >>> round(staff.y(0) - staff.y(4)), list(staff.columns)
+        (224, ['r_arm'])
+        """
+        from lanindex.pipeline.staves import staff
+
+        return staff(
+            self.store, which, start, stop, parts=parts, detail=detail, marked=marked, scale=scale
+        )
 
     def captures(self, selection: Selection = ALL) -> list[Capture]:
         """Return the selected captures in the order in which they came; all by default."""
