@@ -24,8 +24,9 @@ from lanindex.alphabet import GROUPS, PARTS
 from lanindex.encoding.direction import CELLS
 from lanindex.errors import NotationError, quoted, shown
 from lanindex.model import Meter
+from lanindex.notation import content_of
 from lanindex.notation.lpd_ldd import Ranges, Rule, parse_ldd, parse_lpd
-from lanindex.notation.text import read_text, read_toml
+from lanindex.notation.text import decoded, parse_toml
 
 BUILT_IN = Path(__file__).parent / "profiles"
 
@@ -46,7 +47,7 @@ class Rules:
     """The rules of a part, ready to be looked up."""
 
     def __init__(self, rules: Sequence[Rule]) -> None:
-        self._rules = rules
+        self.all = rules
 
     @cached_property
     def table(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -55,7 +56,7 @@ class Rules:
         A rule is its number of cells, its third cell or 0, the deleted cells as bits, and its line.
         """
         rows: list[list[tuple[int, ...]]] = [[] for _ in range(CELLS * CELLS)]
-        for rule in self._rules:
+        for rule in self.all:
             one, two, *third = (direction * 3 + level for direction, level in rule.cells)
             gone = sum(deleted << place for place, deleted in enumerate(rule.deleted))
             rows[one * CELLS + two].append((2 + len(third), sum(third), gone, rule.line))
@@ -85,46 +86,61 @@ class Profile:
     rules: Mapping[str, Rules]  # By part
 
 
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """What a line of ``profile.toml`` may say: a number, or a number and a unit in quotes."""
+
+    units: tuple[str, ...] = ()  # One of which it must have; none: a bare number
+    examples: str = ""  # Of a number with a unit
+    low: float = 0
+    high: float = 1e6
+    whole: bool = False
+
+    @property
+    def wanted(self) -> str:
+        """What is wanted, in words."""
+        whole = "whole " if self.whole else ""
+        return self.examples or f"a {whole}number from {self.low:g} to {self.high:g}"
+
+    def read(self, value: Any) -> tuple[Any, str]:
+        """Return a number and its unit; a `ValueError` says what is wanted instead."""
+        if not self.units:
+            kinds = int if self.whole else int | float
+            if isinstance(value, bool) or not isinstance(value, kinds):
+                raise ValueError(self.wanted)
+            if not self.low <= value <= self.high:
+                raise ValueError(self.wanted)
+            return value, ""
+        pattern = rf"(\d+(?:\.\d+)?)\s*({'|'.join(self.units)})"
+        match = re.fullmatch(pattern, value) if isinstance(value, str) else None
+        if match is None:
+            raise ValueError(self.wanted)
+        if float(match[1]) > self.high:
+            raise ValueError(f"a number of at most {self.high:.0f}")
+        return float(match[1]), match[2]
+
+
+_SPEED = Parameter(("mm/s", "L/s"), '"600 mm/s" or "1.09 L/s"')
+PARAMETERS = {
+    "rate": Parameter(low=0.1, high=1000),
+    "smoothing": Parameter(("ms", "s"), '"83 ms" or "0.083 s"'),
+    "candidate_speed": _SPEED,
+    "prominence": _SPEED,
+    "still": _SPEED,
+    "distance": Parameter(("mm", "L"), '"50 mm" or "0.09 L"'),
+    "path_check": Parameter(high=100),
+    "achieved_within": Parameter(high=180),
+    "onset": Parameter(high=0.25),
+    "speed": Parameter(low=0.1, high=1000),
+    "division": Parameter(low=1, high=4096, whole=True),
+}
+"""The numbers of ``profile.toml``; what each is says its comment in that of ``default``."""
+
+
 def _text(value: Any) -> str:
     if not isinstance(value, str):
         raise ValueError("text in quotes")
     return value
-
-
-def _number(value: Any, low: float, high: float, kind: type[float] = float) -> Any:
-    if isinstance(value, bool) or not isinstance(value, int | kind) or not low <= value <= high:
-        whole = "whole " if kind is int else ""
-        raise ValueError(f"a {whole}number from {low:g} to {high:g}")
-    return value
-
-
-def _positive(value: Any) -> Fraction:
-    return Fraction(str(_number(value, 0.1, 1000)))
-
-
-def _quantity(value: Any, units: str, wanted: str) -> tuple[float, str]:
-    """Return a number and its unit."""
-    pattern = rf"(\d+(?:\.\d+)?)\s*({units})"
-    match = re.fullmatch(pattern, value) if isinstance(value, str) else None
-    if match is None:
-        raise ValueError(wanted)
-    if float(match[1]) > 1e6:
-        raise ValueError("a number of at most 1000000")
-    return float(match[1]), match[2]
-
-
-def _seconds(value: Any) -> float:
-    number, unit = _quantity(value, "ms|s", '"83 ms" or "0.083 s"')
-    return number / (1000 if unit == "ms" else 1)
-
-
-def _measure(value: Any, units: str, wanted: str) -> Measure:
-    number, unit = _quantity(value, units, wanted)
-    return Measure(number, unit.startswith("L"))
-
-
-_speed = partial(_measure, units="mm/s|L/s", wanted='"600 mm/s" or "1.09 L/s"')
-_length = partial(_measure, units="mm|L", wanted='"50 mm" or "0.09 L"')
 
 
 def _rhythm(value: Any) -> tuple[int, int]:
@@ -134,72 +150,97 @@ def _rhythm(value: Any) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
+def _number(key: str, value: Any) -> Any:
+    """Return what a parameter is in a `Profile`."""
+    number, unit = PARAMETERS[key].read(value)
+    if key in ("rate", "speed"):
+        return Fraction(str(number))
+    if key == "smoothing":
+        return number / (1000 if unit == "ms" else 1)
+    if unit:
+        return Measure(number, unit.startswith("L"))
+    return number if PARAMETERS[key].whole else float(number)
+
+
 _FIELDS: dict[str, Callable[[Any], Any]] = {
     "name": _text,
-    "rate": _positive,
-    "smoothing": _seconds,
-    "candidate_speed": _speed,
-    "prominence": _speed,
-    "still": _speed,
-    "distance": _length,
-    "path_check": lambda value: float(_number(value, 0, 100)),
-    "achieved_within": lambda value: float(_number(value, 0, 180)),
-    "onset": lambda value: float(_number(value, 0, 0.25)),
-    "speed": _positive,
+    **{key: partial(_number, key) for key in PARAMETERS},
     "rhythm": _rhythm,
-    "division": lambda value: _number(value, 1, 4096, int),
 }
 
 
-def _parameters(path: Path) -> dict[str, Any]:
-    table = read_toml(path)
+def _parameters(text: str, place: str) -> dict[str, Any]:
+    table = parse_toml(text, place)
     for key in [*table, *_FIELDS]:
         if key not in _FIELDS:
             wanted = "one of " + ", ".join(_FIELDS)
-            raise NotationError(f'"{shown(key)}"', place=str(path), wanted=wanted)
+            raise NotationError(f'"{shown(key)}"', place=place, wanted=wanted)
         if key not in table:
-            raise NotationError(f"no {key}", place=str(path), wanted="a line for it")
+            raise NotationError(f"no {key}", place=place, wanted="a line for it")
     values = {}
     for key, value in table.items():
         try:
             values[key] = _FIELDS[key](value)
         except ValueError as error:
             found = f"{key} = {quoted(value)}"
-            raise NotationError(found, place=str(path), wanted=str(error)) from error
+            raise NotationError(found, place=place, wanted=str(error)) from error
     return values
 
 
-def _of_part(folder: Path, part: str, suffix: str) -> Path:
+Files = Mapping[str, bytes]
+"""The files of a profile, by name."""
+
+
+def file_of(files: Files, part: str, suffix: str, place: str = "") -> str:
+    """Return the name of the file that a part takes its directions or its rules from."""
     for stem in (part, PARTS[part].group, "all"):
-        path = folder / (stem + suffix)
-        if path.is_file():
-            return path
+        if stem + suffix in files:
+            return stem + suffix
     raise NotationError(
         f"no {suffix[1:].upper()} file for {part}",
-        place=str(folder),
+        place=place,
         wanted=f"{part}{suffix}, {PARTS[part].group}{suffix} or all{suffix}",
     )
 
 
-def _check_names(folder: Path) -> None:
+def _check_names(files: Files, place: str) -> None:
     """Refuse a file that no part would ever read: a slip in its name."""
-    for path in sorted(folder.iterdir()):
-        if path.suffix in (".lpd", ".ldd") and path.stem not in {*PARTS, *GROUPS, "all"}:
+    for name in sorted(files):
+        stem, _, suffix = name.rpartition(".")
+        if suffix in ("lpd", "ldd") and stem not in {*PARTS, *GROUPS, "all"}:
             raise NotationError(
-                f'no part is called "{shown(path.stem)}"',
-                place=str(path),
+                f'no part is called "{shown(stem)}"',
+                place=os.path.join(place, name),
                 wanted=f"a part ({', '.join(PARTS)}), a group ({', '.join(GROUPS)}) or all",
             )
 
 
 def _folder(name: str | Path) -> Path:
     for folder in (BUILT_IN / name, Path(name)):
-        if os.path.isfile(folder / "profile.toml"):
+        if os.path.isfile(folder / PROFILE):
             return folder
-    known = ", ".join(sorted(path.name for path in BUILT_IN.iterdir() if path.is_dir()))
+    known = ", ".join(built_in())
     raise NotationError(
         f'no profile "{shown(str(name))}"', wanted=f"{known}, or a folder with a profile.toml"
     )
+
+
+PROFILE = "profile.toml"
+
+
+def built_in() -> list[str]:
+    """Return the names of the profiles that come with the program."""
+    return sorted(path.name for path in BUILT_IN.iterdir() if path.is_dir())
+
+
+def files_of(name: str | Path) -> dict[str, bytes]:
+    """Return the files of a profile, by name: ``default``, ``paper``, or a folder."""
+    folder = _folder(name)
+    return {
+        path.name: content_of(str(path))
+        for path in sorted(folder.iterdir())
+        if path.name == PROFILE or (path.suffix in (".lpd", ".ldd"))
+    }
 
 
 def load(name: str | Path = "default") -> Profile:
@@ -226,23 +267,32 @@ def load(name: str | Path = "default") -> Profile:
     >>> float(profile.rate), profile.distance, profile.ranges["r_arm"].place
     (60.0, Measure(value=50.0, relative=False), 250.0)
     """
-    folder = _folder(name)
-    _check_names(folder)
-    values = _parameters(folder / "profile.toml")
+    return made_of(files_of(name), str(_folder(name)))
+
+
+def made_of(files: Files, place: str = "") -> Profile:
+    """Return the profile that some files are; `place` is where errors say that they are."""
+    _check_names(files, place)
+
+    def text(name: str) -> tuple[str, str]:
+        path = os.path.join(place, name)
+        return decoded(files[name], path, "a text file"), path
+
+    values = _parameters(*text(PROFILE))
     beats, beat = values.pop("rhythm")
     meter = Meter(values.pop("speed"), beats, beat, values.pop("division"))
-    paths = {
-        part: (_of_part(folder, part, ".lpd"), _of_part(folder, part, ".ldd")) for part in PARTS
+    names = {
+        part: [file_of(files, part, suffix, place) for suffix in (".lpd", ".ldd")] for part in PARTS
     }
-    used = {path for pair in paths.values() for path in pair} | {folder / "profile.toml"}
-    ranges = {it: parse_lpd(read_text(it), str(it)) for it in used if it.suffix == ".lpd"}
-    rules = {it: Rules(parse_ldd(read_text(it), str(it))) for it in used if it.suffix == ".ldd"}
+    used = {PROFILE, *chain.from_iterable(names.values())}
+    ranges = {it: parse_lpd(*text(it)) for it in used if it.endswith(".lpd")}
+    rules = {it: Rules(parse_ldd(*text(it))) for it in used if it.endswith(".ldd")}
     return Profile(
         **values,
-        digest=_digest(used),
+        digest=_digest({name: files[name] for name in used}),
         meter=meter,
-        ranges={part: ranges[pair[0]] for part, pair in paths.items()},
-        rules={part: rules[pair[1]] for part, pair in paths.items()},
+        ranges={part: ranges[pair[0]] for part, pair in names.items()},
+        rules={part: rules[pair[1]] for part, pair in names.items()},
     )
 
 
@@ -250,8 +300,8 @@ METHOD = b"10"
 """Which method encodes: another one makes other symbols with the same numbers."""
 
 
-def _digest(paths: set[Path]) -> str:
+def _digest(files: Files) -> str:
     digest = hashlib.sha256(METHOD)
-    for path in sorted(paths, key=lambda path: path.name):
-        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    for name in sorted(files):
+        digest.update(name.encode() + b"\0" + files[name] + b"\0")
     return digest.hexdigest()

@@ -6,6 +6,7 @@ passed on the way. Source: ``encoding/METHOD.md``, "LPD" and "LDD"; Matsumoto an
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, LEVEL_CODES, LEVELS, PLACE
@@ -76,6 +77,22 @@ def parse_lpd(text: str, name: str = "LPD") -> Ranges:
     return Ranges(numbers["place"][0], relative, starts, mid, high)
 
 
+def write_lpd(ranges: Ranges) -> str:
+    """Return the text of an LPD file."""
+    lines = [f"place\t{_written(ranges.place)}{' L' * ranges.relative}"]
+    lines += [
+        f"{name}\t{_written(start)}"
+        for name, start in zip(DIRECTIONS[:PLACE], ranges.starts, strict=True)
+    ]
+    mid, high = ranges.mid, ranges.high
+    lines += [f"high\t{_written(high)}", f"mid\t{_written(mid)}\t{_written(360 - high)}"]
+    return "\n".join([*lines, f"low\t{_written(360 - mid)}", ""])
+
+
+def _written(number: float) -> str:
+    return f"{number:.9f}".rstrip("0").rstrip(".")
+
+
 @dataclass(frozen=True, slots=True)
 class Rule:
     """A row of symbols of which some are deleted."""
@@ -121,3 +138,14 @@ def parse_ldd(text: str, name: str = "LDD") -> tuple[Rule, ...]:
     if begin:
         refuse(f"{name}:{begin}", "a rule without an end", "#rule_end#")
     return tuple(rules)
+
+
+def write_ldd(rules: Iterable[Rule]) -> str:
+    """Return the text of an LDD file."""
+    lines = list[str]()
+    for rule in rules:
+        rows = zip(rule.cells, rule.deleted, strict=True)
+        lines += ["#rule_start#"]
+        lines += [f"{'LD'[gone]} {DIRECTIONS[it[0]]} {LEVELS[it[1]]}" for it, gone in rows]
+        lines += ["#rule_end#"]
+    return "\n".join([*lines, ""])

@@ -50,18 +50,23 @@ def unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return the table of a TOML file."""
+def parse_toml(text: str, place: str) -> dict[str, Any]:
+    """Return the table of a text of TOML."""
     wanted = "TOML"
     try:
-        return tomllib.loads(read_text(path))
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         found = shown(str(error), 200)
     except RecursionError:
         found = "brackets inside brackets, too many"
     except ValueError:  # the one that Python refuses to read
         found, wanted = "a number without end", f"at most {sys.get_int_max_str_digits()} digits"
-    refuse(str(path), found, wanted)
+    refuse(place, found, wanted)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the table of a TOML file."""
+    return parse_toml(read_text(path), str(path))
 
 
 def words_of(text: str) -> Iterator[tuple[int, list[str]]]:
