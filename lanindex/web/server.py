@@ -18,7 +18,7 @@ from starlette.routing import BaseRoute, Route
 
 from lanindex import __version__
 from lanindex.errors import UsageError
-from lanindex.web import captures, files, watch
+from lanindex.web import captures, convert, files, watch
 from lanindex.web.guard import Guard
 from lanindex.web.jobs import Jobs
 from lanindex.web.recent import Recent
@@ -44,6 +44,7 @@ class Site:
         self.table = captures.CaptureTable(library)
         self.poses = Recent[tuple[str, str], str](4096)
         self.jobs = Jobs()
+        self.workshop = convert.Workshop(library)
         self.uploads = Uploads(Path(library.store.place))
 
     def close(self) -> None:
@@ -76,6 +77,12 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/captures/{number:int}/figure", watch.figure, ("GET",)),
     ("/api/captures/{number:int}/motion/{tile:int}", watch.motion, ("GET",)),
     ("/api/captures/{number:int}/pose", watch.pose, ("GET",)),
+    ("/api/captures/{number:int}/encode", convert.encode, ("POST",)),
+    ("/api/captures/{number:int}/way", convert.way, ("POST",)),
+    ("/api/captures/{number:int}/tempo", convert.tempo, ("POST",)),
+    ("/api/profiles", convert.profiles, ("GET",)),
+    ("/api/profiles", refused_when_read_only(convert.save), ("POST",)),
+    ("/api/profiles/{name}", convert.profile, ("GET",)),
     ("/api/captures/remove", refused_when_read_only(captures.remove), ("POST",)),
 ]
 
