@@ -1,22 +1,30 @@
-"""What the page shows of captures: the list with its facets, labels, poses."""
+"""What the page shows of captures: the list with its facets; their labels and columns."""
 
 from __future__ import annotations
 
+import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property
 from operator import itemgetter
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lanindex import records
 from lanindex.errors import UsageError
+from lanindex.model.capture import common_folder
 from lanindex.web.routes import Call
 
 if TYPE_CHECKING:
     from lanindex.pipeline.library import Library
 
-_FACET = 50  # values of a facet, the most frequent first
+_FACETS = 8  # columns that are counted: those of all captures, and the user's most frequent
+_VALUES = 50  # values of a facet, the most frequent first
 _PAGE = 200  # captures in an answer, at most
+
 _SORTS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
     "added": itemgetter("capture_id"),
     "path": lambda one: one["capture"].lower(),
@@ -24,74 +32,147 @@ _SORTS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
     "length": itemgetter("seconds"),
     "doubts": lambda one: len(one["warnings"]),
 }
+_OWN: dict[str, Callable[[Mapping[str, Any], int], str]] = {
+    "label": lambda one, shared: str(one["label"]),
+    "folder": lambda one, shared: os.path.dirname(one["capture"][shared:]),
+    "format": lambda one, shared: str(one["format"]),
+    "doubts": lambda one, shared: "with doubts" if one["warnings"] else "",
+}
+"""What every capture has, from its record and the length of the folder that all share."""
+
+
+class Listed:
+    """The records of all captures, and what they are filtered, counted and sorted by."""
+
+    def __init__(self, every: Sequence[dict[str, Any]]) -> None:
+        self.records = every
+        self.folder = common_folder(one["capture"] for one in every)
+        self.seconds = np.array([one["seconds"] for one in every], float)
+        self._orders: dict[str, NDArray[np.int64]] = {}
+        self._values: dict[str, tuple[NDArray[np.int64], list[str]]] = {}
+
+    @cached_property
+    def columns(self) -> list[str]:
+        """The columns that captures can be told apart by: those of all, and the user's."""
+        own = Counter(name for one in self.records for name in one["metadata"])
+        return list(dict.fromkeys([*_OWN, *(name for name, _ in own.most_common())]))
+
+    @cached_property
+    def _texts(self) -> list[str]:
+        return [
+            "\n".join([it["capture"], it["label"], *it["metadata"].values()]).lower()
+            for it in self.records
+        ]
+
+    def values(self, column: str) -> tuple[NDArray[np.int64], list[str]]:
+        """Return the values of a column, and for each capture the place of its own among them."""
+        if column not in self._values:
+            shared, own = len(self.folder), _OWN.get(column)
+            texts = [
+                own(one, shared) if own else one["metadata"].get(column, "") for one in self.records
+            ]
+            places = {text: place for place, text in enumerate(dict.fromkeys(texts))}
+            codes = np.fromiter((places[text] for text in texts), np.int64, len(texts))
+            self._values[column] = codes, list(places)
+        return self._values[column]
+
+    def order(self, name: str) -> NDArray[np.int64]:
+        """Return the places of all captures in an order; a minus before its name turns it."""
+        named = name.removeprefix("-")
+        if named not in _SORTS:
+            raise UsageError(f'"{name[:20]}"', place="sort", wanted=f"one of {', '.join(_SORTS)}")
+        if named not in self._orders:
+            keys = list(map(_SORTS[named], self.records))
+            self._orders[named] = np.array(sorted(range(len(keys)), key=keys.__getitem__), np.int64)
+        return self._orders[named][:: -1 if name != named else 1]
+
+    def holding(self, words: Iterable[str]) -> NDArray[np.bool_]:
+        """Return which captures hold all of some words in their path, label or columns."""
+        found = np.ones(len(self.records), bool)
+        for word in words:
+            found &= np.fromiter((word in text for text in self._texts), bool, len(found))
+        return found
+
+    def having(self, column: str, values: Iterable[str]) -> NDArray[np.bool_]:
+        """Return which captures have one of some values in a column."""
+        codes, known = self.values(column)
+        wanted = set(values)
+        return np.isin(codes, [place for place, value in enumerate(known) if value in wanted])
 
 
 class CaptureTable:
-    """The records of all captures of a library, kept until it changes."""
+    """The captures of a library as they are listed, kept until it changes."""
 
     def __init__(self, library: Library) -> None:
         self._library, self._lock = library, Lock()
         self._stamp: int | None = None
-        self._records: list[dict[str, Any]] = []
-        self._texts: list[str] = []
+        self._listed = Listed([])
 
-    def records(self) -> tuple[list[dict[str, Any]], list[str]]:
-        """Return the record of each capture, and what a filter looks at in it."""
+    def now(self) -> Listed:
+        """Return all captures as they are now."""
         with self._lock:
             stamp = self._library.stamp
             if stamp != self._stamp:
-                self._records = [records.of_capture(it) for it in self._library.captures()]
-                self._texts = [
-                    "\n".join([it["capture"], it["label"], *it["metadata"].values()]).lower()
-                    for it in self._records
-                ]
+                captures = self._library.captures()
+                self._listed = Listed([records.of_capture(it) for it in captures])
                 self._stamp = stamp
-            return self._records, self._texts
+            return self._listed
 
     def columns(self) -> list[str]:
-        """Return the columns that captures can be told apart by: the label, and the user's."""
-        own = Counter(name for one in self.records()[0] for name in one["metadata"])
-        return ["label", "format", *(name for name, _ in own.most_common())]
+        """Return the columns that captures can be told apart by."""
+        return self.now().columns
 
 
-def value_of(record: Mapping[str, Any], column: str) -> str:
-    """Return what a capture's record has in a column."""
-    own = record["metadata"].get(column, "")
-    return str(record[column] if column in ("label", "format") else own)
+def _filtered(call: Call) -> tuple[Listed, NDArray[np.bool_], dict[str, NDArray[np.bool_]]]:
+    """Return all captures, which hold the words of a filter, and which fit each chosen facet."""
+    listed = call.site.table.now()
+    wanted: dict[str, list[str]] = {}
+    for one in call.query.get("where", ()):
+        column, _, value = one.partition("=")
+        wanted.setdefault(column, []).append(value)
+    fits = {column: listed.having(column, values) for column, values in wanted.items()}
+    return listed, listed.holding(call.text("q").lower().split()), fits
 
 
-def facet(chosen: Iterable[Mapping[str, Any]], column: str) -> list[list[Any]]:
-    """Return how many of some captures have each value of a column, the most frequent first."""
-    counts = Counter(value_of(one, column) for one in chosen)
-    return [[value, count] for value, count in counts.most_common(_FACET)]
+def _both(found: NDArray[np.bool_], fits: Iterable[NDArray[np.bool_]]) -> NDArray[np.bool_]:
+    both: NDArray[np.bool_] = np.logical_and.reduce([found, *fits])
+    return both
 
 
 def listing(call: Call) -> dict[str, Any]:
-    """Return a page of the captures that fit a filter and facets, and the facets of them."""
-    every, texts = call.site.table.records()
-    words = call.text("q").lower().split()
-    columns = call.site.table.columns()
-    wanted = {name: {*call.query[name]} for name in columns if name in call.query}
-    chosen = [
-        one
-        for one, text in zip(every, texts, strict=True)
-        if all(word in text for word in words)
-        and all(value_of(one, name) in values for name, values in wanted.items())
-    ]
-    name = call.text("sort", "added")
-    down = name.startswith("-")
-    if name.lstrip("-") not in _SORTS:
-        raise UsageError(f'"{name[:20]}"', place="sort", wanted=f"one of {', '.join(_SORTS)}")
-    chosen.sort(key=_SORTS[name.lstrip("-")], reverse=down)
-    at, most = int(call.number("at", 0)), int(call.number("n", 60, 1, _PAGE))
+    """Return a page of the captures that fit a filter and facets, and the facets of them.
+
+    A facet counts what would be found with each of its values: what is chosen of the other facets
+    holds, what is chosen of its own does not.
+    """
+    listed, found, fits = _filtered(call)
+    chosen = _both(found, fits.values())
+    order = listed.order(call.text("sort", "added"))
+    order = order[chosen[order]]
+    at, most = int(call.number("at", 0)), int(call.number("n", 60, 0, _PAGE))
+    facets = []
+    for name in list(dict.fromkeys([*listed.columns[:_FACETS], *fits])):
+        codes, values = listed.values(name)
+        others = _both(found, (fit for own, fit in fits.items() if own != name))
+        counts = np.bincount(codes[others], minlength=len(values))
+        places = np.argsort(-counts, kind="stable")[: np.count_nonzero(counts)]
+        some = [[values[place], int(counts[place])] for place in places[:_VALUES].tolist()]
+        facets.append({"name": name, "values": some, "different": len(places)})
     return {
-        "captures": chosen[at : at + most],
-        "total": len(chosen),
-        "all": len(every),
-        "seconds": round(sum(one["seconds"] for one in chosen), 3),
-        "doubtful": sum(bool(one["warnings"]) for one in chosen),
-        "facets": {name: facet(chosen, name) for name in columns[:6]},
+        "captures": [listed.records[place] for place in order[at : at + most].tolist()],
+        "total": len(order),
+        "all": len(listed.records),
+        "seconds": round(float(listed.seconds[chosen].sum()), 3),
+        "folder": listed.folder,
+        "facets": facets,
     }
+
+
+def numbers(call: Call) -> dict[str, Any]:
+    """Return the numbers of all captures that fit a filter and facets."""
+    listed, found, fits = _filtered(call)
+    places = np.flatnonzero(_both(found, fits.values())).tolist()
+    return {"captures": [listed.records[place]["capture_id"] for place in places]}
 
 
 def one(call: Call) -> dict[str, Any]:

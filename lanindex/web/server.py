@@ -64,7 +64,7 @@ def about(call: Call) -> dict[str, Any]:
         "captures": stats.captures,
         "symbols": stats.symbols,
         "seconds": round(float(stats.seconds), 3),
-        "parts": library.parts(),
+        "parts": library.store.parts(checked=False),
         "columns": call.site.table.columns(),
     }
 
@@ -83,6 +83,7 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/profiles", convert.profiles, ("GET",)),
     ("/api/profiles", refused_when_read_only(convert.save), ("POST",)),
     ("/api/profiles/{name}", convert.profile, ("GET",)),
+    ("/api/captures/numbers", captures.numbers, ("GET",)),
     ("/api/captures/remove", refused_when_read_only(captures.remove), ("POST",)),
 ]
 

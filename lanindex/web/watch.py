@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from starlette.responses import Response
 
 from lanindex.draw import svg
-from lanindex.errors import UsageError
+from lanindex.errors import LanindexError, UsageError
 from lanindex.film import tiles
 from lanindex.film.figure import Figure, faced, stood
 from lanindex.film.hits import Playback, poses, seen_from
@@ -83,7 +83,10 @@ def pose(call: Call) -> Response:
 
 
 def _unlike(body: Figure) -> NDArray[np.int64]:
-    """Return the frame, (1,), whose pose is most unlike the usual one of a figure."""
+    """Return the frame, (1,), whose pose is most unlike the usual one, of those best known."""
+    known = np.isfinite(body.places).all(axis=2).sum(axis=1)
+    if not known.any():
+        raise LanindexError("nothing of the body is known where its pose is looked for")
     about = np.nan_to_num(body.places - stood(body.places)[:, None])
-    apart = about - np.median(about, axis=0)
-    return np.array([np.square(apart).sum(axis=(1, 2)).argmax()])
+    apart = np.square(about - np.median(about, axis=0)).sum(axis=(1, 2))
+    return np.array([np.where(known == known.max(), apart, -1).argmax()])

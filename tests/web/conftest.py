@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -145,6 +145,17 @@ def opened(browser: Browser, link: str) -> Iterator[Callable[..., Page]]:
             return open_page(link, address, **options)
 
         yield opened
+
+
+@pytest.fixture
+def own_page(browser: Browser) -> Iterator[Callable[..., Page]]:
+    """Return what serves a library of the test's own and opens an address of its page."""
+    with ExitStack() as servers, pages(browser) as open_page:
+
+        def open_own(library: Path, address: str = "/", *options: str, **how: object) -> Page:
+            return open_page(servers.enter_context(serving(library, *options)), address, **how)
+
+        yield open_own
 
 
 @contextmanager

@@ -1,84 +1,187 @@
-// The screen of the library: its captures, by filter and facet; labels are changed in place.
+// The screen of the library: its captures by filter and facet, each with a pose.
 
-import { address, get, isAbort, problemOf } from "../api.js";
-import { counted, duration, el, trouble } from "../dom.js";
+import { get, isAbort, problemOf } from "../api.js";
+import { announce, counted, duration, el, trouble } from "../dom.js";
+import { Poses } from "../poses.js";
+import { Facets } from "./library/facets.js";
 
 /** @typedef {import("../app.js").App} App */
-/** @typedef {{capture: string, capture_id: number, label: string, format: string, fps: number, frames: number, seconds: number, metadata: Record<string, string>, warnings: string[]}} Capture */
-/** @typedef {{captures: Capture[], total: number, all: number, seconds: number, doubtful: number, facets: Record<string, [string, number][]>}} Listing */
+/** @typedef {{capture: string, capture_id: number, label: string, format: string, fps: number, frames: number, seconds: number, sha256: string, metadata: Record<string, string>, warnings: string[]}} Capture */
+/** @typedef {{name: string, values: [string, number][], different: number}} Facet */
+/** @typedef {{captures: Capture[], total: number, all: number, seconds: number, folder: string, facets: Facet[]}} Listing */
 
 const PAGE = 60;
-const SORTS = [["added", "in order"], ["path", "by path"], ["label", "by label"], ["-length", "longest first"], ["length", "shortest first"], ["-doubts", "most doubts first"]];
+const SORTS = [["added", "Oldest first"], ["-added", "Newest first"], ["path", "By path"], ["label", "By label"],
+  ["-length", "Longest first"], ["length", "Shortest first"], ["-doubts", "Most doubts first"]];
 
 /** @param {App} app */
 export async function show(app) {
-  const { main, url, library, signal } = app;
-  const state = new URLSearchParams(url.search);
-  const filter = el("input", { type: "search", value: state.get("q") ?? "", placeholder: "Filter by path, label or column", "aria-label": "Filter captures", class: "grow" });
-  const sort = el("select", { "aria-label": "Sort" }, ...SORTS.map(([value, name]) => el("option", { value, selected: value === (state.get("sort") ?? "added") }, name)));
-  const summary = el("p", { class: "soft" });
-  const facets = el("aside", { class: "facets", "aria-label": "Facets" });
-  const list = el("ol", { class: "captures" });
-  const more = el("button", { type: "button", hidden: true, onclick: () => load(list.children.length) }, "Show more");
+  const { main, library, signal } = app;
+  const asked = new URLSearchParams(app.url.search);
+  const poses = new Poses(signal);
+  main.classList.add("library");
+
+  const filter = el("input", { type: "search", value: asked.get("q") ?? "", placeholder: "Filter by path, label or column",
+    "aria-label": "Filter captures", class: "grow", oninput: () => change({ q: filter.value ? [filter.value] : [] }) });
+  const sort = el("select", { "aria-label": "Order", onchange: () => change({ sort: sort.value === "added" ? [] : [sort.value] }) },
+    ...SORTS.map(([value, name]) => el("option", { value, selected: value === (asked.get("sort") ?? "added") }, name)));
+  const facets = new Facets((where) => change({ where }));
+  const summary = el("p", { class: "soft num" });
+  const earlier = el("button", { type: "button", hidden: true, onclick: () => extend(-1) }, "Show earlier ones");
+  const more = el("button", { type: "button", hidden: true, onclick: () => extend(1) }, "Show more");
+  const list = el("ol", { class: "shelf" });
   main.append(
-    el("h1", {}, library.name),
-    el("div", { class: "row" }, filter, sort),
-    summary,
-    el("div", { class: "columns" }, facets, el("div", {}, list, more)));
+    el("header", { class: "row" }, el("h1", {}, library.name), summary),
+    el("div", { class: "row bar" }, facets.button, filter, sort),
+    facets.chips,
+    el("div", { class: "beside" }, facets.root, el("div", { class: "list" }, earlier, list, more)));
 
-  let waiting = 0;
-  filter.addEventListener("input", () => {
-    clearTimeout(waiting);
-    waiting = window.setTimeout(() => change("q", filter.value ? [filter.value] : []), 120);
-  });
-  sort.addEventListener("change", () => change("sort", sort.value === "added" ? [] : [sort.value]));
+  let folder = "", first = 0, total = 0;
+  let loading = new AbortController();
+  signal.addEventListener("abort", () => loading.abort());
 
-  /** @param {string} name @param {string[]} values */
-  function change(name, values) {
-    state.delete(name);
-    for (const value of values) state.append(name, value);
-    app.replace(address("/", Object.fromEntries([...new Set(state.keys())].map((key) => [key, state.getAll(key)]))));
-    load(0);
+  /**
+   * Ask for other captures, and tell the address of what is shown then.
+   * @param {Record<string, string[]>} values
+   */
+  function change(values) {
+    for (const [name, some] of Object.entries({ ...values, at: [] })) {
+      asked.delete(name);
+      for (const one of some) asked.append(name, one);
+    }
+    app.replace(asked.size ? `/?${asked}` : "/");
+    load();
   }
 
-  /** @param {number} at */
-  async function load(at) {
-    const query = new URLSearchParams(state);
+  /**
+   * Return a part of what is asked for.
+   * @param {number} at
+   * @param {number} n
+   * @returns {Promise<Listing>}
+   */
+  function page(at, n) {
+    const query = new URLSearchParams(asked);
     query.set("at", String(at));
-    query.set("n", String(PAGE));
+    query.set("n", String(n));
+    return get(`/api/captures?${query}`, loading.signal);
+  }
+
+  /** Show what the address asks for, from the capture on that it names. */
+  async function load() {
+    loading.abort();
+    loading = new AbortController();
+    const at = Number(asked.get("at")) || 0;
+    const from = Math.max(0, Math.floor(at / PAGE) - 1) * PAGE;
     try {
-      /** @type {Listing} */
-      const found = await get(`/api/captures?${query}`, signal);
-      summary.textContent = `${counted(found.total, "capture")}${found.total < found.all ? ` of ${found.all.toLocaleString("en")}` : ""}, ${duration(found.seconds)}`
-        + (found.doubtful ? `, ${found.doubtful} with doubts` : "");
-      if (!at) list.replaceChildren();
-      list.append(...found.captures.map(card));
-      more.hidden = list.children.length >= found.total;
-      drawFacets(found);
+      const found = await page(from, at ? 3 * PAGE : PAGE);
+      ({ folder, total } = found);
+      first = from;
+      poses.clear();
+      list.replaceChildren(...found.captures.map(card));
+      tell(found);
+      if (at) list.children[at - from]?.scrollIntoView();
+      if (!total) list.append(nothing(found));
+      ends();
     } catch (error) {
-      if (!isAbort(error)) list.replaceChildren(trouble(problemOf(error)));
+      if (!isAbort(error)) list.replaceChildren(el("li", { class: "whole" }, trouble(problemOf(error))));
     }
   }
 
   /** @param {Listing} found */
-  function drawFacets(found) {
-    facets.replaceChildren(...Object.entries(found.facets).filter(([, values]) => values.length > 1 || (values[0] ?? [""])[0]).map(([name, values]) => {
-      const chosen = state.getAll(name);
-      return el("section", {}, el("h2", {}, name), el("ul", {}, ...values.slice(0, 15).map(([value, count]) =>
-        el("li", {}, el("label", {}, el("input", { type: "checkbox", checked: chosen.includes(value), onchange: (/** @type {Event} */ event) => {
-          const on = /** @type {HTMLInputElement} */ (event.target).checked;
-          change(name, on ? [...chosen, value] : chosen.filter((it) => it !== value));
-        } }), " ", value || el("i", {}, "none"), el("span", { class: "soft num" }, ` ${count}`))))));
-    }));
+  function tell(found) {
+    const some = found.total < found.all ? `${found.total.toLocaleString("en")} of ` : "";
+    const text = `${some}${counted(found.all, "capture")}, ${duration(found.seconds)}`;
+    if (text !== summary.firstChild?.textContent && summary.firstChild) announce(text);
+    summary.replaceChildren(text);
+    if (found.folder) summary.append(", all in ", el("span", { class: "path" }, found.folder));
+    facets.show(found.facets, asked.getAll("where"));
   }
+
+  /** @param {Listing} found */
+  function nothing(found) {
+    return found.all
+      ? el("li", { class: "whole" }, el("p", {}, "No capture fits."), el("button", { type: "button", onclick: () => {
+        filter.value = "";
+        change({ q: [], where: [] });
+        filter.focus();
+      } }, "Show all"))
+      : el("li", { class: "whole" }, el("p", {}, "There is no capture in this library yet."));
+  }
+
+  /** Say whether there is more before and behind what is shown. */
+  function ends() {
+    earlier.hidden = first === 0;
+    more.hidden = first + list.children.length >= total;
+    for (const node of [earlier, more]) { // what is near the window is told anew
+      ending.unobserve(node);
+      ending.observe(node);
+    }
+  }
+
+  let extending = false;
+  /** @param {1 | -1} way */
+  async function extend(way) {
+    if (extending) return;
+    extending = true;
+    const own = loading, at = way > 0 ? first + list.children.length : first - PAGE;
+    try {
+      const found = await page(at, PAGE);
+      if (own !== loading) return;
+      const cards = found.captures.map(card), before = document.documentElement.scrollHeight;
+      if (way > 0) list.append(...cards);
+      else {
+        first = at;
+        list.prepend(...cards);
+        scrollBy({ top: document.documentElement.scrollHeight - before, behavior: "instant" });
+      }
+    } catch (error) {
+      if (!isAbort(error)) announce(problemOf(error).found);
+    } finally {
+      extending = false;
+      if (own === loading) ends();
+    }
+  }
+  const ending = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) {
+      if (isIntersecting && list.children.length && target === more) extend(1);
+      if (isIntersecting && target === earlier) extend(-1);
+    }
+  }, { rootMargin: "800px" });
+
+  let settling = 0;
+  /** Keep in the address which capture is the first that is seen: Back comes to the same place. */
+  function settle() {
+    const top = main.querySelector(".bar")?.getBoundingClientRect().bottom ?? 0;
+    const cards = [...list.children];
+    const at = scrollY > 200 ? cards.findIndex((it) => it.getBoundingClientRect().top >= top - 8) : -1;
+    const before = asked.get("at") ?? "";
+    asked.delete("at");
+    if (at >= 0 && first + at) asked.set("at", String(first + at));
+    if ((asked.get("at") ?? "") !== before) app.replace(asked.size ? `/?${asked}` : "/");
+  }
+  addEventListener("scroll", () => {
+    clearTimeout(settling);
+    settling = setTimeout(settle, 150);
+  }, { signal, passive: true });
+  list.addEventListener("click", settle); // before a link is followed
+  signal.addEventListener("abort", () => {
+    clearTimeout(settling);
+    ending.disconnect();
+  });
 
   /** @param {Capture} capture */
   function card(capture) {
-    const label = el("span", { class: "label" }, capture.label || "no label");
-    return el("li", { class: "card" },
-      el("a", { href: `/captures/${capture.capture_id}`, class: "path" }, capture.capture),
-      el("div", { class: "row" }, label, el("span", { class: "soft num" }, `${duration(capture.seconds)}, ${capture.fps} fps, ${capture.format}`)),
-      capture.warnings.length > 0 && el("details", {}, el("summary", {}, counted(capture.warnings.length, "doubt")), ...capture.warnings.map((it) => el("p", {}, it))));
+    const path = capture.capture.slice(folder.length), name = path.slice(path.lastIndexOf("/") + 1);
+    const pose = el("span", { class: "pose" });
+    poses.add(pose, capture);
+    return el("li", { class: "shot card" },
+      el("a", { href: `/captures/${capture.capture_id}`, title: capture.capture },
+        pose, el("span", { class: "folder soft" }, path.slice(0, path.length - name.length)), el("b", {}, name)),
+      el("p", { class: "label" }, capture.label || el("i", { class: "soft" }, "no label")),
+      el("p", { class: "facts soft num" }, `${duration(capture.seconds)} · ${Number(capture.fps.toFixed(2))} fps · ${capture.format}`),
+      ...Object.entries(capture.metadata).map(([column, value]) => el("p", { class: "column" }, el("span", { class: "soft" }, `${column} `), value)),
+      capture.warnings.length > 0 && el("details", { class: "doubts" }, el("summary", {}, counted(capture.warnings.length, "doubt")),
+        ...capture.warnings.map((it) => el("p", {}, it))));
   }
-  await load(0);
+  await load();
 }

@@ -1,0 +1,142 @@
+"""The screen of the library, in a browser."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+import lanindex
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+    Opened = Callable[..., Page]
+
+MARKUP = "<img src=x onerror=alert(1)>"
+MANY = 150
+
+
+@pytest.fixture(scope="module")
+def crowd(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a library of many captures in folders, one with markup in its name and label."""
+    folder = tmp_path_factory.mktemp("crowd")
+    score = Path(__file__).parents[2] / "corpus" / "compass.lnd"
+    for number in range(MANY):
+        place = folder / "scores" / f"set {number % 3}"
+        place.mkdir(parents=True, exist_ok=True)
+        shutil.copy(score, place / f"score {number:03}.lnd")
+    marked = folder / "scores" / "set 0" / "<b>score<b>.lnd"
+    shutil.copy(score, marked)
+    path = folder / "crowd.db"
+    with lanindex.open_library(path, create=True) as library:
+        library.ingest(folder / "scores")
+        library.label(str(marked), MARKUP, {"<i>": MARKUP})
+        library.label(str(folder / "scores" / "set 1" / "score 001.lnd"), "north", {"year": "1928"})
+    return path
+
+
+def names(page: Page) -> list[str]:
+    """Return what the cards are called, once the list is there."""
+    page.wait_for_selector(".shelf > li")
+    return page.locator(".shot b").all_inner_texts()
+
+
+def soon(page: Page, holds: Callable[[], object]) -> None:
+    """Wait until something holds."""
+    for _ in range(100):
+        if holds():
+            return
+        page.wait_for_timeout(50)
+    assert holds()
+
+
+def count(page: Page) -> int:
+    return page.locator(".shot").count()
+
+
+def test_captures_have_a_pose_a_label_and_what_is_known(opened: Opened) -> None:
+    page = opened("/")
+    assert "compass.bvh" in names(page)
+    card = page.locator(".shot", has_text="conductor_four.bvh")
+    card.locator(".pose svg").wait_for()
+    assert "conducting" in card.inner_text()
+    assert "fps" in card.inner_text()
+    card.get_by_role("link").click()
+    page.wait_for_url("**/captures/*")
+
+
+def test_facets_and_filter_are_in_the_address(opened: Opened) -> None:
+    page = opened("/")
+    names(page)
+    page.get_by_label("conducting").click()
+    soon(page, lambda: count(page) == 4)
+    assert "where=label%3Dconducting" in page.url
+    page.get_by_label("Filter captures").fill("FOUR")
+    soon(page, lambda: count(page) == 2)
+    link = page.url
+    page.reload()
+    assert sorted(names(page)) == ["conductor_four.bvh", "conductor_four.lnd"]
+    assert page.url == link
+    page.get_by_role("button", name="Drop label: conducting").click()
+    page.get_by_label("Filter captures").fill("nowhere")
+    page.get_by_role("button", name="Show all").click()
+    soon(page, lambda: count(page) > 9)
+
+
+def test_markup_in_names_and_labels_is_text(crowd: Path, own_page: Opened) -> None:
+    page = own_page(crowd, "/?sort=label")
+    assert names(page)[0] == "<b>score<b>.lnd"
+    assert MARKUP in page.locator(".shot").first.inner_text()
+    page.get_by_role("list", name="<i>").get_by_label(MARKUP).click()
+    soon(page, lambda: names(page) == ["<b>score<b>.lnd"])
+    assert page.get_by_role("button", name=f"Drop <i>: {MARKUP}").is_visible()
+    assert page.locator("main img, main i i, main b b").count() == 0
+
+
+def test_back_returns_to_the_same_place(crowd: Path, own_page: Opened) -> None:
+    page = own_page(crowd, "/?sort=path")
+    names(page)
+    for _ in range(40):
+        if count(page) == MANY + 1:
+            break
+        page.mouse.wheel(0, 4000)
+        page.wait_for_timeout(50)
+    assert len(set(names(page))) == MANY + 1
+    link = page.get_by_role("link", name="score 146.lnd")
+    link.scroll_into_view_if_needed()
+    page.wait_for_timeout(300)
+    before = link.bounding_box()
+    link.click()
+    page.wait_for_url("**/captures/*")
+    page.go_back()
+    assert "at=1" in page.url
+    link.wait_for()
+    page.wait_for_timeout(300)
+    after = link.bounding_box()
+    assert before is not None
+    assert after is not None
+    assert abs(before["y"] - after["y"]) < 250
+    page.mouse.wheel(0, -20_000)
+    soon(page, lambda: count(page) == MANY + 1)
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(
+    opened: Opened, violations: Callable[[Page], list[str]], width: int, scheme: str
+) -> None:
+    page = opened(
+        "/?where=label=conducting",
+        bypass_csp=True,
+        color_scheme=scheme,
+        viewport={"width": width, "height": 800},
+    )
+    names(page)
+    if width == 390:
+        page.get_by_role("button", name="Facets").click()
+    page.get_by_label("Filter captures").focus()
+    assert violations(page) == []
