@@ -13,12 +13,13 @@ import pytest
 from conftest import REPOSITORY
 
 import lanindex
+from lanindex.pipeline.jobs import IngestJob, SearchJob
 from lanindex.search.explain.advice import Advice
 from lanindex.search.explain.why import Trace
 from lanindex.search.hits import Counts, Hits
 
 PACKAGE = REPOSITORY / "lanindex"
-RESULTS = (Hits, Counts, Advice, Trace)
+RESULTS = (Hits, Counts, Advice, Trace, SearchJob, IngestJob)
 """Classes that nobody imports but everybody gets."""
 
 

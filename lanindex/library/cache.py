@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from lanindex.errors import LibraryError
 from lanindex.library import segments
 from lanindex.library.connect import Link, Session, ask, no_tick
-from lanindex.library.read import read_state
+from lanindex.library.read import read_parts, read_state
 from lanindex.library.segments import Distrust, Segment, Spine
 from lanindex.model.columns import Columns, Roster, enrolled, extras_of
 
@@ -54,6 +54,7 @@ class _Held:
     def __init__(self, stamp: int) -> None:
         self.stamp = stamp
         self.roster: Roster | None = None
+        self.parts: set[str] | None = None
         self.columns = dict[str, Columns]()
         self.numbers, self.texts = list[int](), dict[str, Sequence[Any]]()
         self._locks = dict[str, Lock]()
@@ -172,6 +173,13 @@ class ColumnCache:
                 held.numbers, texts = self.trusting(connection, read)
                 held.texts |= texts
         return held.numbers, {name: held.texts[name] for name in names}
+
+    def checked_parts(self, connection: Link, tick: Callable[[], None]) -> set[str]:
+        """Return the parts that any capture has; all its tracks are checked; `tick` may raise."""
+        held = self._current(connection)
+        if held.parts is None:
+            held.parts = read_parts(connection, tick)
+        return held.parts
 
     def trusting(self, connection: Link, read: Callable[[Spine], Result]) -> Result:
         """Read from the segments or, where they cannot be trusted, from the rows.

@@ -4,7 +4,7 @@ All functions run inside a transaction that the caller has begun.
 """
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import rows
-from lanindex.library.connect import MOST, Link, among, ask, first_values, is_sqlite
+from lanindex.library.connect import MOST, Link, among, ask, first_values, is_sqlite, no_tick
 from lanindex.library.rows import COLUMNS, ENCODED, KIND_NAMES, Encoding, checksum, damaged
 from lanindex.model import Capture, Meter, Span, Track
 from lanindex.model.symbol import blank
@@ -232,11 +232,17 @@ def _checked_tracks(connection: Link, captures: Sequence[_Raw], where: str = "")
     return [row for number, _, _ in captures for row in by_capture[number]]
 
 
-def read_parts(connection: Link) -> set[str]:
-    """Return the parts that any capture has."""
+def read_parts(connection: Link, tick: Callable[[], None] = no_tick) -> set[str]:
+    """Return the parts that any capture has; `tick` is called now and then, and may raise."""
     captures = ask(connection, "SELECT id, location, tracks FROM capture").fetchall()
     check_numbers(connection, first_values(captures))
-    return {row[_PART] for row in _checked_tracks(connection, captures)}
+    parts = set[str]()
+    for first in range(0, len(captures), MOST):
+        tick()
+        some = captures[first : first + MOST]
+        where = f"WHERE capture_id IN {among(first_values(some))}"
+        parts |= {row[_PART] for row in _checked_tracks(connection, some, where)}
+    return parts
 
 
 def read_track_rows(

@@ -303,11 +303,13 @@ class Store:
         rate, frames, meter = stored.capture.rate, stored.capture.frames, stored.capture.meter
         return Score(rate, frames, meter, tracks, heading, other)
 
-    def parts(self, *, checked: bool = True) -> list[str]:
+    def parts(self, *, checked: bool = True, tick: Callable[[], None] = no_tick) -> list[str]:
         """Return the parts that any capture has, in the order of the alphabet."""
         with self.session.reading() as connection:
-            names = read.read_parts if checked else segments.part_names
-            held = set(names(connection))
+            if checked:
+                held = self.cache.checked_parts(connection, tick)
+            else:
+                held = set(segments.part_names(connection))
         return [part for part in TRACKS if part in held] + sorted(held.difference(TRACKS))
 
     def check_parts(self, named: Iterable[str]) -> None:

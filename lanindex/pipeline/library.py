@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
+from weakref import WeakSet
 
 from lanindex.errors import LanindexError, PatternError, UsageError
-from lanindex.library.connect import DEFAULT, Progress
+from lanindex.library.connect import DEFAULT, Progress, no_tick
 from lanindex.library.selection import ALL, Selection
 from lanindex.library.store import Store
-from lanindex.search.hits import Hits, piped
-from lanindex.search.limits import deadline
+from lanindex.search.hits import Found, Hits, piped
+from lanindex.search.limits import deadline, running
 
 if TYPE_CHECKING:
     from lanindex.draw.strip import Staff
@@ -25,9 +26,11 @@ if TYPE_CHECKING:
     from lanindex.library.stats import Stats
     from lanindex.model import Capture, Hit, Reading, Score, Symbol, Track
     from lanindex.pipeline.example import Alike, Groups
+    from lanindex.pipeline.jobs import IngestJob, Job, SearchJob
     from lanindex.pipeline.motifs import Motifs
     from lanindex.pipeline.movement import Movement
     from lanindex.pipeline.prepare import Outcome
+    from lanindex.pipeline.search import SearchOptions
     from lanindex.search.explain.advice import Advice
     from lanindex.search.explain.english import Explanation
     from lanindex.search.explain.why import Trace
@@ -35,6 +38,8 @@ if TYPE_CHECKING:
     from lanindex.search.language.builder import Pattern
     from lanindex.search.language.completion import Completion
     from lanindex.search.language.query import Query
+
+AnyJob = TypeVar("AnyJob", bound="Job[Any]")
 
 _FEWER = "Choose fewer captures: --in, --where."
 _RARER = "Choose fewer captures (--in, --where) or parts, or ask for what occurs more often."
@@ -86,6 +91,7 @@ class Library:
     def __init__(self, store: Store, words: str | os.PathLike[str] | None = None) -> None:
         self.store, self.words = store, words
         self.refused: list[LanindexError] = []
+        self._jobs: WeakSet[Job[Any]] = WeakSet()
 
     @classmethod
     def open(
@@ -148,7 +154,9 @@ class Library:
         self.close()
 
     def close(self) -> None:
-        """Let go of the database; what is left is one file."""
+        """Let go of the database; what is left is one file. Jobs that still run are cancelled."""
+        for job in list(self._jobs):
+            job.cancel()
         self.store.close()
 
     @property
@@ -211,16 +219,70 @@ class Library:
         added corpus/compass.bvh
         added corpus/compass.lnd
         """
+        return list(self._ingest(paths, profile, reading, labels, jobs, force)[1])
+
+    def begin_ingest(
+        self,
+        *paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+        profile: str | os.PathLike[str] = "default",
+        reading: Reading | None = None,
+        labels: str | os.PathLike[str] | None = None,
+        jobs: int = 1,
+        force: bool = False,
+    ) -> IngestJob:
+        """Begin to read files and folders into the library, in a thread, and return at once.
+
+        Parameters
+        ----------
+        *paths, profile, reading, labels, jobs, force
+            As for `ingest`. With two or more processes reading leaves this one free for others.
+
+        Returns
+        -------
+        IngestJob
+            How far it is, and the outcomes so far; iterated over, the outcomes as they come. What
+            `ingest` raises is its `error`.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("new.db", create=True) as library:
+        ...     job = library.begin_ingest("corpus/compass.bvh", "corpus/compass.lnd")
+        ...     for outcome in job:
+        ...         print(outcome.status, outcome.path)
+        added corpus/compass.bvh
+        added corpus/compass.lnd
+        >>> job.state, job.progress
+        ('done', ('files', 2, 2))
+        """
+        from lanindex.pipeline.jobs import IngestJob
+
+        run = partial(self._ingest, paths, profile, reading, labels, jobs, force)
+        return self._begun(IngestJob(run))
+
+    def _ingest(
+        self,
+        paths: Iterable[str | os.PathLike[str] | Iterable[str | os.PathLike[str]]],
+        profile: str | os.PathLike[str],
+        reading: Reading | None,
+        labels: str | os.PathLike[str] | None,
+        jobs: int,
+        force: bool,
+        tick: Callable[[], None] = no_tick,
+    ) -> tuple[int, Generator[Outcome, None, None]]:
+        """Return how many files there are, and what reads them; `tick` is called with each."""
         from lanindex.encoding.profile import load
         from lanindex.pipeline.ingest import discover, ingest, read_labels
 
         lists = ([path] if isinstance(path, str | os.PathLike) else path for path in paths)
-        files = list(discover(chain.from_iterable(lists), apart=False))
+        files = list[str]()
+        for file in discover(chain.from_iterable(lists), apart=False):
+            tick()
+            files.append(file)
         table = None if labels is None else read_labels(labels, files)
+        how: dict[str, Any] = {"labels": table, "jobs": jobs, "force": force}
         chosen = load(os.fspath(profile))
-        return list(
-            ingest(self.store, files, chosen, reading=reading, labels=table, jobs=jobs, force=force)
-        )
+        return len(files), ingest(self.store, files, chosen, reading=reading, **how)
 
     def search(
         self,
@@ -282,20 +344,88 @@ class Library:
         corpus/jumping_jacks.bvh Span(start=60, stop=76)
         corpus/jumping_jacks.bvh Span(start=91, stop=106)
         """
-        from lanindex.pipeline.search import SearchOptions, search
-        from lanindex.search.match.finder import NARROWER
+        from lanindex.pipeline.search import SearchOptions
 
         options = SearchOptions.read(tolerance, overlaps, near, fuzzy, best, memory)
-        query, numbers = self._query(pattern, selection, strict)
+        told = self.store.session.progress, self.store.session.note, self.refused
+        return self._search(pattern, selection, strict, timeout, options, *told)[1]
+
+    def begin(
+        self,
+        pattern: str | Pattern,
+        selection: Selection = ALL,
+        *,
+        strict: bool = False,
+        timeout: float | None = None,
+        **options: Any,
+    ) -> SearchJob:
+        """Begin a search in a thread of its own, and return at once.
+
+        Parameters
+        ----------
+        pattern, selection, strict, timeout, **options
+            As for `search`.
+
+        Returns
+        -------
+        SearchJob
+            How far it is, its hits so far, and what it found in the end, or why it failed.
+            Notes and captures that are too rich are the job's, not the library's.
+
+        Raises
+        ------
+        UsageError
+            Where an option makes no sense. All else that is wrong is the job's `error`.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     job = library.begin("torso forward high -> hold 1s+")
+        ...     print(len(job.result), job.state, job.page(0, 10)[0].span)
+        1 done Span(start=482, stop=602)
+        """
+        from lanindex.pipeline.jobs import SearchJob
+        from lanindex.pipeline.search import SearchOptions
+
+        read = SearchOptions.read(**options)
+        run = partial(self._search, pattern, selection, strict, timeout, read)
+        return self._begun(SearchJob(self.store, str(pattern), run))
+
+    def _search(
+        self,
+        pattern: str | Pattern,
+        selection: Selection,
+        strict: bool,
+        timeout: float | None,
+        options: SearchOptions,
+        progress: Progress,
+        note: Callable[[str], None],
+        refused: list[LanindexError],
+        found: Found | None = None,
+    ) -> tuple[Hits, Hits | Counts]:
+        """Return the hits of a search, and what the stages of its pipe make of them."""
+        from lanindex.pipeline.search import search
+        from lanindex.search.match.finder import NARROWER
+
+        query, numbers = self._query(
+            pattern, selection, strict, partial(progress, "captures", 0, 0)
+        )
+        best = options.best
         if query.stages:  # they need all hits
             options = replace(options, best=None)
-        with self._deadline(timeout, NARROWER) as told:
+        with deadline(progress, timeout, "search", NARROWER) as told:
             watch = partial(told, "captures")
-            hits = search(self.store, query, numbers, options, watch, self.refused)
-        result = piped(query.stages, hits.of(str(pattern)))
-        if best is not None and isinstance(result, Hits):
-            return result.by_fit(best)[:best]
-        return result
+            hits = search(self.store, query, numbers, options, watch, refused, note, found)
+            hits = hits.of(str(pattern))
+            tick = partial(told, "hits", 0, len(hits))
+            if query.stages:
+                tick()
+            with running(options.memory, tick):
+                result = piped(query.stages, hits)
+                if best is not None and isinstance(result, Hits):
+                    result = result.by_fit(best)[:best]
+        return hits, result
 
     def complete(self, text: str, position: int | None = None) -> list[Completion]:
         """Return what may stand at a position of a pattern, the likeliest first.
@@ -936,25 +1066,37 @@ class Library:
         """Take captures out, by number or path; none where one of them is not there."""
         self.store.remove(*which)
 
+    def _begun(self, job: AnyJob) -> AnyJob:
+        self._jobs.add(job)
+        return job
+
     def _deadline(
         self, timeout: float | None, remedy: str, job: str = "search"
     ) -> AbstractContextManager[Progress]:
         return deadline(self.store.session.progress, timeout, job, remedy)
 
     def _query(
-        self, pattern: str | Pattern, selection: Selection, strict: bool
+        self,
+        pattern: str | Pattern,
+        selection: Selection,
+        strict: bool,
+        tick: Callable[[], None] = no_tick,
     ) -> tuple[Query, list[int] | None]:
         """Return a query, and the numbers of the captures that it concerns; None: all."""
         from lanindex.pipeline.search import check_columns, query_of
+        from lanindex.search.language.clauses import Reference
+        from lanindex.search.language.query import nodes_in
 
         # the text of a file knows its place
         text = pattern if isinstance(pattern, str) else str(pattern)
         try:
             query = query_of(text, self.store.parts(checked=False), self.words, strict=strict)
         except PatternError:
-            self.store.parts()  # raises if the part is unknown because the library is damaged
+            self.store.parts(
+                tick=tick
+            )  # raises if the part is unknown because the library is damaged
             raise
-        check_columns(self.store, query)
+        check_columns(self.store, nodes_in((query.where, query.stages), Reference))
         return query, self.store.numbers(selection)
 
 

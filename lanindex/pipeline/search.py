@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from math import inf
 from os import PathLike
 from typing import TYPE_CHECKING, Self
@@ -19,11 +20,10 @@ from lanindex.library.store import Store
 from lanindex.model import Capture, Score, Symbol, Track
 from lanindex.model.columns import STARTING, columns_of, roster_of
 from lanindex.search.dictionary import Entry, entry_named, load, named_patterns, spelled, words_of
-from lanindex.search.hits import CLIP_FIELDS, Hits, extras_in
+from lanindex.search.hits import CLIP_FIELDS, Found, Hits, extras_in
 from lanindex.search.language import parse
 from lanindex.search.language.clauses import CLIP, Reference
 from lanindex.search.language.natural import reading
-from lanindex.search.language.query import nodes_in
 from lanindex.search.language.words import LANGUAGE, VALUES, Vocabulary
 from lanindex.search.match.finder import NARROWER, Finder, Recording, Watch, find_in
 
@@ -85,15 +85,18 @@ class SearchOptions:
         recordings: Recordings,
         watch: Watch,
         refused: list[LanindexError],
+        found: Found | None = None,
     ) -> Hits:
         """Find a query in columns; errors of captures that are too rich for it go to `refused`."""
         query = replace(query, near=self.near)
         finder = Finder(query, roster, columns, recordings, self.tolerance, self.memory)
         if self.allowance is None:
-            return finder.find(self.overlaps, watch, self.best, refused)
+            return finder.find(self.overlaps, watch, self.best, refused, found=found)
         from lanindex.search import fuzzy
 
-        return fuzzy.find(finder, self.allowance, self.overlaps, watch, self.best, refused)
+        return fuzzy.find(
+            finder, self.allowance, self.overlaps, watch, self.best, refused, found=found
+        )
 
 
 def query_of(
@@ -138,35 +141,38 @@ def search(
     options: SearchOptions,
     watch: Watch,
     refused: list[LanindexError],
+    note: Callable[[str], None],
+    found: Found | None = None,
 ) -> Hits:
     """Find a pattern in a library; errors of captures that are too rich for it go to `refused`."""
     extras = extras_in(query)
-    roster, columns = store.columns(query.parts, numbers, more=extras)
+    tick = partial(watch, 0, 0)  # how many captures there are is not known yet
+    roster, columns = store.columns(query.parts, numbers, more=extras, tick=tick)
     if len(roster) and (absent := _absent_parts(columns)):
         palms = any(part in FACING for part in absent)
         hint = ": few captures tell where palms face (lanindex inspect FILE)" if palms else ""
-        store.session.note(f"no capture that was searched has symbols of {', '.join(absent)}{hint}")
+        note(f"no capture that was searched has symbols of {', '.join(absent)}{hint}")
     measures = extras - {"swings"}
     if count := _count_unmeasured(len(roster), columns, measures):
-        store.session.note(
+        note(
             f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "
             "as scores, or from an earlier version, and want to be ingested anew"
         )
     rich: list[LanindexError] = []
     with suppress(MemoryError):  # which is gone at the end of this, and so is what it held
         recordings = _recordings(store, roster, columns)
-        hits = options.find(query, roster, columns, recordings, watch, rich)
-        _note_refused_captures(store, rich, refused)
+        hits = options.find(query, roster, columns, recordings, watch, rich, found)
+        _note_refused_captures(note, rich, refused)
         return hits
     raise OutOfMemoryError("the search ran out of memory", place=store.place, remedy=NARROWER)
 
 
 def _note_refused_captures(
-    store: Store, errors: Sequence[LanindexError], refused: list[LanindexError]
+    note: Callable[[str], None], errors: Sequence[LanindexError], refused: list[LanindexError]
 ) -> None:
     """Note errors of captures that are too rich for a pattern, and keep them."""
     for line in too_rich(errors):
-        store.session.note(line)
+        note(line)
     refused += errors
 
 
@@ -252,9 +258,8 @@ def _match_columns(
     )
 
 
-def check_columns(store: Store, query: Query) -> None:
+def check_columns(store: Store, references: Iterable[Reference]) -> None:
     """Refuse a column that no capture has: it would meet no condition, without a word."""
-    references = nodes_in((query.where, query.stages), Reference)
     named = {it.field for it in references if it.name == CLIP} - set(CLIP_FIELDS)
     metadata = store.texts("metadata").values() if named else ()
     known = {column.lower() for columns in metadata for column in columns}
@@ -314,7 +319,7 @@ def suggest(
         advice = Advice(str(query), remark=f"There is no capture{fitting}.")
     if elsewhere and elsewhere[0]:
         advice = replace(advice, left_out=(LeftOut("", *elsewhere), *advice.left_out))
-    _note_refused_captures(store, list(rich.values()), refused)
+    _note_refused_captures(store.session.note, list(rich.values()), refused)
     return advice
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from lanindex.errors import LanindexError, UsageError
 from lanindex.model import Hit, Span, Symbol
 from lanindex.model.columns import CELL, THOUSANDTHS, Columns, ranges
-from lanindex.search.hits import Hits
+from lanindex.search.hits import Found, Hits
 from lanindex.search.language import query as tree
 from lanindex.search.language.words import BESIDE_CELLS, WORD_KINDS
 from lanindex.search.limits import OverBudget, tick
@@ -496,6 +496,7 @@ def find(
     watch: Watch | None = None,
     best: int | None = None,
     refused: list[LanindexError] | None = None,
+    found: Found | None = None,
 ) -> FuzzyHits:
     """Find what is nearly the query of a finder; a `UsageError` where that has no edits.
 
@@ -519,15 +520,13 @@ def find(
     for number, net in enumerate(net for one in plans for net in one.nets):
         net.number = number
 
-    search = _Search(finder, plans, overlaps)
+    search = _Search(finder, plans, overlaps, found=found)
     with finder.searching(watch, refused):
         if any(one.branches for one in plans):
             search.exact_hits = search.find_exactly(query)
-            found = search.all_hits()
-            found = found if best is None else found.by_fit(best)[:best]
-        else:
-            found = search.all_hits() if best is None else search.best(best)
-    return found
+            hits = search.all_hits()
+            return hits if best is None else hits.by_fit(best)[:best]
+        return search.all_hits() if best is None else search.best(best)
 
 
 def _opened(pattern: tree.Choice) -> tree.Choice:
@@ -553,6 +552,7 @@ class _Search:
     plans: list[FuzzyPlan]
     overlaps: str
     exact_hits: ExactHits | None = None
+    found: Found | None = None
 
     @cached_property
     def lines(self) -> list[tuple[FuzzyLine, int]]:
@@ -568,8 +568,13 @@ class _Search:
         return found
 
     def all_hits(self) -> FuzzyHits:
-        plans = self._plans_within(BUCKETS)
-        return FuzzyHits(self, self._hits_in(plans, self._possible(plans)))
+        plans, pieces, hits = self._plans_within(BUCKETS), [NO_MATCHES], list[FuzzyHits]()
+        for matches in self._hits_in(plans, self._possible(plans)):
+            pieces.append(matches)
+            hits.append(FuzzyHits(self, matches))
+            if self.found:
+                self.found(hits)
+        return FuzzyHits(self, self._without_refused(joined(pieces)))
 
     def best(self, number: int) -> FuzzyHits:
         """Return so many hits that fit best, the clearest first.
@@ -590,9 +595,12 @@ class _Search:
             least, searched, within = 0.0, 0, len(order)
             while within:  # captures that may hold one of the best
                 some = order[searched : searched + min(within, searched or MORE * number)]
-                matches = joined((matches, self._hits_in(plans, np.sort(some))))
+                matches = joined((matches, *self._hits_in(plans, np.sort(some))))
+                matches = self._without_refused(matches)
                 matches = matches.at(np.argsort(matches.capture, kind="stable"))
                 best = FuzzyHits(self, matches).by_fit()[:number]
+                if self.found:
+                    self.found([best.at(np.argsort(best.place, kind="stable"))])
                 searched += len(some)
                 rest = order[searched:]
                 within = len(rest)
@@ -619,10 +627,12 @@ class _Search:
         bounds: AnyArray = np.max([one.bounds(batch) for one in plans], axis=0)
         return bounds
 
-    def _hits_in(self, plans: list[FuzzyPlan], places: IntArray) -> FuzzyMatches:
-        """Return the hits in some captures."""
-        found = self.finder.in_batches(partial(self._hits, plans), places)
-        matches = joined([NO_MATCHES, *(matches for _, matches in found)])
+    def _hits_in(self, plans: list[FuzzyPlan], places: IntArray) -> Iterator[FuzzyMatches]:
+        """Yield the hits in some captures."""
+        for _, matches in self.finder.in_batches(partial(self._hits, plans), places):
+            yield self._without_refused(matches)
+
+    def _without_refused(self, matches: FuzzyMatches) -> FuzzyMatches:
         return matches.at(~np.isin(matches.capture, list(self.finder.refused)))
 
     def _hits(self, plans: list[FuzzyPlan], places: IntArray) -> FuzzyMatches:

@@ -28,6 +28,7 @@ from lanindex.search.language.clauses import CLIP, MATCH, Reference
 from lanindex.search.language.query import Query, Step, Word, nodes_in
 from lanindex.search.language.times import Clock, Time
 from lanindex.search.language.words import AMOUNTS, STILL
+from lanindex.search.limits import tick
 
 IntArray = NDArray[np.int64]
 
@@ -133,7 +134,13 @@ class Hits(Sequence[Hit], Tabular):
     def counts(self) -> list[tuple[Capture, int]]:
         """Return the captures, each with how many hits it has."""
         places, counts = self._per_capture()
-        return list(zip(self._captures_at(places.tolist()), counts.tolist(), strict=True))
+        return list(zip(self._captures(places), counts.tolist(), strict=True))
+
+    def _captures(self, places: IntArray) -> Iterator[Capture]:
+        """Yield captures by their places in the roster, many fetched at once."""
+        for first in range(0, len(places), TOGETHER):
+            tick()
+            yield from self._captures_at(places[first : first + TOGETHER].tolist())
 
     def _per_capture(self) -> tuple[IntArray, IntArray]:
         """Return the captures of hits, in order, and how many each has."""
@@ -143,8 +150,8 @@ class Hits(Sequence[Hit], Tabular):
 
     def spans(self) -> Iterator[tuple[Capture, Span]]:
         """Yield capture and frames of each hit, in order."""
-        places = self._per_capture()[0].tolist()
-        captures = dict(zip(places, self._captures_at(places), strict=True))
+        places = self._per_capture()[0]
+        captures = dict(zip(places.tolist(), self._captures(places), strict=True))
         columns = (self.place.tolist(), self.low.tolist(), self.high.tolist())
         for place, low, high in zip(*columns, strict=True):
             yield captures[place], Span(low, high)
@@ -211,6 +218,10 @@ class Hits(Sequence[Hit], Tabular):
         """Return the columns of `dicts`, a row a hit."""
         rows = self.dicts()
         return {key: [row[key] for row in rows] for key in records.HIT}
+
+
+Found = Callable[[Sequence[Hits]], None]
+"""Called with the hits found so far in pieces, in order of capture, while a search goes on."""
 
 
 class ListedHits(Hits):
@@ -304,11 +315,19 @@ def piped(stages: Sequence[clauses.Stage], result: Hits | Counts) -> Hits | Coun
         if stage.verb == "first":
             result = result[: stage.most]
         elif isinstance(result, Hits) and stage.verb == "sort" and stage.by:
-            orders = [order(stage.by, value) for value in _values(result, stage.by)]
-            result = result.arranged(sorted(range(len(orders)), key=orders.__getitem__))
+            result = result.at(_sorted(order(stage.by, it) for it in _values(result, stage.by)))
         elif isinstance(result, Hits):
-            result = _counts(result, stage.by)
+            result = counted([result], result.pattern, stage.by)
     return result
+
+
+def _sorted(orders: Iterable[tuple[Any, ...]]) -> IntArray:
+    """Return the places of some keys in their order; each different one is compared once."""
+    numbers: dict[tuple[Any, ...], int] = {}
+    numbered = [numbers.setdefault(key, len(numbers)) for key in orders]
+    ranks = np.empty(len(numbers), np.int64)
+    ranks[[numbers[key] for key in sorted(numbers)]] = np.arange(len(numbers))
+    return np.argsort(ranks[np.array(numbered, np.int64)], kind="stable")
 
 
 def hits_in(hits: Hits | Counts) -> Hits:
@@ -321,17 +340,27 @@ def hits_in(hits: Hits | Counts) -> Hits:
 def _values(hits: Hits, by: Reference) -> Iterator[Value]:
     """Yield a field of each hit, without making objects where it can."""
     if is_of_span(by):
-        return (value_of_span(by, capture, span) for capture, span in hits.spans())
-    return (value_of(by, hit) for hit in hits)
+        for number, (capture, span) in enumerate(hits.spans()):
+            if not number % TOGETHER:
+                tick()
+            yield value_of_span(by, capture, span)
+    else:
+        yield from (value_of(by, hit) for hit in hits)
 
 
-def _counts(hits: Hits, by: Reference | None) -> Counts:
+def counted(pieces: Iterable[Hits], pattern: str, by: Reference | None) -> Counts:
+    """Return how many hits there are in some pieces, or how many for each value of a field."""
     if by is None:
-        return Counts([Counted(None, len(hits))], hits.pattern, None)
-    numbers = Counter(_values(hits, by))
+        return Counts([Counted(None, sum(map(len, pieces)))], pattern, None)
+    numbers = Counter[Value]()
+    for hits in pieces:
+        if by.name == CLIP:  # the same for all hits of a capture
+            for capture, count in hits.counts():
+                numbers[value_of_span(by, capture, Span(0, 0))] += count
+        else:
+            numbers.update(_values(hits, by))
     ordered = sorted(numbers, key=lambda value: (-numbers[value], order(by, value)))
-    counted = [Counted(_json_value(value), numbers[value]) for value in ordered]
-    return Counts(counted, hits.pattern, by)
+    return Counts([Counted(_json_value(it), numbers[it]) for it in ordered], pattern, by)
 
 
 def _json_value(value: Value) -> str | float | None:

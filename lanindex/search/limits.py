@@ -32,11 +32,14 @@ class OverBudget(Exception):
 
 @contextmanager
 def running(memory: int | None, tick: Callable[[], None] | None) -> Iterator[None]:
-    """Begin a search: its budget in bytes, None a quarter of what is free, and its tick."""
+    """Begin a search: its budget in bytes, None a quarter of what is free, and its tick.
+
+    Without a tick, whoever waits already is told.
+    """
     if memory is None:
         free = available()
         memory = UNKNOWN if free is None else free // 4
-    token = _running.set((max(LEAST, memory), tick))
+    token = _running.set((max(LEAST, memory), tick or _running.get()[1]))
     try:
         yield
     finally:

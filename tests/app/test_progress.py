@@ -18,7 +18,7 @@ AT_ONCE = "from lanindex.app import output; output.PATIENCE = -1; "
 MAIN = AT_ONCE + "from lanindex.app.cli import main; main()"
 BROKEN_OFF = """
 from lanindex.search import match
-def find(self, overlaps, watch, best, refused):
+def find(self, overlaps, watch, best, refused, found):
     watch(12, 1300)
     raise KeyboardInterrupt
 match.Finder.find = find

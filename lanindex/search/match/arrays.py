@@ -135,6 +135,7 @@ def smallest_in(values: IntArray, low: IntArray, high: IntArray, nothing: int) -
     doublings = np.frexp(widths[some].astype(np.float64))[1] - 1
     table = values
     for doubling in range(int(doublings.max()) + 1):
+        tick()
         here = some[doublings == doubling]
         if len(here):
             last = high[here] - (1 << doubling)

@@ -7,6 +7,7 @@ that can go on where it could end does so: it runs on as long as it can.
 
 import numpy as np
 
+from lanindex.search.limits import tick
 from lanindex.search.match.arrays import BoolArray, IntArray, once, spread
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.match.follow import NONE, Transitions, begins, ends
@@ -110,6 +111,7 @@ class Backwards:
         best = np.full(len(self._events(state)), NONE)
         for edge in self._program.edges[state]:
             if edge.entry.state not in within:
+                tick()
                 values = self._entered(edge, self.values[edge.entry.state])
                 found = self.transitions(edge).smallest(values)
                 found[~may_leave(self._batch, self._program, edge.exit)] = NONE
@@ -145,6 +147,7 @@ class Backwards:
         An open arrow leads to the first event that may follow, *or to one behind it*: nodes of
         their own stand for that, one an event, so that the graph grows with the rows alone.
         """
+        tick()
         source, target, reach = (
             first[edge.exit.state],
             first[edge.entry.state],
@@ -189,6 +192,7 @@ def _solved(
     left = np.bincount(before, minlength=len(end_values))
     values, ready = np.full(len(end_values), NONE), np.flatnonzero(left == 0)
     while len(ready):
+        tick()
         own = _combined(beyond[ready], end_values[ready], cost[ready])
         values[ready] = np.where(fits[ready], own, NONE)
         one, place = spread(bounds[ready], bounds[ready + 1])

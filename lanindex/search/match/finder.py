@@ -16,7 +16,7 @@ from lanindex.model import Capture, Hit, Span, Symbol, Track
 from lanindex.model.columns import THOUSANDTHS, Columns, Roster, columns_of, roster_of
 from lanindex.model.symbol import joined as rows_joined
 from lanindex.model.symbol import listed
-from lanindex.search.hits import meets
+from lanindex.search.hits import Found, meets
 from lanindex.search.language.query import Query
 from lanindex.search.language.times import TOLERANCE
 from lanindex.search.limits import OverBudget, running, tick
@@ -92,6 +92,7 @@ class Finder:
         best: int | None = None,
         refused: list[LanindexError] | None = None,
         among: IntArray | None = None,
+        found: Found | None = None,
     ) -> ExactHits:
         """Return all hits, or the `best` so many that fit best, the clearest first.
 
@@ -99,15 +100,17 @@ class Finder:
         ``all``: one for every place where the pattern can start. `refused` takes an error for each
         capture that is too rich for the pattern, or for the memory; None: the first one is raised.
         `among` are the only captures searched, (N,) int64, growing, by their places in the roster.
+        `found` is called with each batch's hits, also those that are not among the best.
         """
+        pieces: list[ExactHits] = []
         with self.searching(watch, refused):
-            places = self._possible() if among is None else among
-            hits = together([NO_HITS, *self._hits_in(places)])
-            if (hits.capture[1:] < hits.capture[:-1]).any():
-                hits = hits.at(np.argsort(hits.capture, kind="stable"))
-            hits = self._in_matching_captures(hits)
-            found = ExactHits(self, hits, self._staying(hits, overlaps))
-            return found if best is None else found.by_fit(best)[:best]
+            for table in self._hits_in(self._possible() if among is None else among):
+                hits = self._in_matching_captures(table)
+                pieces.append(ExactHits(self, hits, self._staying(hits, overlaps)))
+                if found:
+                    found(pieces)
+            whole = ExactHits.joined(self, pieces)
+            return whole if best is None else whole.by_fit(best)[:best]
 
     @contextmanager
     def searching(self, watch: Watch | None, refused: list[LanindexError] | None) -> Iterator[None]:
@@ -151,7 +154,7 @@ class Finder:
         """Return the hits of a table as objects."""
         fetched = self.fetched(once(hits.capture).tolist())
         made: dict[int, Hit] = {}
-        with running(self.memory, self.tell):
+        with running(self.memory, None):
             for some, found in self.in_parts(
                 partial(self._hit_objects, hits, fetched), hits.capture
             ):

@@ -26,6 +26,7 @@ from lanindex.search.match.arrays import (
     best_of_each,
     in_order,
     starts_of,
+    together,
 )
 from lanindex.search.match.batch import Batch, Events
 from lanindex.search.plan import State
@@ -216,6 +217,14 @@ class ExactHits(Hits):
         columns = table.capture[rows], table.low[rows], table.high[rows]
         super().__init__(maker.captures, maker.roster.number, *columns)
         self._maker, self._table, self._rows = maker, table, rows
+
+    @classmethod
+    def joined(cls, maker: _Maker, pieces: Sequence[ExactHits]) -> ExactHits:
+        """Return hits of one maker that come in pieces, each of other captures, in their order."""
+        firsts = np.cumsum([0, *(len(piece._table) for piece in pieces)])
+        rows = [piece._rows + first for piece, first in zip(pieces, firsts, strict=False)]
+        table = together([NO_HITS, *(piece._table for piece in pieces)])
+        return cls(maker, table, np.concatenate([_NONE, *rows]))
 
     @cached_property
     def _alike(self) -> IntArray:
