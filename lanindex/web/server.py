@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import secrets
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,7 @@ from starlette.routing import BaseRoute, Route
 
 from lanindex import __version__
 from lanindex.errors import UsageError
-from lanindex.web import captures, convert, files, watch
+from lanindex.web import captures, convert, files, help, watch, words
 from lanindex.web.guard import Guard
 from lanindex.web.jobs import Jobs
 from lanindex.web.recent import Recent
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 PORT = 8421
 SCREENS = (
     *("/", "/search", "/captures/{number:int}", "/convert", "/edit", "/compare", "/explore"),
-    *("/words", "/help"),
+    *("/words", "/help", "/help/{topic}"),
 )
 """Addresses of the page; its script shows the screen of each."""
 
@@ -43,9 +43,19 @@ class Site:
         self.library, self.readonly = library, readonly
         self.table = captures.CaptureTable(library)
         self.poses = Recent[tuple[str, str], str](4096)
+        self.answers = Recent[tuple[int, Hashable], Any](512)
         self.jobs = Jobs()
         self.workshop = convert.Workshop(library)
         self.uploads = Uploads(Path(library.store.place))
+
+    def kept(self, key: Hashable, make: Callable[[], Any]) -> Any:
+        """Return an answer that holds as long as the library does not change."""
+        own = self.library.stamp, key
+        found = self.answers.get(own)
+        if found is None:
+            found = make()
+            self.answers.put(own, found)
+        return found
 
     def close(self) -> None:
         """Break off all jobs."""
@@ -84,6 +94,12 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/profiles", refused_when_read_only(convert.save), ("POST",)),
     ("/api/profiles/{name}", convert.profile, ("GET",)),
     ("/api/captures/numbers", captures.numbers, ("GET",)),
+    ("/api/help", help.topics, ("GET",)),
+    ("/api/help/signs", help.signs, ("GET",)),
+    ("/api/help/{topic}", help.topic, ("GET",)),
+    ("/api/words", words.listing, ("GET",)),
+    ("/api/words/{word}", words.one, ("GET",)),
+    ("/api/words/{word}/example", words.example, ("GET",)),
     ("/api/captures/remove", refused_when_read_only(captures.remove), ("POST",)),
 ]
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import lanindex
 from lanindex.app import options
@@ -129,46 +129,17 @@ def words(
     were measured on people and collections that were left out while a pattern was made; "few" are
     fewer than ten captures of two collections. What patterns are made of: lanindex language.
     """
-    from lanindex.search.dictionary import entries, load
+    from lanindex.search.dictionary import entries, entry_of, load, record
 
     known = load(words)
-    chosen = entries(known) if word is None else [_entry(known, word)]
+    chosen = entries(known) if word is None else [entry_of(known, word)]
     if out.json:
-        out.records(_record(entry, known) for entry in chosen)
+        out.records(record(entry, known) for entry in chosen)
     elif word is None:
         _table(out, chosen)
         out.note("one in full: lanindex words walk; the language of patterns: lanindex language")
     else:
         _print_entry(out, chosen[0], known)
-
-
-def _entry(entries: Mapping[str, Entry], word: str) -> Entry:
-    from lanindex.search.dictionary import absent, spelled
-
-    name = spelled(word)
-    if name in entries:
-        return entries[name]
-    found = f'no word "{word}" in the dictionary of movement'
-    if why := absent(name):
-        raise UsageError(f"{found}: {why}")
-    remedy = did_you_mean(name, entries) or "All are shown by: lanindex words"
-    raise UsageError(found, remedy=remedy)
-
-
-def _record(entry: Entry, entries: Mapping[str, Entry]) -> dict[str, Any]:
-    from lanindex.search.dictionary import mirror_image
-
-    names = ("precision", "recall", "right", "wrong", "missed", "clips", "collections")
-    keys = {"right": "found_rightly", "wrong": "found_wrongly"}
-    return {
-        "name": entry.name,
-        "names": list(entry.names),
-        "sentence": entry.sentence,
-        "pattern": entry.pattern,
-        "mirror_image": mirror_image(entry, entries) or None,
-        "labels": list(entry.labels),
-        **{keys.get(name, name): getattr(entry.measured, name, None) for name in names},
-    }
 
 
 def _table(out: Output, chosen: list[Entry]) -> None:

@@ -13,7 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from lanindex.data import shipped
-from lanindex.errors import NotationError, PatternError, UsageError, quoted, shown
+from lanindex.errors import (
+    NotationError,
+    PatternError,
+    UsageError,
+    did_you_mean,
+    quoted,
+    shown,
+)
 from lanindex.notation.text import read_toml
 
 FORM = 'name = {pattern = "...", sentence = "...", names = ["other name", ...]}'
@@ -127,6 +134,33 @@ def _absent() -> Mapping[tuple[str, ...], Absent]:
 def entries(words: Mapping[str, Entry]) -> list[Entry]:
     """Return each entry once."""
     return [entry for name, entry in words.items() if name == entry.name]
+
+
+def entry_of(words: Mapping[str, Entry], word: str) -> Entry:
+    """Return the entry that has this name; say what is meant where none has it."""
+    name = spelled(word)
+    if name in words:
+        return words[name]
+    found = f'no word "{shown(word)}" in the dictionary of movement'
+    if why := absent(name):
+        raise UsageError(f"{found}: {why}")
+    remedy = did_you_mean(name, words) or "All are shown by: lanindex words"
+    raise UsageError(found, remedy=remedy)
+
+
+def record(entry: Entry, words: Mapping[str, Entry]) -> dict[str, Any]:
+    """Return an entry as JSON has it."""
+    names = ("precision", "recall", "right", "wrong", "missed", "clips", "collections")
+    keys = {"right": "found_rightly", "wrong": "found_wrongly"}
+    return {
+        "name": entry.name,
+        "names": list(entry.names),
+        "sentence": entry.sentence,
+        "pattern": entry.pattern,
+        "mirror_image": mirror_image(entry, words) or None,
+        "labels": list(entry.labels),
+        **{keys.get(name, name): getattr(entry.measured, name, None) for name in names},
+    }
 
 
 def named_patterns(text: str, words: str | PathLike[str] | None = None) -> dict[str, str]:

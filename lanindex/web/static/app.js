@@ -35,6 +35,8 @@ import { byId, el, trouble } from "./dom.js";
 /** @type {{path: RegExp, name: string, link?: string, load: () => Promise<{show: Show}>}[]} */
 const SCREENS = [
   { path: /^\/$/, name: "Library", link: "/", load: () => import("./screens/library.js") },
+  { path: /^\/words$/, name: "Words", link: "/words", load: () => import("./screens/words.js") },
+  { path: /^\/help(\/[^/]+)?$/, name: "Help", link: "/help", load: () => import("./screens/help.js") },
 ];
 
 /** @type {Library | undefined} */
@@ -105,7 +107,7 @@ document.addEventListener("click", (event) => {
   if (link.origin !== location.origin || link.target || link.hasAttribute("download") || link.pathname.startsWith("/api/")) return;
   if (link.hash && link.pathname === location.pathname) return;
   event.preventDefault();
-  go(link.pathname + link.search);
+  go(link.pathname + link.search + link.hash);
 });
 addEventListener("popstate", () => open(new URL(location.href)));
 
