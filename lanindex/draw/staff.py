@@ -6,7 +6,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 from itertools import groupby, pairwise
 from math import ceil, floor
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -782,23 +782,32 @@ _PITCH = round(1.35 * C)
 
 def legend_rows(kinds: Collection[str], x: int, y: int) -> list[MarkGroup]:
     """Return the rows of the legend: marks and what they mean."""
-    middle, left, found = x + C, x + C // 2, list[MarkGroup]()
-    for name, kind, direction, degree, words in shipped("draw/legend.toml")["rows"]:
-        if kind and kind not in kinds:
-            continue
-        up = y + _PITCH * len(found)
-        base = up + _PITCH - (_PITCH - C) // 2
-        marks: dict[str, list[Mark]] = {
-            "cell": sign(left, base, direction, degree or None, C),
-            "hold": [Circle(middle, base - C // 2, ONE // 2)],
-            "touch": [bow(left, left + C, base - C // 2 + BOW // 2)],
-            "flight": [line(middle + at, base, middle + at, base - C) for at in (-C // 3, C // 3)],
-            "band": [box(left, base - C, C, C, "band")],
-        }
-        if name in SIGNS:
-            row = blank(1)
-            row["direction"], row["amount"] = DIRECTION_CODES.get(direction, -1), degree
-            marks[name] = SIGNS[name](listed("other_support", row)[0], middle, base, C)
-        told = Label(x + 2 * C, up + _PITCH // 2 + _NAME // 3, words, _NAME, "begin")
-        found.append(MarkGroup((*marks[name], told), words))
-    return found
+    rows = [row for row in shipped("draw/legend.toml")["rows"] if not row[1] or row[1] in kinds]
+    return [_legend_row(*row, x=x, y=y + _PITCH * number) for number, row in enumerate(rows)]
+
+
+def legend_signs() -> list[Picture]:
+    """Return each sign of the legend alone, with what it means as its title."""
+    rows = [_legend_row(*row, x=0, y=0) for row in shipped("draw/legend.toml")["rows"]]
+    return [Picture(2 * C, _PITCH, it.title, it.title, it.marks[:-1]) for it in rows]
+
+
+def _legend_row(
+    name: str, kind: str, direction: str, degree: Any, words: str, *, x: int, y: int
+) -> MarkGroup:
+    """Return a sign from a height downwards, and its words."""
+    middle, left = x + C, x + C // 2
+    base = y + _PITCH - (_PITCH - C) // 2
+    marks: dict[str, list[Mark]] = {
+        "cell": sign(left, base, direction, degree or None, C),
+        "hold": [Circle(middle, base - C // 2, ONE // 2)],
+        "touch": [bow(left, left + C, base - C // 2 + BOW // 2)],
+        "flight": [line(middle + at, base, middle + at, base - C) for at in (-C // 3, C // 3)],
+        "band": [box(left, base - C, C, C, "band")],
+    }
+    if name in SIGNS:
+        row = blank(1)
+        row["direction"], row["amount"] = DIRECTION_CODES.get(direction, -1), degree
+        marks[name] = SIGNS[name](listed("other_support", row)[0], middle, base, C)
+    told = Label(x + 2 * C, y + _PITCH // 2 + _NAME // 3, words, _NAME, "begin")
+    return MarkGroup((*marks[name], told), words)
