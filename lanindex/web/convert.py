@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lanindex.compare import Comparison, Difference, compare
+from lanindex.draw.picture import PIXEL
+from lanindex.draw.staff import MARGIN, START
 from lanindex.draw.strip import Staff
 from lanindex.encoding.profile import Profile, made_of
 from lanindex.errors import UsageError
@@ -188,12 +190,13 @@ def _used(made: Conversion, part: str) -> list[int]:
 def _piece(staff: Staff, start: float, stop: float) -> dict[str, Any]:
     """Return a window of a staff, with the heights of its seconds."""
     times = np.linspace(start, stop, ceil((stop - start) * 4) + 1).tolist()
-    top = staff.y(stop)
+    unit, top = PIXEL / staff.scale, staff.y(stop)
+    ys = [round((staff.y(it) - top) * unit, 1) for it in times]
     return {
-        "svg": staff.svg(start, stop, foot=False),
+        "svg": staff.svg(start, stop),
         "times": times,
-        "ys": [staff.y(it) - top for it in times],
-        "names": 0,
+        "ys": ys,
+        "names": ys[0] + MARGIN + START,
     }
 
 

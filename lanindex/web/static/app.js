@@ -35,6 +35,7 @@ import { byId, el, trouble } from "./dom.js";
 /** @type {{path: RegExp, name: string, link?: string, load: () => Promise<{show: Show}>}[]} */
 const SCREENS = [
   { path: /^\/$/, name: "Library", link: "/", load: () => import("./screens/library.js") },
+  { path: /^\/convert$/, name: "Convert", link: "/convert", load: () => import("./screens/convert.js") },
   { path: /^\/words$/, name: "Words", link: "/words", load: () => import("./screens/words.js") },
   { path: /^\/help(\/[^/]+)?$/, name: "Help", link: "/help", load: () => import("./screens/help.js") },
 ];

@@ -1,0 +1,175 @@
+"""The screen Convert in a browser: an angle is edited, symbols change, a profile is saved."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+import lanindex
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+    Opened = Callable[..., Page]
+
+
+@pytest.fixture
+def number(corpus_library: Path) -> int:
+    with lanindex.open_library(corpus_library) as library:
+        return library.capture("traffic_police.bvh").id
+
+
+def summary(page: Page, text: str) -> None:
+    page.wait_for_function(
+        "text => document.querySelector('.summary')?.textContent.includes(text)", arg=text
+    )
+
+
+def test_an_angle_changes_symbols_at_once_and_back(opened: Opened, number: int) -> None:
+    page = opened(f"/convert?capture={number}&part=r_arm")
+    summary(page, "No symbol changed")
+    page.wait_for_selector(".staff svg g[data-part]")
+    level = page.get_by_label("mid begins at", exact=True)
+    level.fill("95")
+    summary(page, "changed of")
+    assert "No symbol" not in page.inner_text(".summary")
+    assert '"mid":95' in page.evaluate("new URLSearchParams(location.search).get('changes')")
+    assert page.locator(".staff").nth(1).locator("[fill='#f5a300']").count() > 0
+    level.press("Control+z")
+    summary(page, "No symbol changed")
+    assert level.input_value() == "67.5"
+    page.get_by_role("button", name="Redo").click()
+    summary(page, "changed of")
+    page.reload()  # the address says all of it
+    summary(page, "changed of")
+    assert page.get_by_label("mid begins at", exact=True).input_value() == "95"
+    page.get_by_role("button", name="mid begins at: paper 60°").click()
+    assert page.get_by_label("mid begins at", exact=True).input_value() == "60"
+
+
+def test_what_is_not_allowed_is_said_beside_the_field(opened: Opened, number: int) -> None:
+    page = opened(f"/convert?capture={number}&part=r_arm")
+    summary(page, "No symbol changed")
+    level = page.get_by_label("high begins at", exact=True)
+    level.fill("50")
+    wrong = page.get_by_text("50 is not allowed: a number from 68 to 179.5°.")
+    wrong.wait_for()
+    assert level.get_attribute("aria-invalid") == "true"
+    level.fill("120")
+    summary(page, "of")
+    assert level.get_attribute("aria-invalid") in (None, "false")
+    assert page.get_by_text("is not allowed").count() == 0
+
+
+def test_both_sides_change_as_in_a_mirror(opened: Opened, number: int) -> None:
+    page = opened(f"/convert?capture={number}&part=r_arm")
+    summary(page, "No symbol changed")
+    page.get_by_label("right forward begins at", exact=True).fill("30")
+    changes = page.evaluate("JSON.parse(new URLSearchParams(location.search).get('changes'))")
+    assert changes["spaces"]["r_arm"]["starts"][1] == 30
+    assert changes["spaces"]["l_arm"]["starts"][4] == 150  # where left begins
+
+
+def test_the_page_and_the_method_name_the_same_cells(opened: Opened, number: int) -> None:
+    page = opened(f"/convert?capture={number}&part=r_arm")
+    summary(page, "No symbol changed")
+    points = [[x / 4, y / 4, z / 4] for x in range(-4, 5) for y in range(-4, 5) for z in (-3, 0, 3)]
+    space = lanindex.load_profile().ranges["r_arm"]
+    told = {
+        "place": space.place,
+        "relative": True,
+        "starts": space.starts,
+        "mid": space.mid,
+        "high": space.high,
+    }
+    found = page.evaluate(
+        """async ([space, points]) => {
+          const { cellOf } = await import("/static/cells.js");
+          return points.map((it) => cellOf(space, space.place, ...it));
+        }""",
+        [told, points],
+    )
+    import numpy as np
+
+    from lanindex.encoding import direction
+
+    around = direction.space(space, 1.0)
+    wanted = direction.course(np.array([points])[:, :, [2, 1, 0]], [around])[0].cells
+    assert found == wanted.tolist()
+
+
+def test_the_sphere_turns_by_keys_and_borders_are_drawn(opened: Opened, number: int) -> None:
+    page = opened(f"/convert?capture={number}&part=r_arm", viewport={"width": 1280, "height": 900})
+    summary(page, "No symbol changed")
+    page.get_by_label("sphere at the limb").uncheck()
+    canvas = page.locator("canvas.sphere")
+    before = canvas.screenshot()
+    canvas.focus()
+    page.keyboard.press("ArrowRight")
+    page.wait_for_timeout(100)
+    assert canvas.screenshot() != before
+    page.keyboard.press("0")
+    for _ in range(9):
+        page.keyboard.press("ArrowUp")  # to where it is seen level: 18 degrees, then below
+    for _ in range(2):
+        page.keyboard.press("ArrowDown")
+    box = canvas.bounding_box()
+    assert box is not None
+    field = page.get_by_label("mid begins at", exact=True)
+    assert field.input_value() == "67.5"
+    x = box["x"] + box["width"] / 2
+    heights = range(int(box["y"]) + 40, int(box["y"] + box["height"]) - 40, 2)
+    for y in heights:  # the border is where the pointer says so
+        page.mouse.move(x, y)
+        if page.evaluate("document.querySelector('canvas.sphere').style.cursor") == "move":
+            break
+    page.mouse.down()
+    page.mouse.move(x, y + 12)
+    page.mouse.up()
+    assert page.get_by_role("button", name="Undo").is_enabled()
+    summary(page, "of")
+
+
+def test_a_profile_is_saved_by_the_keyboard(
+    own_page: Opened, corpus_library: Path, tmp_path: Path, number: int
+) -> None:
+    path = tmp_path / "own.db"
+    shutil.copy(corpus_library, path)
+    page = own_page(path, f"/convert?capture={number}&part=r_arm")
+    summary(page, "No symbol changed")
+    page.get_by_label("mid begins at", exact=True).fill("95")
+    summary(page, "changed of")
+    page.get_by_label("Name of the profile").focus()
+    page.keyboard.type("wide arms")
+    page.keyboard.press("Enter")
+    page.get_by_text("Saved. To ingest with it").wait_for()
+    assert page.get_by_role("combobox", name="Profile", exact=True).input_value() == "wide arms"
+    saved = lanindex.load_profile(path.with_name("own-profiles") / "wide arms")
+    assert saved.ranges["r_arm"].mid == saved.ranges["l_arm"].mid == 95
+    assert saved.ranges["r_leg"] == lanindex.load_profile().ranges["r_leg"]
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(
+    opened: Opened,
+    violations: Callable[[Page], list[str]],
+    number: int,
+    width: int,
+    scheme: str,
+) -> None:
+    page = opened(
+        f"/convert?capture={number}&part=r_arm",
+        bypass_csp=True,
+        color_scheme=scheme,
+        viewport={"width": width, "height": 800},
+    )
+    summary(page, "No symbol changed")
+    page.get_by_label("mid begins at", exact=True).fill("95")
+    summary(page, "changed of")
+    page.evaluate("for (const it of document.querySelectorAll('details')) it.open = true")
+    assert violations(page) == []
