@@ -8,7 +8,7 @@ from collections.abc import Callable, Container, Iterable, Sequence
 from pathlib import Path
 from typing import IO
 
-from lanindex.errors import ExportError
+from lanindex.errors import ExportError, LanindexError
 
 _STEM = 200
 """Bytes of a stem: most file systems take names of 255, and frames and endings follow."""
@@ -116,3 +116,12 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def choreographies() -> Path:
+    """Return the folder of the bundled captures: in the package, or beside it in a checkout."""
+    package = Path(__file__).parents[1]
+    for folder in (package / "_corpus", package.parent / "corpus"):
+        if (folder / "labels.csv").is_file():
+            return folder
+    raise LanindexError("the choreographies are missing", wanted="the folder corpus/")

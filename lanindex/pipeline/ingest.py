@@ -48,6 +48,7 @@ Labels = dict[str, CaptureLabels]
 
 _FROM = "a relative path counts from the table's folder, else from the working directory"
 _DELIMITERS = (",", ";", "\t")
+_LONGEST_HEAD = 10_000  # letters
 
 
 def ingest(
@@ -201,12 +202,12 @@ def _walk(folder: str, others: list[str]) -> Iterator[str]:
         inner = (os.path.join(place, name) for name in folders)
         others.extend(path for path in inner if os.path.islink(path))  # they could form a circle
         for name in sorted(name for name in names if not name.startswith(".")):
-            yield from _if_read(os.path.join(place, name), others)
+            yield from if_read(os.path.join(place, name), others)
     for error in closed:  # reported like a file that cannot be read
         yield str(error.filename)
 
 
-def _if_read(path: str, others: list[str]) -> Iterator[str]:
+def if_read(path: str, others: list[str]) -> Iterator[str]:
     """Yield a path if what it leads to is an archive, a capture or a score."""
     suffix = Path(path).suffix.lower()
     packed = archives.is_archive(path) and not archives.split(path)[0]
@@ -227,7 +228,7 @@ def _captures_in(path: str, others: list[str], apart: bool) -> Iterator[str]:
                 for name in archives.members(path)
                 if not any(part.startswith((".", "__MACOSX")) for part in name.split("/"))
             )
-            files = (file for member in members for file in _if_read(member, others))
+            files = (file for member in members for file in if_read(member, others))
         for file in files:
             yield from formats.captures_in(file) if apart else (file,)
     except LanindexError:  # reported when it is read
@@ -259,6 +260,20 @@ def key_of(path: str | os.PathLike[str]) -> str:
     lie on the other.
     """
     return unicodedata.normalize("NFC", absolute(path))
+
+
+def is_labels(path: str | os.PathLike[str]) -> bool:
+    """Return whether a file is a table of labels: its first line names a column ``file``."""
+    if Path(path).suffix.lower() not in (".csv", ".tsv", ".txt"):
+        return False
+    with open(path, encoding="utf-8-sig", errors="replace") as file:
+        head = file.readline(_LONGEST_HEAD)
+    return any("file" in names_of(head, delimiter) for delimiter in _DELIMITERS)
+
+
+def names_of(head: str, delimiter: str) -> list[str]:
+    """Return the names of the columns in a table's first line."""
+    return [name.strip(' "\r\n').lower() for name in head.split(delimiter)]
 
 
 def read_labels(
@@ -318,7 +333,7 @@ def _rows(place: Path) -> list[tuple[int, list[str]]]:
     head = next((line for line in text.splitlines() if line.strip()), "")
 
     def fits(delimiter: str) -> tuple[bool, int]:
-        names = [name.strip(' "').lower() for name in head.split(delimiter)]
+        names = names_of(head, delimiter)
         return "file" in names, len(names)
 
     delimiter = max(_DELIMITERS, key=fits)

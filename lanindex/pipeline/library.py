@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from lanindex.library.stats import Stats
     from lanindex.model import Capture, Hit, Reading, Score, Symbol, Track
     from lanindex.pipeline.example import Alike, Groups
+    from lanindex.pipeline.ingest import Labels
     from lanindex.pipeline.jobs import IngestJob, Job, SearchJob
     from lanindex.pipeline.motifs import Motifs
     from lanindex.pipeline.movement import Movement
@@ -226,7 +227,7 @@ class Library:
         *paths: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
         profile: str | os.PathLike[str] = "default",
         reading: Reading | None = None,
-        labels: str | os.PathLike[str] | None = None,
+        labels: str | os.PathLike[str] | Labels | None = None,
         jobs: int = 1,
         force: bool = False,
     ) -> IngestJob:
@@ -235,7 +236,8 @@ class Library:
         Parameters
         ----------
         *paths, profile, reading, labels, jobs, force
-            As for `ingest`. With two or more processes reading leaves this one free for others.
+            As for `ingest`; labels also as `lanindex.pipeline.ingest.read_labels` returns them.
+            With two or more processes reading leaves this one free for others.
 
         Returns
         -------
@@ -265,7 +267,7 @@ class Library:
         paths: Iterable[str | os.PathLike[str] | Iterable[str | os.PathLike[str]]],
         profile: str | os.PathLike[str],
         reading: Reading | None,
-        labels: str | os.PathLike[str] | None,
+        labels: str | os.PathLike[str] | Labels | None,
         jobs: int,
         force: bool,
         tick: Callable[[], None] = no_tick,
@@ -279,7 +281,7 @@ class Library:
         for file in discover(chain.from_iterable(lists), apart=False):
             tick()
             files.append(file)
-        table = None if labels is None else read_labels(labels, files)
+        table = read_labels(labels, files) if isinstance(labels, str | os.PathLike) else labels
         how: dict[str, Any] = {"labels": table, "jobs": jobs, "force": force}
         chosen = load(os.fspath(profile))
         return len(files), ingest(self.store, files, chosen, reading=reading, **how)

@@ -14,19 +14,22 @@ from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 
 from lanindex.errors import LanindexError, UsageError
-from lanindex.web.routes import failed
+from lanindex.web.routes import Call, failed
 
 if TYPE_CHECKING:
     from lanindex.web.server import Site
 
 MOST = 100
-"""Jobs that are kept: of more, those that nobody has asked for the longest go."""
+"""Jobs that are kept: of more, those go that have ended and nobody has asked for the longest."""
 
 RUNNING = 8
 """Jobs that run at once."""
 
 TELLS = 0.1
 """Seconds from one state of a job that is told to the next."""
+
+STILL = 15
+"""Seconds after which something is told even where nothing changes."""
 
 
 class Job(Protocol):
@@ -38,6 +41,9 @@ class Job(Protocol):
 
     def cancel(self) -> None:
         """Break it off."""
+
+    def told(self) -> dict[str, Any]:
+        """Return what the page is told of it."""
 
 
 class Jobs:
@@ -61,16 +67,16 @@ class Jobs:
                 )
             number = secrets.token_hex(6)
             self._jobs[number] = make(), key
-            while len(self._jobs) > MOST:
-                _, (job, _) = self._jobs.popitem(last=False)
-                job.cancel()
+            ended = [it for it, (job, _) in self._jobs.items() if job.state != "running"]
+            for old in ended[: max(0, len(self._jobs) - MOST)]:
+                del self._jobs[old]
             return number
 
     def get(self, number: str) -> Any:
         """Return a job."""
         with self._lock:
             if number not in self._jobs:
-                raise UsageError("this search is not kept any more", remedy="Search again.")
+                raise UsageError("this job is not kept any more", remedy="Begin it again.")
             self._jobs.move_to_end(number)
             return self._jobs[number][0]
 
@@ -81,22 +87,29 @@ class Jobs:
                 job.cancel()
 
 
-async def events(site: Site, tell: Callable[[Any], dict[str, Any]], request: Request) -> Response:
+def cancel(call: Call) -> dict[str, Any]:
+    """Break off a job, and return how it stands."""
+    job: Job = call.site.jobs.get(call.path["job"])
+    job.cancel()
+    return job.told()
+
+
+async def events(site: Site, request: Request) -> Response:
     """Answer with the states of a job as they change, until it ends."""
     try:
-        job = site.jobs.get(request.path_params["job"])
+        job: Job = site.jobs.get(request.path_params["job"])
     except LanindexError as error:
         return failed(error, request.url.path)
 
     async def states() -> AsyncIterator[str]:
         before, silent = "", 0.0
         while not await request.is_disconnected():
-            state = tell(job)
+            state = job.told()
             text = json.dumps(state, ensure_ascii=False, separators=(",", ":"))
             if text != before:
                 yield f"data: {text}\n\n"
                 before, silent = text, 0.0
-            elif silent > 15:
+            elif silent > STILL:
                 yield ":\n\n"  # who has gone is noticed
                 silent = 0.0
             if state["state"] != "running":

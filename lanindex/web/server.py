@@ -18,7 +18,7 @@ from starlette.routing import BaseRoute, Route
 
 from lanindex import __version__
 from lanindex.errors import UsageError
-from lanindex.web import captures, convert, files, help, watch, words
+from lanindex.web import captures, convert, files, help, ingests, jobs, watch, words
 from lanindex.web.guard import Guard
 from lanindex.web.jobs import Jobs
 from lanindex.web.recent import Recent
@@ -47,6 +47,8 @@ class Site:
         self.jobs = Jobs()
         self.workshop = convert.Workshop(library)
         self.uploads = Uploads(Path(library.store.place))
+        if not readonly:
+            self.uploads.clear()
 
     def kept(self, key: Hashable, make: Callable[[], Any]) -> Any:
         """Return an answer that holds as long as the library does not change."""
@@ -93,6 +95,10 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/profiles", convert.profiles, ("GET",)),
     ("/api/profiles", refused_when_read_only(convert.save), ("POST",)),
     ("/api/profiles/{name}", convert.profile, ("GET",)),
+    ("/api/ingests", ingests.about, ("GET",)),
+    ("/api/ingests", refused_when_read_only(ingests.begin), ("POST",)),
+    ("/api/ingests/{job}", ingests.outcomes, ("GET",)),
+    ("/api/jobs/{job}", jobs.cancel, ("DELETE",)),
     ("/api/captures/numbers", captures.numbers, ("GET",)),
     ("/api/help", help.topics, ("GET",)),
     ("/api/help/signs", help.signs, ("GET",)),
@@ -114,6 +120,7 @@ def application(site: Site, *, token: str, host: str, port: int) -> Starlette:
 
     routes: list[BaseRoute] = [
         *(route(site, path, work, *methods) for path, work, methods in _ROUTES),
+        Route("/api/jobs/{job}/events", partial(jobs.events, site)),
         Route("/api/uploads/{name:path}", partial(receive, site), methods=["PUT"]),
         *(Route(path, files.page) for path in SCREENS),
         Route("/static/{name:path}", files.static),

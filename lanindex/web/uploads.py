@@ -9,7 +9,9 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
+from collections.abc import Container, Iterable, Mapping
 from hashlib import file_digest, sha256
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -33,6 +35,9 @@ SPARE = 1 << 30
 PATIENCE = 30
 """Seconds within which the next bytes of a file must come."""
 
+BESIDE = (".asf", ".bin", ".json")
+"""Endings of files that are no captures and are read with one: skeletons, data of glTF and BIDS."""
+
 _DEEPEST = 8  # folders
 _PART = ".part"
 
@@ -42,6 +47,7 @@ class Uploads:
 
     def __init__(self, library: Path) -> None:
         self.folder = library.absolute().with_name(f"{library.stem}-captures")
+        self.new = set[Path]()  # what was sent and is not in the library yet
 
     def clear(self) -> None:
         """Remove what was not sent to its end, by a server that is gone."""
@@ -65,6 +71,44 @@ class Uploads:
             raise UsageError(f'"{name[:60]}" was not sent', wanted="the name of a file that was")
         return str(path)
 
+    def gathered(self, sent: Mapping[str, str]) -> dict[str, str]:
+        """Return the paths of files that were sent together, by the names that they were sent by.
+
+        A file that another one is read with, such as a skeleton, is known by its name. Where one
+        had to be given another name, all of its folder go to a folder of their own.
+        """
+        paths = {name: Path(self.path(kept)) for name, kept in sent.items()}
+        moved = {
+            self.place(name).parent
+            for name, path in paths.items()
+            if path.suffix.lower() in BESIDE and path != self.place(name)
+        }
+        for folder in moved:
+            own = next(
+                place
+                for number in count(2)
+                if not (place := folder.with_name(f"{folder.name} {number}")).exists()
+            )
+            own.mkdir()
+            for name, path in paths.items():
+                if self.place(name).parent == folder:
+                    paths[name] = own / self.place(name).name
+                    os.link(path, paths[name])
+                    self.drop([path])
+                    self.new.add(paths[name])
+        return {name: str(path) for name, path in paths.items()}
+
+    def drop(self, paths: Iterable[Path], used: Container[str] = ()) -> None:
+        """Remove those of some files that are new and that nothing was made of."""
+        for path in self.new.intersection(paths):
+            self.new.discard(path)
+            if str(path) not in used:
+                path.unlink(missing_ok=True)
+                for folder in path.parents:
+                    if folder == self.folder.parent or any(folder.iterdir()):
+                        break
+                    folder.rmdir()
+
 
 class _Draft(NamedTuple):
     path: Path
@@ -79,7 +123,9 @@ async def receive(site: Site, request: Request) -> Response:
         target = site.uploads.place(request.path_params["name"])
         draft = await _written(request, site.uploads.folder)
         try:
-            kept = await to_thread.run_sync(_kept, draft, target)
+            kept, new = await to_thread.run_sync(_kept, draft, target)
+            if new:
+                site.uploads.new.add(kept)
         finally:
             draft.path.unlink(missing_ok=True)
         return as_json({"name": kept.relative_to(site.uploads.folder).as_posix()})
@@ -121,8 +167,11 @@ async def _written(request: Request, folder: Path) -> _Draft:
             raise
 
 
-def _kept(draft: _Draft, target: Path) -> Path:
-    """Give a draft its name, or one with a number; a file that is there with its content stays."""
+def _kept(draft: _Draft, target: Path) -> tuple[Path, bool]:
+    """Give a draft its name, or one with a number, and return whether it is new.
+
+    A file that is there with its content stays.
+    """
     target.parent.mkdir(parents=True, exist_ok=True)
     place = target
     for number in range(2, 10_000):
@@ -130,11 +179,11 @@ def _kept(draft: _Draft, target: Path) -> Path:
             raise UsageError("the name leads out of the folder", wanted="another name")
         try:
             os.link(draft.path, place)
-            return place
+            return place, True
         except FileExistsError:
             if place.is_file() and not place.is_symlink():
                 with place.open("rb") as file:
                     if file_digest(file, "sha256").hexdigest() == draft.digest:
-                        return place
+                        return place, False
         place = target.with_name(f"{target.stem} {number}{target.suffix}")
     raise LanindexError("too many files of this name", remedy="Send it under another name.")

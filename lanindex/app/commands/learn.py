@@ -14,7 +14,8 @@ from lanindex.app import options
 from lanindex.app.options import argument, option
 from lanindex.app.output import Output, cut, duration, print_hits, room
 from lanindex.data import shipped
-from lanindex.errors import LanindexError, UsageError, counted, did_you_mean
+from lanindex.errors import UsageError, counted, did_you_mean
+from lanindex.pipeline.files import choreographies
 
 if TYPE_CHECKING:
     from lanindex.search.dictionary import Entry
@@ -59,7 +60,7 @@ def _demo(out: Output, folder: Path) -> None:
     """Write a library and clips of the choreographies to a folder, and say how."""
     from lanindex.search.hits import hits_in
 
-    source = corpus()
+    source = choreographies()
     with lanindex.open_library(folder / "demo.db", create=True) as library:
         done = library.ingest(*sorted(source.glob("*.bvh")), labels=source / "labels.csv")
         stats = library.stats()
@@ -82,15 +83,6 @@ def _demo(out: Output, folder: Path) -> None:
     out.line(f'Exported {counted(len(clips), "clip")} of "{pattern}":')
     for clip in clips[:3]:
         out.line(f"  {clip['clip']}  (frames {clip['clip_start_frame']}-{clip['clip_end_frame']})")
-
-
-def corpus() -> Path:
-    """Return the folder of choreographies: in the package, or beside it in a checkout."""
-    package = Path(__file__).parents[2]
-    for folder in (package / "_corpus", package.parent / "corpus"):
-        if (folder / "labels.csv").is_file():
-            return folder
-    raise LanindexError("the choreographies are missing", wanted="the folder corpus/")
 
 
 def language(*, out: options.ColorOut) -> None:
