@@ -338,7 +338,7 @@ def chosen(
 ) -> tuple[list[str], list[str]]:
     """Return the tracks that are drawn, those of marked symbols among them, and warnings."""
     there = [part for part in score.tracks if len(score.tracks[part])]
-    if not there:
+    if not there and parts is None:
         raise UsageError("an empty score", wanted="a symbol in it")
     if parts is None:
         odd = [part for part in there if part != STEP and not has_column(part)]

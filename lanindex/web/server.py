@@ -18,7 +18,7 @@ from starlette.routing import BaseRoute, Route
 
 from lanindex import __version__
 from lanindex.errors import UsageError
-from lanindex.web import captures, convert, files, help, ingests, jobs, watch, words
+from lanindex.web import captures, convert, files, help, ingests, jobs, scores, watch, words
 from lanindex.web.guard import Guard
 from lanindex.web.jobs import Jobs
 from lanindex.web.recent import Recent
@@ -106,6 +106,15 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/words", words.listing, ("GET",)),
     ("/api/words/{word}", words.one, ("GET",)),
     ("/api/words/{word}/example", words.example, ("GET",)),
+    ("/api/scores/alphabet", scores.alphabet, ("GET",)),
+    ("/api/scores/captures/{number:int}", scores.of_capture, ("GET",)),
+    ("/api/scores/read", scores.of_file, ("POST",)),
+    ("/api/scores/draw", scores.draw, ("POST",)),
+    ("/api/scores/motion", scores.motion, ("POST",)),
+    ("/api/scores/save", scores.save, ("POST",)),
+    ("/api/scores/pattern", scores.pattern, ("POST",)),
+    ("/api/scores/store", refused_when_read_only(scores.store), ("POST",)),
+    ("/api/scores/diff", scores.diff, ("POST",)),
     ("/api/captures/remove", refused_when_read_only(captures.remove), ("POST",)),
 ]
 

@@ -63,6 +63,19 @@ class Uploads:
         safe = [safe_stem(f"{it}.") for it in folders]
         return self.folder.joinpath(*safe, safe_stem(last) + ending[:12])
 
+    def keep(self, name: str, content: bytes) -> Path:
+        """Write a file that was made here as one that was sent, and return its path."""
+        self.folder.mkdir(exist_ok=True)
+        path = self.folder / f"{secrets.token_hex(8)}{_PART}"
+        try:
+            path.write_bytes(content)
+            kept, new = _kept(_Draft(path, sha256(content).hexdigest()), self.place(name))
+        finally:
+            path.unlink(missing_ok=True)
+        if new:
+            self.new.add(kept)
+        return kept
+
     def path(self, name: str) -> str:
         """Return the path of a file that was sent; refuse any other."""
         path = self.folder / name
