@@ -36,6 +36,7 @@ import { byId, el, trouble } from "./dom.js";
 const SCREENS = [
   { path: /^\/$/, name: "Library", link: "/", load: () => import("./screens/library.js") },
   { path: /^\/convert$/, name: "Convert", link: "/convert", load: () => import("./screens/convert.js") },
+  { path: /^\/edit$/, name: "Edit", link: "/edit", load: () => import("./screens/edit.js") },
   { path: /^\/words$/, name: "Words", link: "/words", load: () => import("./screens/words.js") },
   { path: /^\/help(\/[^/]+)?$/, name: "Help", link: "/help", load: () => import("./screens/help.js") },
 ];

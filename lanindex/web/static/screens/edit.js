@@ -1,0 +1,519 @@
+// The screen on which a score is written and changed, and the standard figure carries it out.
+
+import { address, ask, get, isAbort, problemOf, send } from "../api.js";
+import { announce, counted, duration, el, trouble } from "../dom.js";
+import { Palette } from "../edit/palette.js";
+import { Paper } from "../edit/paper.js";
+import { blank, changed, end, grain, inMeter, later, mirrored, nameOf, ofBars, packed, part, placeOf, short, stretched, told, trackOf, unpacked } from "../edit/score.js";
+import { Stage } from "../edit/stage.js";
+import { Figure } from "../figure.js";
+import { Player, playerBar } from "../player.js";
+
+/** @typedef {import("../app.js").App} App */
+/** @typedef {import("../edit/score.js").Score} Score */
+/** @typedef {import("../edit/score.js").Sign} Sign */
+/** @typedef {import("../edit/paper.js").Cell} Cell */
+/** @typedef {{part: string, difference: string, one: {start: number, direction: string | null, level: string | null} | null, other: {start: number, direction: string | null, level: string | null} | null}} Difference */
+
+const USUAL = ["l_arm", "l_leg", "l_support", "r_support", "r_leg", "r_arm", "torso", "head", "body_turn", "jump"];
+const GRIDS = [["1", 1], ["1/2", 1 / 2], ["1/3", 1 / 3], ["1/4", 1 / 4], ["1/6", 1 / 6], ["1/8", 1 / 8]];
+const LENGTHS = [["position, no length", 0], ["1/4 beat", 1 / 4], ["1/2 beat", 1 / 2], ["1 beat", 1], ["2 beats", 2], ["3 beats", 3], ["4 beats", 4]];
+const KEPT = 200; // edits that can be undone
+const FASTER = 4; // beats a minute of a key
+const KEYS = [
+  ["arrows", "move the cursor; Page up, Page down a bar; Home, End"], ["1 to 9", "write a direction, as they lie on the number keys"],
+  ["H M L", "high, middle, low"], ["[ ]", "degrees"], ["Enter", "write what the palette shows"], ["Shift + up, down", "the end later, earlier"],
+  ["Shift + left, right", "the beginning earlier, later"], ["Alt + arrows", "move"], ["Delete", "take away"], ["Shift + M", "mirror"],
+  ["Ctrl + C, X, V, A", "copy, cut, paste at the cursor, all"], ["Ctrl + Z, Ctrl + Shift + Z", "undo, redo"], ["+ -", "tempo"], ["Space", "play from the cursor"], ["Escape", "choose nothing"],
+];
+
+/** @param {App} app */
+export async function show(app) {
+  const { main, url, library, signal } = app;
+  /** @type {import("../edit/score.js").Alphabet} */
+  const alphabet = await get("/api/scores/alphabet", signal);
+  const capture = url.searchParams.get("capture"), draft = `lanindex-edit ${library.name} ${url.search}`;
+  let { score, title } = await opened();
+  /** @type {Sign[]} */
+  let selection = [];
+  /** @type {Cell} */
+  let cell = { part: "r_arm", tick: 0 };
+  /** @typedef {{score: Score, selection: Sign[]}} State */
+  const done = /** @type {State[]} */ ([]), undone = /** @type {State[]} */ ([]);
+  /** @type {Sign[]} */
+  let copied = [];
+  const shown = new Set(USUAL);
+  let lasting = 1, each = 1 / 2;
+  app.title(title);
+
+  /** @returns {Promise<{score: Score, title: string}>} */
+  async function opened() {
+    const kept = stored(draft);
+    if (kept) return kept;
+    if (!capture) return { score: blank(), title: "new score" };
+    const found = await get(address(`/api/scores/captures/${encodeURIComponent(capture)}`, { from: url.searchParams.get("from"), to: url.searchParams.get("to") }), signal);
+    return { score: unpacked(found.score), title: found.title.split("/").pop().replace(/\.[^.]*$/, "") };
+  }
+
+  const state = el("p", { class: "edit-state", role: "status" }), problems = el("div", { class: "edit-problems" });
+  const sheet = el("div", { class: "edit-paper", tabindex: 0, role: "application", "aria-label": "The staff. Arrow keys move the cursor, 1 to 9 write a direction, H, M and L its level, Enter writes, Delete takes away; all keys are told below it." });
+  const board = el("div", { class: "edit-palette", role: "group", "aria-label": "Signs" }), heading = el("h2", {});
+  const palette = new Palette(board, alphabet, (words, at) => {
+    const { kind } = trackOf(cell.part, alphabet), own = selection.filter((it) => trackOf(it.part, alphabet).kind === kind);
+    if (own.length) commit(own, own.map((it) => ({ ...it, words: it.words.map((word, place) => (place === at ? words[at] : word)) })), own.length > 1);
+    else if (keyed && trackOf(cell.part, alphabet).fields[at].field !== "level") write();
+    else look();
+  });
+  let keyed = false;
+
+  const name = el("input", { value: title, "aria-label": "Name", class: "grow", maxlength: 80 });
+  const tempo = el("input", { type: "number", min: 1, max: 1000, step: "any", class: "num" });
+  const beats = el("input", { type: "number", min: 1, max: 99, class: "num" }), beat = el("select", {}, ...[1, 2, 4, 8, 16].map((it) => el("option", {}, it)));
+  const bars = el("input", { type: "number", min: 1, max: 5000, class: "num" });
+  const undo = tool("Undo", "Control+z", back), redo = tool("Redo", "Control+Shift+z", forth);
+  const notation = el("select", { "aria-label": "Notation" }, ...alphabet.notations.map((it) => el("option", { value: it.name }, `${it.title} (${it.suffix})`)));
+  const against = el("input", { type: "number", min: 1, value: capture ?? "", class: "num", "aria-label": "Number of the capture" });
+  const found = el("div", { class: "edit-found" });
+  const boxes = new Map(alphabet.tracks.map(({ part: own }) => [own, el("input", { type: "checkbox", onchange: () => {
+    if (!shown.delete(own)) shown.add(own);
+    lanes();
+    paper.draw();
+  } })]));
+  const columns = el("fieldset", { class: "edit-columns" }, el("legend", { class: "hidden" }, "Columns"),
+    ...[...boxes].map(([own, box]) => el("label", {}, box, ` ${nameOf(own)}`)));
+  const canvas = el("canvas", { class: "figure edit-waits" });
+  const file = el("input", { type: "file", hidden: true, accept: alphabet.notations.filter((it) => it.text).map((it) => it.suffix).join(",") });
+
+  main.classList.add("edit");
+  main.append(
+    el("div", { class: "row edit-top" }, el("h1", {}, "Edit"), name,
+      tool("New", "", fresh), tool("Open a file", "", () => file.click()), file, undo, redo,
+      tool("Copy", "Control+c", copy), tool("Paste", "Control+v", paste), tool("Mirror", "Shift+m", mirror), tool("Delete", "Delete", take)),
+    el("div", { class: "row edit-top" },
+      el("label", {}, "Tempo ", tempo), el("label", {}, "Metre ", beats), el("label", {}, " / ", beat), el("label", {}, "Bars ", bars),
+      el("label", {}, "Grid ", select(GRIDS, each, (it) => { each = it; cell = snapped(cell); look(); })),
+      el("label", {}, "Length ", select(LENGTHS, lasting, (it) => { lasting = it; })),
+      el("label", {}, "Size ", select([["100 %", 1], ["150 %", 1.5], ["200 %", 2], ["300 %", 3]], 1.5, (it) => { paper.scale = it; paper.draw(); }))),
+    problems,
+    el("div", { class: "edit-body" },
+      el("section", { class: "edit-side", "aria-label": "Signs" }, heading, board,
+        el("details", {}, el("summary", {}, "Columns"), columns),
+        el("details", {}, el("summary", {}, "Keys"), el("dl", { class: "edit-keys" }, ...KEYS.flatMap(([key, what]) => [el("dt", {}, key), el("dd", {}, what)])))),
+      el("section", { class: "edit-middle", "aria-label": "Staff" }, sheet, state),
+      el("section", { class: "edit-side", "aria-label": "Figure" }, el("div", { class: "edit-figure" }, canvas), el("div", { class: "edit-player" }),
+        el("div", { class: "card edit-acts" },
+          el("div", { class: "row" }, notation, tool("Save", "", save)),
+          el("div", { class: "row" }, tool("Put into the library", "", store, library.readonly), tool("Search for it", "", search)),
+          el("div", { class: "row" }, el("label", {}, "Capture ", against), tool("Compare with it", "", diff)),
+          found))));
+
+  const figure = new Figure(canvas, { label: "The figure that carries out the score" });
+  const stage = new Stage(), player = new Player(stage, 30);
+  main.querySelector(".edit-player")?.append(playerBar(player));
+  const paper = new Paper(sheet, {
+    state: () => ({ score, selection, cell, step: step() }),
+    press(at, sign, more) {
+      if (sign && more) choose(selection.includes(sign) ? selection.filter((it) => it !== sign) : [...selection, sign], at);
+      else if (sign) choose([sign], at);
+      else {
+        choose([], at);
+        write();
+      }
+    },
+    take: (signs) => choose(signs, cell),
+    move,
+    stretch,
+    fail: (problem) => problems.replaceChildren(trouble(problem)),
+    drawn() {
+      problems.replaceChildren();
+      placed();
+    },
+  });
+  player.listen((seconds, { playing }) => {
+    const body = stage.body(seconds);
+    figure.floor = stage.floor;
+    if (body) figure.show([body]);
+    canvas.classList.toggle("edit-waits", !figure.drawn);
+    paper.play(playing ? seconds : null);
+  });
+  stage.changed = () => {
+    player.range = null; // all of it, which may be longer now
+    const left = stage.warnings.map((it) => el("p", { class: "soft" }, it));
+    main.querySelector(".edit-warnings")?.remove();
+    if (left.length) main.querySelector(".edit-acts")?.append(el("details", { class: "edit-warnings" }, el("summary", {}, `The figure could not do ${counted(left.length, "thing")}`), ...left));
+  };
+
+  /**
+   * @param {string} text
+   * @param {string} key
+   * @param {() => void} press
+   * @param {boolean} [off]
+   */
+  function tool(text, key, press, off = false) {
+    return el("button", { type: "button", onclick: press, disabled: off, "aria-keyshortcuts": key || null, title: key && key.replaceAll("Control", "Ctrl") }, text);
+  }
+
+  /** @param {(string | number)[][]} values @param {number} now @param {(value: number) => void} take */
+  function select(values, now, take) {
+    const node = el("select", {}, ...values.map(([text, value]) => el("option", { value, selected: value === now }, text)));
+    node.addEventListener("change", () => take(Number(node.value)));
+    return node;
+  }
+
+  function step() {
+    return Math.max(1, Math.round(grain(score) * each));
+  }
+
+  /** @param {Cell} at @returns {Cell} */
+  function snapped(at) {
+    return { ...at, tick: at.tick < 0 ? -1 : Math.floor(at.tick / step() + 1e-6) * step() };
+  }
+
+  /** Return the symbol at the cursor. */
+  function here() {
+    const { part: own, tick } = cell;
+    return score.symbols.find((it) => it.part === own && (tick < 0 ? it.stop === 0 : it.stop > 0 && (it.start <= tick && tick < it.stop || it.start === tick)));
+  }
+
+  /** Show what is chosen, and tell it. */
+  function look() {
+    const track = trackOf(cell.part, alphabet), own = selection.find((it) => it.part === cell.part) ?? selection[0];
+    heading.textContent = nameOf(cell.part);
+    palette.show(track, own && trackOf(own.part, alphabet).kind === track.kind ? own.words : undefined);
+    const said = selection.length > 1 ? `${counted(selection.length, "symbol")} chosen` : own ? told(score, own) : `${nameOf(cell.part)}, ${placeOf(score, cell.tick)}, empty`;
+    if (state.textContent !== said) state.textContent = said;
+    undo.disabled = !done.length;
+    redo.disabled = !undone.length;
+    paper.refresh();
+    placed();
+  }
+
+  /** Let the figure stand as at the cursor. */
+  function placed() {
+    if (!player.playing) player.seek(paper.seconds(selection.length === 1 ? selection[0].stop : Math.max(cell.tick, 0)));
+  }
+
+  /** @param {Sign[]} signs @param {Cell} at */
+  function choose(signs, at) {
+    selection = signs;
+    cell = at;
+    look();
+  }
+
+  /** @param {Cell} at */
+  function go(at) {
+    cell = { part: at.part, tick: Math.min(at.tick, end(score) - 1) };
+    const sign = here();
+    choose(sign ? [sign] : [], cell);
+    paper.follow();
+  }
+
+  /** Put symbols in the place of others; they are chosen then. @param {Sign[]} gone @param {Sign[]} come @param {boolean} [many] */
+  function commit(gone, come, many = false) {
+    become(changed(score, gone, come), come);
+    if (many) announce(`${counted(come.length, "symbol")} changed`);
+  }
+
+  /** @param {Score} next @param {Sign[]} signs */
+  function become(next, signs) {
+    done.push({ score, selection });
+    if (done.length > KEPT) done.shift();
+    undone.length = 0;
+    follow(next, signs);
+  }
+
+  /** @param {Score} next @param {Sign[]} signs */
+  function follow(next, signs) {
+    score = next;
+    selection = signs;
+    cell = { ...cell, tick: Math.min(cell.tick, end(score) - 1) };
+    numbers();
+    lanes();
+    look();
+    paper.draw();
+    stage.perform(packed(score), paper.seconds(Math.max(cell.tick, 0)));
+    keep();
+  }
+
+  function keep() {
+    try {
+      localStorage.setItem(draft, JSON.stringify({ score, title: name.value }));
+    } catch {
+      announce("This browser has no room for a draft: save the score before you leave.");
+    }
+  }
+
+  function numbers() {
+    tempo.value = short(Number(score.speed));
+    beats.value = String(score.beats);
+    beat.value = String(score.beat);
+    bars.value = String(score.units);
+  }
+
+  function lanes() {
+    const used = new Set(score.symbols.map((it) => it.part));
+    const strange = [...used].filter((it) => !alphabet.tracks.some((track) => track.part === it)).map((it) => trackOf(it, alphabet));
+    paper.tracks = [...alphabet.tracks, ...strange].filter((it) => used.has(it.part) || shown.has(it.part));
+    for (const [own, box] of boxes) {
+      box.disabled = used.has(own);
+      box.checked = used.has(own) || shown.has(own);
+    }
+  }
+
+  function write() {
+    const track = trackOf(cell.part, alphabet), words = palette.words(track);
+    const start = Math.max(cell.tick, 0), stop = cell.tick < 0 ? 0 : start + Math.round(grain(score) * lasting);
+    if (cell.tick < 0 && !track.lasts) return say(`${nameOf(cell.part)} has no starting position`);
+    if (cell.tick >= 0 && stop === 0) return say("A position at the first beat stands below it");
+    commit([], [{ part: cell.part, start, stop, words }]);
+  }
+
+  /** @param {string} text */
+  function say(text) {
+    state.textContent = text;
+  }
+
+  function take() {
+    if (!selection.length) return;
+    const many = selection.length;
+    commit(selection, []);
+    announce(`${counted(many, "symbol")} taken away`);
+  }
+
+  /** @param {{ticks: number, part?: string}} by */
+  function move({ ticks, part: to }) {
+    if (!selection.length) return;
+    const from = selection[0].part, alone = selection.every((it) => it.part === from);
+    const come = later(selection, ticks).map((it) => (to && alone ? { ...it, part: to } : it));
+    cell = snapped({ part: to && alone ? to : cell.part, tick: come[0].stop === 0 ? -1 : come[0].start });
+    commit(selection, come);
+    paper.follow();
+  }
+
+  /** @param {number} begins @param {number} ends */
+  function stretch(begins, ends) {
+    if (selection.length) commit(selection, stretched(selection, begins, ends, step()));
+  }
+
+  function mirror() {
+    if (selection.length) {
+      const come = mirrored(selection, alphabet);
+      cell = { ...cell, part: come[0].part };
+      commit(selection, come, true);
+    }
+  }
+
+  function copy() {
+    copied = selection;
+    if (copied.length) announce(`${counted(copied.length, "symbol")} copied`);
+  }
+
+  function paste() {
+    if (!copied.length) return;
+    const first = Math.min(...copied.map((it) => it.start)), own = copied[0].part;
+    const there = trackOf(cell.part, alphabet), same = copied.every((it) => it.part === own) && trackOf(own, alphabet).kind === there.kind;
+    const come = later(copied, Math.max(cell.tick, 0) - first).map((it) => (same ? { ...it, part: cell.part } : it));
+    commit([], come, true);
+  }
+
+  function back() {
+    const before = done.pop();
+    if (!before) return;
+    undone.push({ score, selection });
+    follow(before.score, before.selection);
+  }
+
+  function forth() {
+    const next = undone.pop();
+    if (!next) return;
+    done.push({ score, selection });
+    follow(next.score, next.selection);
+  }
+
+  function fresh() {
+    localStorage.removeItem(draft);
+    if (capture) app.go("/edit");
+    else {
+      name.value = "new score";
+      become(blank(), []);
+      localStorage.removeItem(draft);
+    }
+  }
+
+  /** @param {number} by lanes @param {boolean} alike of the same kind only @returns {string} */
+  function beside(by, alike) {
+    const lanes = paper.lanes.map((it) => it.track), kind = trackOf(cell.part, alphabet).kind;
+    let at = lanes.findIndex((it) => it.part === cell.part);
+    do at += by; while (alike && lanes[at] && lanes[at].kind !== kind);
+    return (lanes[at] ?? lanes.find((it) => it.part === cell.part) ?? lanes[0]).part;
+  }
+
+  /** @param {number} ticks */
+  function at(ticks) {
+    const tick = Math.max(cell.tick, 0) + ticks;
+    return cell.tick < 0 ? (ticks > 0 ? Math.max(0, ticks === step() ? 0 : ticks) : -1) : tick < 0 ? -1 : Math.floor(tick / step() + 1e-6) * step();
+  }
+
+  /** @param {KeyboardEvent} event @returns {boolean} whether it was a key of the staff */
+  function key(event) {
+    const { key: own, shiftKey, altKey } = event, ctrl = event.ctrlKey || event.metaKey;
+    const up = { ArrowUp: 1, ArrowDown: -1 }[own] ?? 0, right = { ArrowRight: 1, ArrowLeft: -1 }[own] ?? 0;
+    if (ctrl) {
+      const acts = /** @type {Record<string, () => void>} */ ({
+        z: shiftKey ? forth : back, y: forth, c: copy, v: paste,
+        x: () => { copy(); take(); }, a: () => choose([...score.symbols], cell),
+      });
+      const act = acts[own.toLowerCase()];
+      act?.();
+      return Boolean(act);
+    }
+    if (altKey) {
+      if (up) move({ ticks: up * step() });
+      else if (right) move({ ticks: 0, part: beside(right, true) });
+      return Boolean(up || right);
+    }
+    if (shiftKey && up) stretch(0, up * step());
+    else if (shiftKey && right) stretch(right * step(), 0);
+    else if (shiftKey && own.toLowerCase() === "m") mirror();
+    else if (up) go({ part: cell.part, tick: at(up * step()) });
+    else if (right) go({ part: beside(right, false), tick: cell.tick });
+    else if (own === "PageUp") go({ part: cell.part, tick: at(score.division) });
+    else if (own === "PageDown") go({ part: cell.part, tick: at(-score.division) });
+    else if (own === "Home") go({ part: cell.part, tick: -1 });
+    else if (own === "End") go(snapped({ part: cell.part, tick: end(score) - 1 }));
+    else if (own === "Enter") write();
+    else if (own === "Delete" || own === "Backspace") take();
+    else if (own === "Escape") choose([], cell);
+    else if (own === " ") play();
+    else if (own === "+" || own === "=" || own === "-") faster(own === "-" ? -FASTER : FASTER);
+    else {
+      keyed = true;
+      const known = palette.press(own);
+      keyed = false;
+      return known;
+    }
+    return true;
+  }
+
+  function play() {
+    if (player.playing) return player.pause();
+    player.seek(paper.seconds(Math.max(cell.tick, 0)));
+    player.play();
+  }
+
+  /** @param {number} by */
+  function faster(by) {
+    const speed = Math.min(Math.max(Math.round(Number(score.speed)) + by, 1), 1000);
+    become({ ...score, speed: String(speed) }, selection);
+    say(`${speed} beats a minute`);
+  }
+
+  sheet.addEventListener("keydown", (event) => {
+    if (key(event)) event.preventDefault();
+  });
+  tempo.addEventListener("change", () => become({ ...score, speed: short(Math.min(Math.max(Number(tempo.value) || 60, 1), 1000)) }, selection));
+  for (const it of [beats, beat]) it.addEventListener("change", () => become(inMeter(score, Math.min(Math.max(Math.round(Number(beats.value)) || 4, 1), 99), Number(beat.value)), selection));
+  bars.addEventListener("change", () => become(ofBars(score, Math.min(Math.round(Number(bars.value)) || 1, 5000)), selection));
+  name.addEventListener("change", keep);
+  file.addEventListener("change", () => act(async () => {
+    const own = file.files?.[0];
+    if (!own) return;
+    const answer = await send("POST", "/api/scores/read", { name: own.name, text: await own.text() }, signal);
+    file.value = "";
+    name.value = own.name.replace(/\.[^.]*$/, "");
+    become(unpacked(answer.score), []);
+    announce(`${own.name} is open`);
+  }));
+
+  /** Do what asks the server, and show what it says where it cannot. @param {() => Promise<void>} work */
+  async function act(work) {
+    try {
+      found.replaceChildren();
+      await work();
+    } catch (error) {
+      if (!isAbort(error)) found.replaceChildren(trouble(problemOf(error)));
+    }
+  }
+
+  function save() {
+    act(async () => {
+      const headers = { "content-type": "application/json" };
+      const body = JSON.stringify({ score: packed(score), format: notation.value, name: name.value });
+      const answer = await ask("/api/scores/save", { method: "POST", headers, body, signal });
+      const { suffix } = /** @type {{suffix: string}} */ (alphabet.notations.find((it) => it.name === notation.value));
+      const link = URL.createObjectURL(await answer.blob());
+      const own = answer.headers.get("content-disposition")?.match(/''(.*)$/)?.[1];
+      const anchor = el("a", { href: link, download: own ? decodeURIComponent(own) : `score${suffix}` });
+      anchor.click();
+      setTimeout(() => URL.revokeObjectURL(link), 10000);
+      const left = answer.headers.get("lanindex-left-out");
+      announce(left ? `Saved; this notation has no room for ${left}` : "Saved");
+    });
+  }
+
+  function store() {
+    act(async () => {
+      const kept = await send("POST", "/api/scores/store", { score: packed(score), name: name.value }, signal);
+      await app.refresh();
+      found.replaceChildren(el("p", {}, "It is capture ", el("a", { href: `/captures/${kept.capture_id}` }, kept.capture_id), ` of the library, ${duration(kept.seconds)}.`));
+      announce(`It is capture ${kept.capture_id} of the library`);
+    });
+  }
+
+  function search() {
+    act(async () => {
+      const own = selection.length > 1 ? selection : score.symbols; // one alone is where the cursor is
+      if (!own.length) throw new Error("there is nothing to search for yet");
+      const { pattern } = await send("POST", "/api/scores/pattern", { score: packed(part(score, own)) }, signal);
+      app.go(address("/search", { q: pattern }));
+    });
+  }
+
+  function diff() {
+    act(async () => {
+      const answer = await send("POST", "/api/scores/diff", { score: packed(score), capture: Math.round(Number(against.value)) }, signal);
+      const items = answer.differences.map((/** @type {Difference} */ it) => {
+        const there = it.other ?? it.one, when = there?.start ?? 0;
+        const words = (/** @type {Difference["one"]} */ side) => (side ? [side.direction, side.level].flatMap((word) => word ? [nameOf(word)] : []).join(" ") : "nothing");
+        const text = it.difference === "replaced" ? `${words(it.one)}, here ${words(it.other)}` : words(there);
+        return el("li", {}, el("button", { type: "button", class: "plain", onclick: () => {
+          go(snapped({ part: it.part, tick: Math.round(paper.tick(when)) }));
+          sheet.focus();
+        } }, `${duration(when)} ${nameOf(it.part)} ${it.difference}: ${text}`));
+      });
+      found.replaceChildren(
+        el("p", {}, `${counted(answer.same, "symbol")} the same as in `, el("span", { class: "path" }, answer.capture), `, ${counted(answer.count, "difference")}.`),
+        el("ol", { class: "edit-differences" }, ...items));
+    });
+  }
+
+  numbers();
+  lanes();
+  const strange = paper.lanes.length ? null : cell;
+  look();
+  await paper.draw();
+  cell = strange ?? cell;
+  look();
+  stage.perform(packed(score), 0);
+  sheet.focus({ preventScroll: true });
+  return () => {
+    player.dispose();
+    stage.dispose();
+    paper.dispose();
+    figure.dispose();
+  };
+}
+
+/**
+ * Return a draft that this browser keeps.
+ * @param {string} key
+ * @returns {{score: Score, title: string} | null}
+ */
+function stored(key) {
+  try {
+    const kept = JSON.parse(localStorage.getItem(key) ?? "null");
+    return kept?.score?.symbols ? kept : null;
+  } catch {
+    return null; // of another version, or storage is switched off
+  }
+}

@@ -1,0 +1,201 @@
+"""A score is written in a browser, played, saved, put into the library and found."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import parse_qs, urlsplit
+
+import pytest
+
+import lanindex
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+CORPUS = Path(__file__).parent.parent.parent / "corpus"
+
+STAFF = "[role=application][aria-label^='The staff']"
+
+
+@pytest.fixture
+def library(tmp_path: Path) -> Path:
+    path = tmp_path / "own.db"
+    with lanindex.open_library(path, create=True) as library:
+        library.ingest(CORPUS / "compass.bvh", CORPUS / "jumping_jacks.bvh")
+    return path
+
+
+def typed(page: Page, *keys: str) -> str:
+    """Press keys, and return what is told then."""
+    for key in keys:
+        page.keyboard.press(key)
+    return page.text_content(".edit-state") or ""
+
+
+def drawn(page: Page, many: int) -> None:
+    """Wait until the staff shows so many symbols."""
+    from playwright.sync_api import expect
+
+    expect(page.locator(".edit-drawn [data-symbol]")).to_have_count(many)
+
+
+def kept(page: Page) -> list[list[Any]]:
+    """Return the symbols of the draft."""
+    script = "() => JSON.parse(Object.values(localStorage)[0]).score.symbols"
+    return [[it["part"], it["start"], it["stop"], *it["words"]] for it in page.evaluate(script)]
+
+
+def test_a_score_is_written_played_saved_and_found(
+    own_page: Callable[..., Page], library: Path, tmp_path: Path
+) -> None:
+    page = own_page(library, "/edit", accept_downloads=True)
+    page.wait_for_selector(".edit-drawn svg")
+    assert typed(page, "6") == "right arm, right mid, bar 1 beat 1, 1 beat"
+    assert typed(page, "ArrowUp", "ArrowUp") == "right arm, bar 1 beat 2, empty"
+    typed(page, "8", "h", "Shift+ArrowUp")
+    assert typed(page, "Home") == "right arm, the starting position, empty"
+    assert typed(page, "5", "l") == "right arm, place low, the starting position"
+    drawn(page, 3)
+    page.wait_for_selector("canvas.figure:not(.edit-waits)")
+    standing = page.locator("canvas.figure").screenshot()
+    page.keyboard.press("Space")
+    page.locator(".clock", has_text=re.compile(r"0:0(1\.[5-9]|2)")).wait_for()
+    assert page.locator(".edit-line").is_visible()
+    page.keyboard.press("Space")
+    assert page.locator("canvas.figure").screenshot() != standing
+
+    page.get_by_label("Name").fill("reach")
+    with page.expect_download() as coming:
+        page.get_by_role("button", name="Save").click()
+    assert coming.value.suggested_filename == "reach.lnd"
+    coming.value.save_as(tmp_path / "reach.lnd")
+    score = lanindex.read_lnd(tmp_path / "reach.lnd")
+    assert [(it.words, it.tick, it.ticks) for it in score.symbols("r_arm")] == [
+        ("place low", 0, 0),
+        ("right mid", 0, 8),
+        ("forward high", 8, 12),
+    ]
+
+    page.get_by_role("button", name="Put into the library").click()
+    page.wait_for_selector(".edit-found a")
+    page.get_by_role("button", name="Search for it").click()
+    page.wait_for_url("**/search?*")
+    pattern = parse_qs(urlsplit(page.url).query)["q"][0]
+    with lanindex.open_library(library) as opened:
+        number = opened.capture(str(library.with_name("own-captures") / "reach.lnd")).id
+        assert number in [hit.capture.id for hit in opened.search(pattern)]
+
+
+def test_symbols_are_changed_by_keys_and_every_edit_is_undone(
+    own_page: Callable[..., Page], library: Path
+) -> None:
+    page = own_page(library, "/edit")
+    page.wait_for_selector(".edit-drawn svg")
+    states = [[]]
+
+    def edit(*keys: str) -> list[list[Any]]:
+        typed(page, *keys)
+        states.append(kept(page))
+        return states[-1]
+
+    assert edit("3") == [["r_arm", 0, 24, "r_back", "mid"]]
+    assert edit("Shift+ArrowUp") == [["r_arm", 0, 36, "r_back", "mid"]]
+    assert edit("Shift+ArrowRight") == [["r_arm", 12, 36, "r_back", "mid"]]
+    assert edit("Alt+ArrowUp") == [["r_arm", 24, 48, "r_back", "mid"]]
+    assert edit("Shift+M") == [["l_arm", 24, 48, "l_back", "mid"]]
+    typed(page, "Control+c", "PageUp")
+    twice = edit("Control+v")
+    assert twice[1] == ["l_arm", 120, 144, "l_back", "mid"]
+    assert edit("Control+a", "h") == [[*it[:-1], "high"] for it in twice]
+    assert edit("Delete") == []
+    assert "64" in edit("+") or page.get_by_label("Tempo").input_value() == "64"
+    for before in states[-2::-1]:
+        typed(page, "Control+z")
+        assert kept(page) == before
+    for after in states[1:]:
+        typed(page, "Control+Shift+z")
+        assert kept(page) == after
+
+
+def test_every_kind_of_symbol_is_written_by_keys(
+    own_page: Callable[..., Page], library: Path
+) -> None:
+    page = own_page(library, "/edit")
+    page.wait_for_selector(".edit-drawn svg")
+    page.locator("summary", has_text="Columns").click()
+    for box in page.locator(".edit-columns input").all():
+        box.check()
+    page.locator(STAFF).focus()
+    lanes = page.locator(".edit-names span")
+    lanes.nth(36).wait_for()
+    for _ in range(lanes.count()):
+        typed(page, "ArrowLeft")
+    written = set()
+    for _ in range(lanes.count()):
+        typed(page, "Enter", "ArrowRight")
+    written = {it[0] for it in kept(page)}
+    alphabet = page.evaluate("async () => await (await fetch('/api/scores/alphabet')).json()")
+    assert written == {it["part"] for it in alphabet["tracks"]}
+    page.get_by_label("Notation").wait_for()
+    with page.expect_download() as coming:
+        page.get_by_role("button", name="Save").click()
+    assert {*lanindex.read_lnd(coming.value.path()).tracks} >= written
+
+
+def test_symbols_are_written_and_dragged_with_a_pointer(
+    own_page: Callable[..., Page], library: Path
+) -> None:
+    page = own_page(library, "/edit")
+    page.wait_for_selector(".edit-drawn svg")
+    cell = page.locator(".edit-cursor").bounding_box()
+    assert cell
+    x, y = cell["x"] + cell["width"] / 2, cell["y"] + cell["height"] / 2
+    page.mouse.click(x, y)
+    drawn(page, 1)
+    assert kept(page) == [["r_arm", 0, 24, "place", "mid"]]
+    box = page.locator(".edit-chosen").bounding_box()
+    assert box
+
+    def drag(start: float, stop: float) -> None:
+        page.mouse.move(x, start)
+        page.mouse.down()
+        page.mouse.move(x, (start + stop) / 2)
+        page.mouse.move(x, stop)
+        page.mouse.up()
+
+    drag(box["y"] + 2, box["y"] + 2 - box["height"])  # its end
+    assert kept(page) == [["r_arm", 0, 48, "place", "mid"]]
+    drag(box["y"], box["y"] - box["height"] / 2)  # its middle
+    assert kept(page) == [["r_arm", 12, 60, "place", "mid"]]
+
+
+def test_a_capture_is_edited_and_held_against_itself(
+    own_page: Callable[..., Page], library: Path
+) -> None:
+    page = own_page(library, "/edit?capture=1")
+    page.wait_for_selector(".edit-drawn [data-symbol='r_arm.3']")
+    page.get_by_role("button", name="Compare with it").click()
+    page.wait_for_selector(".edit-found p")
+    same = re.search(r"(\d+) differences?", page.text_content(".edit-found") or "")
+    page.locator(STAFF).focus()
+    typed(page, "Home", "ArrowUp", "PageUp", "9")
+    page.get_by_role("button", name="Compare with it").click()
+    page.locator(".edit-found li", has_text="right forward").first.wait_for()
+    assert same
+    page.reload()
+    page.wait_for_selector(".edit-drawn [data-symbol='r_arm.3']")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_of_the_editor_is_out_of_reach(
+    own_page: Callable[..., Page],
+    library: Path,
+    violations: Callable[[Page], list[str]],
+    scheme: str,
+) -> None:
+    page = own_page(library, "/edit?capture=2", bypass_csp=True, color_scheme=scheme)
+    page.wait_for_selector(".edit-drawn [data-symbol]")
+    assert violations(page) == []
