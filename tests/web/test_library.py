@@ -18,13 +18,14 @@ if TYPE_CHECKING:
 
 MARKUP = "<img src=x onerror=alert(1)>"
 MANY = 150
+CORPUS = Path(__file__).parents[2] / "corpus"
 
 
 @pytest.fixture(scope="module")
 def crowd(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a library of many captures in folders, one with markup in its name and label."""
     folder = tmp_path_factory.mktemp("crowd")
-    score = Path(__file__).parents[2] / "corpus" / "compass.lnd"
+    score = CORPUS / "compass.lnd"
     for number in range(MANY):
         place = folder / "scores" / f"set {number % 3}"
         place.mkdir(parents=True, exist_ok=True)
@@ -140,3 +141,71 @@ def test_axe_finds_nothing(
         page.get_by_role("button", name="Facets").click()
     page.get_by_label("Filter captures").focus()
     assert violations(page) == []
+
+
+DROP = """(files) => {
+    const dropped = new DataTransfer();
+    for (const [name, text] of files) dropped.items.add(new File([text], name));
+    for (const type of ["dragover", "drop"]) {
+        const how = { dataTransfer: dropped, bubbles: true, cancelable: true };
+        document.querySelector("main").dispatchEvent(new DragEvent(type, how));
+    }
+}"""
+
+
+def test_files_are_dropped_into_an_empty_library(
+    own_page: Opened, violations: Callable[[Page], list[str]], tmp_path: Path
+) -> None:
+    page = own_page(tmp_path / "new.db", "/", bypass_csp=True)
+    page.get_by_text("no capture in this library yet").wait_for()
+    assert violations(page) == []
+    compass = (CORPUS / "compass.bvh").read_text()
+    table = "file,label\ncompass.bvh,rose\n"
+    files = [["compass.bvh", compass], [f"{MARKUP}.bvh", "HIERARCHY"], ["labels.csv", table]]
+    page.evaluate(DROP, [*files, ["film.mp4", "x"], ["walk.mvn", "x"]])
+    page.get_by_role("heading", name="1 added, 1 failed, 2 left out").wait_for()
+    told = page.locator(".part").inner_text()
+    assert "_img src=x onerror=alert_1__.bvh" in told
+    assert page.locator("main img").count() == 0
+    page.get_by_text("Left out: 2").click()
+    assert "walk.mvn: MVN is not read yet" in page.locator(".part").inner_text()
+    soon(page, lambda: names(page) == ["compass.bvh"])
+    assert "rose" in page.locator(".shot").inner_text()
+    assert violations(page) == []
+    page.evaluate(DROP, [["compass.bvh", compass]])
+    page.get_by_role("heading", name="0 added, 1 unchanged").wait_for()
+    page.get_by_text("Unchanged: 1").click()
+    page.get_by_role("link", name="compass.bvh").first.click()
+    page.wait_for_url("**/captures/1")
+
+
+def test_what_is_sent_can_be_paused_and_cancelled(own_page: Opened, tmp_path: Path) -> None:
+    page = own_page(tmp_path / "new.db")
+    page.route("**/api/uploads/*", lambda route: None)  # as a server that takes its time
+    page.get_by_text("no capture in this library yet").wait_for()
+    page.evaluate(DROP, [[f"{number}.bvh", "HIERARCHY"] for number in range(5)])
+    page.get_by_role("heading", name="Sending: 0 of 5 files").wait_for()
+    assert page.locator(".going li").count() == 3
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("heading", name="Paused: 0 of 5 files").wait_for()
+    soon(page, lambda: page.locator(".going li").count() == 0)
+    page.unroute("**/api/uploads/*")
+    page.get_by_role("button", name="Resume").click()
+    page.get_by_role("heading", name="0 added, 5 failed").wait_for()
+
+
+def test_the_examples_are_added_by_keys_alone(own_page: Opened, tmp_path: Path) -> None:
+    page = own_page(tmp_path / "new.db")
+    page.get_by_text("no capture in this library yet").wait_for()
+    page.get_by_role("button", name="Add ten example choreographies").press("Enter")
+    page.get_by_role("heading", name="10 added").wait_for(timeout=60_000)
+    soon(page, lambda: count(page) == 10)
+
+
+def test_nothing_can_be_changed_where_a_library_is_only_shown(
+    corpus_library: Path, own_page: Opened
+) -> None:
+    page = own_page(corpus_library, "/", "--read-only")
+    names(page)
+    assert page.get_by_role("button", name="Add captures").count() == 0
+    assert page.locator(".shot input, .shot button").count() == 0

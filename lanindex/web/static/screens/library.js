@@ -3,6 +3,7 @@
 import { get, isAbort, problemOf } from "../api.js";
 import { announce, counted, duration, el, trouble } from "../dom.js";
 import { Poses } from "../poses.js";
+import { Adding } from "./library/adding.js";
 import { Facets } from "./library/facets.js";
 
 /** @typedef {import("../app.js").App} App */
@@ -13,6 +14,9 @@ import { Facets } from "./library/facets.js";
 const PAGE = 60;
 const SORTS = [["added", "Oldest first"], ["-added", "Newest first"], ["path", "By path"], ["label", "By label"],
   ["-length", "Longest first"], ["length", "Shortest first"], ["-doubts", "Most doubts first"]];
+
+/** @type {Adding | undefined} goes on while another screen is shown */
+let adding;
 
 /** @param {App} app */
 export async function show(app) {
@@ -30,8 +34,21 @@ export async function show(app) {
   const earlier = el("button", { type: "button", hidden: true, onclick: () => extend(-1) }, "Show earlier ones");
   const more = el("button", { type: "button", hidden: true, onclick: () => extend(1) }, "Show more");
   const list = el("ol", { class: "shelf" });
+  const added = library.readonly ? undefined : (adding ??= new Adding());
+  const add = added && el("button", { type: "button", class: "main", onclick: () => {
+    if (added.root.hidden) added.open();
+    else added.root.hidden = true;
+  } }, "Add captures");
+  if (added) {
+    added.came = () => {
+      app.refresh();
+      if (!signal.aborted) load();
+    };
+    added.listen(signal);
+  }
   main.append(
-    el("header", { class: "row" }, el("h1", {}, library.name), summary),
+    el("header", { class: "row" }, el("h1", {}, library.name), el("div", { class: "grow" }, summary), add ?? ""),
+    added?.root ?? "",
     el("div", { class: "row bar" }, facets.button, filter, sort),
     facets.chips,
     el("div", { class: "beside" }, facets.root, el("div", { class: "list" }, earlier, list, more)));
@@ -81,6 +98,8 @@ export async function show(app) {
       tell(found);
       if (at) list.children[at - from]?.scrollIntoView();
       if (!total) list.append(nothing(found));
+      main.classList.toggle("empty", !found.all);
+      if (!found.all) await added?.open();
       ends();
     } catch (error) {
       if (!isAbort(error)) list.replaceChildren(el("li", { class: "whole" }, trouble(problemOf(error))));
@@ -105,7 +124,7 @@ export async function show(app) {
         change({ q: [], where: [] });
         filter.focus();
       } }, "Show all"))
-      : el("li", { class: "whole" }, el("p", {}, "There is no capture in this library yet."));
+      : el("li", { class: "whole" }, el("p", { class: "soft" }, library.readonly ? "There is no capture in this library yet." : "There is no capture in this library yet. Drop some here, or begin with the examples."));
   }
 
   /** Say whether there is more before and behind what is shown. */

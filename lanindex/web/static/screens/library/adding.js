@@ -1,0 +1,268 @@
+// Captures that are added: chosen or dropped, sent, read; what became of each file.
+
+import { follow, get, problemOf, send } from "../../api.js";
+import { announce, counted, el, trouble } from "../../dom.js";
+import { filesOf, Sending } from "../../sending.js";
+
+/** @typedef {import("../../sending.js").Given} Given */
+/** @typedef {{endings: string[], unread: Record<string, string>, other: string, profiles: string[]}} About */
+/** @typedef {{name: string, status: string, error: string | null, doubts: string[], capture_id: number | null}} Outcome */
+/** @typedef {{state: string, done: number, total: number, counts: Record<string, number>, labelled: number, error: import("../../api.js").Problem | null}} Told */
+
+const SHOWN = 100; // lines of a list of files
+
+/** What chooses files, how they are read, and how far they are; it goes on while other screens are shown. */
+export class Adding {
+  /** @type {() => void} is called when captures have come */
+  came = () => {};
+  root = el("section", { class: "adding", "aria-label": "Add captures", hidden: true });
+  #jobs = el("div", { class: "jobs" });
+  #profile = el("select", {});
+  #unit = choice("found in the file", ["mm", "cm", "m", "inch"]);
+  #up = choice("found in the file", ["y", "z", "x", "-y", "-z", "-x"]);
+  #fps = el("input", { inputmode: "decimal", size: 6, placeholder: "the file's" });
+  #busy = 0;
+
+  constructor() {
+    const files = el("input", { type: "file", multiple: true, hidden: true, onchange: () => this.#chosen(files) });
+    const folder = el("input", { type: "file", webkitdirectory: true, hidden: true, onchange: () => this.#chosen(folder) });
+    this.root.append(
+      el("div", { class: "drop" },
+        el("p", {}, el("b", {}, "Drop files or folders anywhere on this page")),
+        el("p", { class: "row" },
+          el("button", { type: "button", class: "main", onclick: () => files.click() }, "Choose files"),
+          el("button", { type: "button", onclick: () => folder.click() }, "Choose a folder"),
+          el("button", { type: "button", onclick: () => this.#example() }, "Add ten example choreographies"), files, folder),
+        el("p", { class: "soft" }, "BVH, C3D, AMC with its ASF, FBX, glTF, TRC, MVNX, CSV, NumPy arrays, LND and Laban scores, or archives of them. A table (CSV) with columns file, label and any others gives them labels."),
+        el("details", {}, el("summary", {}, "How they are read"), el("div", { class: "row" },
+          el("label", {}, "Profile ", this.#profile), el("label", {}, "Unit ", this.#unit),
+          el("label", {}, "Upward axis ", this.#up), el("label", {}, "Frames a second ", this.#fps)))),
+      this.#jobs);
+    addEventListener("beforeunload", (event) => {
+      if (this.#busy) event.preventDefault();
+    });
+  }
+
+  /** Take what is dropped anywhere on a screen, as long as it is shown. @param {AbortSignal} signal */
+  listen(signal) {
+    const body = document.body;
+    const carries = (/** @type {DragEvent} */ event) => event.dataTransfer?.types.includes("Files") ?? false;
+    addEventListener("dragover", (event) => {
+      if (!carries(event)) return;
+      event.preventDefault();
+      body.classList.add("dropping");
+    }, { signal });
+    addEventListener("dragleave", (event) => {
+      if (!event.relatedTarget) body.classList.remove("dropping");
+    }, { signal });
+    addEventListener("drop", async (event) => {
+      body.classList.remove("dropping");
+      if (!carries(event) || !event.dataTransfer) return;
+      event.preventDefault();
+      this.add(await filesOf(event.dataTransfer));
+    }, { signal });
+    signal.addEventListener("abort", () => body.classList.remove("dropping"));
+  }
+
+  async open() {
+    this.root.hidden = false;
+    const { profiles } = /** @type {About} */ (await get("/api/ingests"));
+    const before = this.#profile.value;
+    this.#profile.replaceChildren(...profiles.map((it) => el("option", { selected: it === before }, it)));
+  }
+
+  /** @param {HTMLInputElement} input */
+  #chosen(input) {
+    this.add([...input.files ?? []].map((file) => ({ name: file.webkitRelativePath || file.name, file })));
+    input.value = "";
+  }
+
+  #how() {
+    const how = { unit: this.#unit.value, up: this.#up.value, fps: this.#fps.value.trim() };
+    return { profile: this.#profile.value || "default", reading: Object.fromEntries(Object.entries(how).filter(([, it]) => it)) };
+  }
+
+  #example() {
+    const part = new Part("Adding the choreographies", () => this.came());
+    this.#jobs.prepend(part.root);
+    return this.#while(() => part.read({ choreographies: true }, []));
+  }
+
+  /** @param {Given[]} files */
+  add(files) {
+    this.open().catch((error) => announce(problemOf(error).found));
+    if (!files.length) return announce("There is no file in that.");
+    const part = new Part("Adding captures", () => this.came());
+    this.#jobs.prepend(part.root);
+    return this.#while(() => part.send(files, this.#how()));
+  }
+
+  /** @param {() => Promise<void>} work */
+  async #while(work) {
+    this.#busy++;
+    await work();
+    this.#busy--;
+  }
+}
+
+/** Files that came together: their progress, then what became of them. */
+class Part {
+  #head = el("h2", {});
+  #bar = el("progress", { "aria-label": "Progress" });
+  #going = el("ul", { class: "going" });
+  #buttons = el("p", { class: "row" });
+  root = el("section", { class: "card part" }, this.#head, this.#bar, this.#going, this.#buttons);
+  #came;
+
+  /** @param {string} title @param {() => void} came */
+  constructor(title, came) {
+    this.#head.textContent = title;
+    this.#came = came;
+  }
+
+  /**
+   * Send files, then have them read.
+   * @param {Given[]} files
+   * @param {Record<string, unknown>} how
+   */
+  async send(files, how) {
+    try {
+      /** @type {About} */
+      const about = await get("/api/ingests");
+      /** @type {{name: string, reason: string}[]} */
+      const left = [];
+      const worth = files.filter(({ name }) => {
+        const lower = name.toLowerCase(), fits = about.endings.some((it) => lower.endsWith(it));
+        const ending = Object.keys(about.unread).find((it) => lower.endsWith(it));
+        if (!fits) left.push({ name, reason: ending ? about.unread[ending] : about.other });
+        return fits;
+      });
+      const sending = new Sending(worth, () => this.#sends(sending));
+      const pause = el("button", { type: "button", onclick: () => {
+        sending.pause(!sending.paused);
+        pause.textContent = sending.paused ? "Resume" : "Pause";
+      } }, "Pause");
+      this.#buttons.replaceChildren(pause, el("button", { type: "button", onclick: () => sending.cancel() }, "Cancel"));
+      await sending.run();
+      this.#going.replaceChildren();
+      const sent = sending.items.filter((it) => it.state === "sent");
+      const failed = sending.items.filter((it) => it.state === "failed").map((it) => ({ name: it.name, reason: it.problem?.found ?? "" }));
+      if (sending.cancelled) this.#end("Cancelled: nothing was read", [], failed, left);
+      else if (!sent.length) this.#end("Nothing to read", [], failed, left);
+      else await this.read({ files: Object.fromEntries(sent.map((it) => [it.name, it.kept])), ...how }, left, failed);
+    } catch (error) {
+      this.#fail(error);
+    }
+  }
+
+  /**
+   * @param {Record<string, unknown>} what
+   * @param {{name: string, reason: string}[]} left
+   * @param {{name: string, reason: string}[]} [unsent]
+   */
+  async read(what, left, unsent = []) {
+    try {
+      const { job } = await send("POST", "/api/ingests", what);
+      this.#buttons.replaceChildren(el("button", { type: "button", onclick: () => send("DELETE", `/api/jobs/${job}`).catch((error) => announce(problemOf(error).found)) }, "Cancel"));
+      /** @type {Told} */
+      const told = await new Promise((resolve, reject) => follow(`/api/jobs/${job}/events`, (/** @type {Told} */ it) => {
+        this.#reads(it);
+        if (it.state !== "running") resolve(it);
+      }, () => reject(new TypeError("no answer"))));
+      /** @type {Outcome[]} */
+      const outcomes = [];
+      for (;;) {
+        const page = await get(`/api/ingests/${job}?at=${outcomes.length}`);
+        if (!outcomes.length) left.push(...page.left);
+        if (!page.outcomes.length) break;
+        outcomes.push(...page.outcomes);
+      }
+      if (told.error) this.root.append(trouble(told.error));
+      this.#end(told.state === "cancelled" ? `Cancelled: ${summed(told)}` : summed(told), outcomes, unsent, left);
+      this.#came();
+    } catch (error) {
+      this.#fail(error);
+    }
+  }
+
+  /** @param {Sending} sending */
+  #sends({ items, paused }) {
+    const sent = items.filter((it) => it.state === "sent").length;
+    this.#head.textContent = `${paused ? "Paused" : "Sending"}: ${sent.toLocaleString("en")} of ${counted(items.length, "file")}`;
+    this.#bar.max = items.reduce((sum, it) => sum + it.file.size, 1);
+    this.#bar.value = items.reduce((sum, it) => sum + it.bytes, 0);
+    this.#going.replaceChildren(...items.filter((it) => it.state === "going").map((it) =>
+      el("li", {}, el("span", { class: "grow path" }, it.name), el("progress", { max: it.file.size || 1, value: it.bytes, "aria-label": `Sent of ${it.name}` }))));
+  }
+
+  /** @param {Told} told */
+  #reads({ done, total, counts }) {
+    const failed = counts.failed ? `, ${counts.failed} failed` : "";
+    this.#head.textContent = `Reading: ${done.toLocaleString("en")} of ${counted(total, "capture")}${failed}`;
+    this.#bar.max = total || 1;
+    this.#bar.value = done;
+  }
+
+  /**
+   * @param {string} title
+   * @param {Outcome[]} outcomes
+   * @param {{name: string, reason: string}[]} unsent
+   * @param {{name: string, reason: string}[]} left
+   */
+  #end(title, outcomes, unsent, left) {
+    const failed = [...unsent, ...outcomes.filter((it) => it.status === "failed").map((it) => ({ name: "", reason: it.error ?? it.name }))];
+    const said = [title, unsent.length && `${unsent.length} not sent`, left.length && `${left.length} left out`].filter(Boolean).join(", ");
+    this.#head.textContent = said;
+    announce(said);
+    this.#bar.remove();
+    this.#going.remove();
+    this.#buttons.replaceChildren(
+      outcomes.some((it) => it.status === "added") && el("a", { href: "/?sort=-added" }, "Show the newest") || "",
+      el("button", { type: "button", onclick: () => this.root.remove() }, "Close"));
+    const added = outcomes.filter((it) => it.status === "added");
+    this.root.append(
+      ...listed("Failed", failed.map((it) => [it.name && el("b", {}, `${it.name} `), it.reason]), true),
+      ...listed("With doubts", added.filter((it) => it.doubts.length).map((it) => [link(it), `: ${it.doubts.join("; ")}`]), false),
+      ...listed("Added", added.map((it) => [link(it)]), false),
+      ...listed("Unchanged", outcomes.filter((it) => it.status === "unchanged").map((it) => [link(it)]), false),
+      ...listed("Left out", left.map((it) => [`${it.name}: ${it.reason}`]), false));
+  }
+
+  /** @param {unknown} error */
+  #fail(error) {
+    this.#head.textContent = "Nothing was added";
+    this.#bar.remove();
+    this.#going.remove();
+    this.#buttons.replaceChildren(el("button", { type: "button", onclick: () => this.root.remove() }, "Close"));
+    this.root.append(trouble(problemOf(error)));
+  }
+}
+
+/** @param {Told} told */
+function summed({ counts, labelled }) {
+  const some = ["added", "unchanged", "failed"].filter((it) => counts[it] || it === "added").map((it) => `${(counts[it] ?? 0).toLocaleString("en")} ${it}`);
+  return [...some, labelled && `${labelled} labelled anew`].filter(Boolean).join(", ");
+}
+
+/** @param {Outcome} outcome */
+function link(outcome) {
+  return outcome.capture_id === null ? outcome.name : el("a", { href: `/captures/${outcome.capture_id}` }, outcome.name);
+}
+
+/**
+ * Return a list that opens, of as many lines as can be read.
+ * @param {string} title
+ * @param {import("../../dom.js").Child[][]} lines
+ * @param {boolean} open
+ */
+function listed(title, lines, open) {
+  if (!lines.length) return [];
+  const more = lines.length - SHOWN;
+  return [el("details", { open }, el("summary", {}, `${title}: ${lines.length.toLocaleString("en")}`),
+    el("ul", {}, ...lines.slice(0, SHOWN).map((it) => el("li", { class: "path" }, ...it)), more > 0 && el("li", { class: "soft" }, `and ${more.toLocaleString("en")} more`)))];
+}
+
+/** @param {string} none @param {string[]} values */
+function choice(none, values) {
+  return el("select", {}, el("option", { value: "" }, none), ...values.map((it) => el("option", {}, it)));
+}
