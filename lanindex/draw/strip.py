@@ -81,6 +81,8 @@ class Staff:
         Seconds of the window that is meant where none is given.
     scale : float
         Pixels of a tenth of a column's width, about: 56 pixels a second at 1.
+    stretch : float
+        How many times as high a second is, beside signs of the same width.
     title : str
         What it shows.
 
@@ -123,12 +125,15 @@ class Staff:
         start: float = 0.0,
         stop: float | None = None,
         scale: float = 1.0,
+        stretch: float = 1.0,
         title: str = "",
     ) -> None:
         if detail not in ("plain", "full"):
             raise UsageError(f'"{detail}"', wanted="plain or full")
         if not 0 < scale <= 100:
             raise UsageError(f"a scale of {scale:g}", wanted="more than 0, 100 at most")
+        if not 0.1 <= stretch <= 10:
+            raise UsageError(f"stretched {stretch:g} times", wanted="0.1 to 10 times")
         self.score, self.title, self.scale = score, title or "score", scale
         marks = list(settled(score, marked))
         self.drawn = score if parts is not None or detail == "full" else plain(score, marks)
@@ -139,9 +144,10 @@ class Staff:
         clock = TimeAxis(self.drawn, seconds)
         self._times, self._counts = self._knots(TimeAxis(score, seconds))
         end, columns = float(self._counts[-1]), staff_columns(self.tracks)
-        self._whole = max(round(end * BEAT), BEAT)  # units
+        self._beat = round(BEAT * stretch)
+        self._whole = max(round(end * self._beat), self._beat)  # units
         edges = 0, self._whole
-        self._layout = PageLayout(clock, 0.0, max(end, 1.0), edges, columns, 0, BEAT, 0, 1)
+        self._layout = PageLayout(clock, 0.0, max(end, 1.0), edges, columns, 0, self._beat, 0, 1)
         self._painter = SymbolPainter(self._layout, keys_of(score, marks))
         centre, pixel = self._layout.centre(0), scale / PIXEL
         self.columns = {
@@ -176,11 +182,11 @@ class Staff:
         return (self._whole - self._up(seconds)) * self.scale / PIXEL
 
     def _up(self, seconds: float) -> float:
-        return float(np.interp(seconds, self._times, self._counts)) * BEAT
+        return float(np.interp(seconds, self._times, self._counts)) * self._beat
 
     def seconds(self, y: float) -> float:
         """Return the time at a height of the whole staff, pixels: the inverse of `y`."""
-        count = (self._whole - y * PIXEL / self.scale) / BEAT
+        count = (self._whole - y * PIXEL / self.scale) / self._beat
         return float(np.interp(count, self._counts, self._times))
 
     def svg(
@@ -221,7 +227,7 @@ class Staff:
             at = _between(heights.drawn, *near)
             symbols, numbers = listed(part, heights.rows[at]), heights.numbers[at].tolist()
             drawn = painter.drawn(symbols, heights.times[at], heights.drawn[at])
-            begun = painter.begun(part, low / BEAT) if foot else []
+            begun = painter.begun(part, low / self._beat) if foot else []
             groups += [
                 replace(it, data={"symbol": f"{part}.{ordinals[number]}", **it.data})
                 for number, it in (*begun, *zip(numbers, drawn, strict=True))
@@ -233,6 +239,36 @@ class Staff:
         summary = f"Labanotation, time upwards: {', '.join(self.tracks)}"
         tall = high - low + FOOT * foot
         return Picture(layout.size[0], tall, title, summary, (*marks, *groups), self.warnings)
+
+    def tile(self, start: float, stop: float) -> dict[str, Any]:
+        """Return a window as a page takes it that moves the staff below a line.
+
+        Returns
+        -------
+        dict
+            ``svg``: the window, below the first one the starting positions, and below all of them
+            the names of the columns; ``times`` (K,) seconds and ``ys`` (K,) how far down they are,
+            straight between them; ``names``: how far down the names begin. In units of the
+            drawing's ``viewBox``.
+        """
+        start, stop = self._within(start, stop)
+        first, layout = start <= 0, self._layout
+        picture = self.picture(start, stop, foot=first)
+        high = round(self._up(stop))
+        base = picture.height - FOOT if first else picture.height
+        if not first:
+            names = column_names(layout, layout.centre(0), base + 2 * MARGIN + START)
+            marks = (*picture.marks, *names)
+            picture = replace(picture, height=base + FOOT, marks=marks)
+        inside = self._times[(self._times > start) & (self._times < stop)]
+        times = [start, *inside.tolist(), stop]
+        ys = [high - self._up(it) for it in times]
+        return {
+            "svg": svg.write(picture),
+            "times": times,
+            "ys": ys,
+            "names": base + START + 3 * MARGIN // 2,
+        }
 
     def symbols(
         self, start: float | None = None, stop: float | None = None
@@ -310,8 +346,11 @@ class Staff:
         ends += [base, base + DOUBLE] * foot
         seen = sorted({it for it in ends if -DOUBLE <= it <= below})
         marks += [line(x - inner, y, x + inner, y, "staff") for y in seen]
-        first, last = max(ceil((low - C * (not foot)) / BEAT), 0), floor((high + C) / BEAT)
-        last = min(last, floor(self._whole / BEAT + 1e-6))
+        first, last = (
+            max(ceil((low - C * (not foot)) / self._beat), 0),
+            floor((high + C) / self._beat),
+        )
+        last = min(last, floor(self._whole / self._beat + 1e-6))
         marks += count_lines(layout, 0, range(first, last + 1))
         return marks + (column_names(layout, x, base + 2 * MARGIN + START) if foot else [])
 

@@ -985,6 +985,7 @@ class Library:
         detail: str = "plain",
         marked: Iterable[Symbol] = (),
         scale: float = 1.0,
+        stretch: float = 1.0,
     ) -> Staff:
         """Return the staff of a capture, of which windows are drawn that fit together.
 
@@ -1002,8 +1003,9 @@ class Library:
             ``plain``: what a reader expects; ``full``: all that is known.
         marked : iterable of Symbol
             Symbols below which a band is laid.
-        scale : float
-            1: 56 pixels a second or beat.
+        scale, stretch : float
+            1: 56 pixels a second or beat; and how many times as high that is, beside signs of the
+            same width.
 
         Returns
         -------
@@ -1028,9 +1030,43 @@ class Library:
         """
         from lanindex.pipeline.staves import staff
 
-        return staff(
-            self.store, which, start, stop, parts=parts, detail=detail, marked=marked, scale=scale
-        )
+        how: dict[str, Any] = {"parts": parts, "detail": detail, "marked": marked}
+        return staff(self.store, which, start, stop, **how, scale=scale, stretch=stretch)
+
+    def pattern_of(
+        self, which: int | str, start: float, stop: float, parts: Sequence[str] | None = None
+    ) -> str:
+        """Return what some seconds of a capture are as a pattern.
+
+        Parameters
+        ----------
+        which : int or str
+            The capture's number or path.
+        start, stop : float
+            Seconds; symbols that end within them are steps of the pattern.
+        parts : sequence of str, optional
+            Limbs that have a line; else the three of arms, legs, torso and head that move most.
+
+        Returns
+        -------
+        str
+            A pattern that finds the stretch, and others like it.
+
+        Raises
+        ------
+        UsageError
+            Where none of the parts moves.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     print(library.pattern_of("compass.bvh", 0, 4.5, ["r_arm"]))
+        r_arm forward low -> forward mid -> forward high
+        """
+        from lanindex.search.example.stretch import pattern_of
+
+        return pattern_of(self.store.score(which), start, stop, parts)
 
     def captures(self, selection: Selection = ALL) -> list[Capture]:
         """Return the selected captures in the order in which they came; all by default."""

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from lanindex.draw.strip import Staff
 from lanindex.library.store import Store
-from lanindex.model import Hit, Symbol
+from lanindex.model import Hit, Score, Symbol
 from lanindex.pipeline.export import held_as
 from lanindex.pipeline.kept import Latest
 from lanindex.pipeline.named import counts_beats
@@ -15,6 +15,7 @@ STAVES = 8
 """Staves that are kept: one of an hour takes some 100 MB, of a minute 2."""
 
 KEPT = Latest[Staff](STAVES)
+SCORES = Latest[Score](STAVES)
 
 
 def staff(
@@ -27,6 +28,7 @@ def staff(
     detail: str = "plain",
     marked: Iterable[Symbol] = (),
     scale: float = 1.0,
+    stretch: float = 1.0,
 ) -> Staff:
     """Return the staff of a capture: see `lanindex.Library.staff`."""
     marked = list(marked)
@@ -40,11 +42,11 @@ def staff(
     encoding = store.encoding(capture.id)
     made_of = encoding.profile, encoding.digest, *sorted(encoding.options.items()), encoding.beside
     symbols = frozenset((it.part, it.start, it.stop) for it in marked)
-    how = None if parts is None else (*parts,), detail, symbols, scale
-    key = store.place, capture.id, capture.location, capture.sha256, made_of, how
+    how = None if parts is None else (*parts,), detail, symbols, scale, stretch
+    own = store.place, capture.id, capture.location, capture.sha256, made_of
 
     def make() -> Staff:
-        score = store.score(capture.id)
+        score = SCORES.made(own, lambda: store.score(capture.id))
         return Staff(
             score,
             parts=parts,
@@ -52,7 +54,8 @@ def staff(
             marked=marked,
             seconds=not counts_beats(capture.format, score),
             scale=scale,
+            stretch=stretch,
             title=capture.path,
         )
 
-    return KEPT.made(key, make).on(start or 0.0, stop)
+    return KEPT.made((*own, how), make).on(start or 0.0, stop)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex import records
+from lanindex.draw.staff import has_column, usual_tracks
 from lanindex.errors import UsageError
 from lanindex.model.capture import common_folder
 from lanindex.web.routes import Call
@@ -180,7 +181,8 @@ def one(call: Call) -> dict[str, Any]:
     capture = call.site.library.capture(call.path["number"])
     _, tracks = next(call.site.library.tracks([capture.id]))
     counts = {part: len(track) for part, track in tracks.items() if len(track)}
-    return {**records.of_capture(capture), "parts": counts}
+    usual = [part for part in usual_tracks(counts) if has_column(part)]
+    return {**records.of_capture(capture), "parts": counts, "usual": usual}
 
 
 def change(call: Call) -> dict[str, Any]:

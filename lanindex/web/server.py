@@ -18,7 +18,20 @@ from starlette.routing import BaseRoute, Route
 
 from lanindex import __version__
 from lanindex.errors import UsageError
-from lanindex.web import captures, convert, files, help, ingests, jobs, scores, watch, words
+from lanindex.web import (
+    captures,
+    convert,
+    exports,
+    files,
+    help,
+    ingests,
+    jobs,
+    names,
+    scores,
+    searches,
+    watch,
+    words,
+)
 from lanindex.web.guard import Guard
 from lanindex.web.jobs import Jobs
 from lanindex.web.recent import Recent
@@ -46,6 +59,7 @@ class Site:
         self.answers = Recent[tuple[int, Hashable], Any](512)
         self.jobs = Jobs()
         self.workshop = convert.Workshop(library)
+        self.names = names.PatternNames(Path(library.store.place))
         self.uploads = Uploads(Path(library.store.place))
         if not readonly:
             self.uploads.clear()
@@ -58,6 +72,11 @@ class Site:
             found = make()
             self.answers.put(own, found)
         return found
+
+    def parts(self) -> list[str]:
+        """Return the parts that any capture has."""
+        parts: list[str] = self.kept("parts", lambda: self.library.store.parts(checked=False))
+        return parts
 
     def close(self) -> None:
         """Break off all jobs."""
@@ -78,6 +97,7 @@ def about(call: Call) -> dict[str, Any]:
         "seconds": round(float(stats.seconds), 3),
         "parts": library.store.parts(checked=False),
         "columns": call.site.table.columns(),
+        "folder": call.site.table.now().folder,
     }
 
 
@@ -115,6 +135,19 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/scores/pattern", scores.pattern, ("POST",)),
     ("/api/scores/store", refused_when_read_only(scores.store), ("POST",)),
     ("/api/scores/diff", scores.diff, ("POST",)),
+    ("/api/captures/{number:int}/staff", watch.staff, ("GET",)),
+    ("/api/captures/{number:int}/pattern", watch.pattern, ("GET",)),
+    ("/api/parse", searches.read, ("POST",)),
+    ("/api/text", searches.write, ("POST",)),
+    ("/api/searches", searches.begin, ("POST",)),
+    ("/api/searches/{job}/hits", searches.hits, ("GET",)),
+    ("/api/searches/{job}/hits/{hit:int}/card", searches.card, ("GET",)),
+    ("/api/searches/{job}/facets", searches.facets, ("GET",)),
+    ("/api/searches/{job}/advice", searches.advice, ("GET",)),
+    ("/api/names", refused_when_read_only(names.keep), ("POST",)),
+    ("/api/names/{name}", names.kept, ("GET",)),
+    ("/api/exports", exports.begin, ("POST",)),
+    ("/api/exports/{job}/file", exports.packed, ("GET",)),
     ("/api/captures/remove", refused_when_read_only(captures.remove), ("POST",)),
 ]
 

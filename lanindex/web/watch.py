@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 RATE = 60
 """Frames a second that are played, at most."""
 
+MOST = 60
+"""Seconds of a piece of a staff, at most."""
+
 _STAMPED = {"cache-control": "private, max-age=86400"}  # the address changes with the library
 
 
@@ -90,3 +93,22 @@ def _unlike(body: Figure) -> NDArray[np.int64]:
     about = np.nan_to_num(body.places - stood(body.places)[:, None])
     apart = np.square(about - np.median(about, axis=0)).sum(axis=(1, 2))
     return np.array([np.where(known == known.max(), apart, -1).argmax()])
+
+
+def staff(call: Call) -> dict[str, Any]:
+    """Return a piece of a capture's staff, with the heights of its seconds."""
+    library, number = call.site.library, call.path["number"]
+    seconds = float(library.capture(number).frames / library.capture(number).rate)
+    start = call.number("from", 0.0, 0, seconds)
+    stop = min(call.number("to", start + tiles.SECONDS, start, start + MOST), seconds)
+    parts = [it for it in call.text("parts").split(",") if it]
+    whole = library.staff(number, parts=parts or None, stretch=call.number("zoom", 1, 0.1, 10))
+    return whole.tile(start, stop)
+
+
+def pattern(call: Call) -> dict[str, Any]:
+    """Return what some seconds of a capture are as a pattern."""
+    start, stop = call.number("from", 0), call.number("to", 0)
+    parts = [it for it in call.text("parts").split(",") if it]
+    found = call.site.library.pattern_of(call.path["number"], start, stop, parts or None)
+    return {"pattern": found}

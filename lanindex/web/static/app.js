@@ -14,6 +14,7 @@ import { byId, el, trouble } from "./dom.js";
  * @property {number} seconds
  * @property {string[]} parts
  * @property {string[]} columns
+ * @property {string} folder the one in which all captures are
  */
 
 /**
@@ -35,6 +36,8 @@ import { byId, el, trouble } from "./dom.js";
 /** @type {{path: RegExp, name: string, link?: string, load: () => Promise<{show: Show}>}[]} */
 const SCREENS = [
   { path: /^\/$/, name: "Library", link: "/", load: () => import("./screens/library.js") },
+  { path: /^\/search$/, name: "Search", link: "/search", load: () => import("./screens/search.js") },
+  { path: /^\/captures\/\d+$/, name: "Capture", load: () => import("./screens/capture.js") },
   { path: /^\/convert$/, name: "Convert", link: "/convert", load: () => import("./screens/convert.js") },
   { path: /^\/edit$/, name: "Edit", link: "/edit", load: () => import("./screens/edit.js") },
   { path: /^\/words$/, name: "Words", link: "/words", load: () => import("./screens/words.js") },

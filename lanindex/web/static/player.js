@@ -221,7 +221,8 @@ export function playerBar(player) {
   state.className = "state";
   state.setAttribute("role", "status");
 
-  let playing = !player.playing;
+  /** @type {boolean | null} */
+  let playing = null;
   player.listen((seconds) => {
     const text = `${clock(seconds)} / ${clock(player.length)}`;
     if (shown.textContent !== text) shown.textContent = text;

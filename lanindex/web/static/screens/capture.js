@@ -1,0 +1,164 @@
+// The screen of a capture: the figure beside its staff, one clock, what is chosen on the staff.
+
+import { address, get, isAbort, problemOf } from "../api.js";
+import { announce, counted, duration, el, svg, trouble } from "../dom.js";
+import { Figure, figureBar } from "../figure.js";
+import { Motion } from "../motion.js";
+import { Player, playerBar, playerKeys } from "../player.js";
+import { StaffView } from "../staff.js";
+
+/**
+ * @typedef {import("../app.js").App} App
+ * @typedef {import("./library.js").Capture & {parts: Record<string, number>, usual: string[]}} Shown
+ */
+
+/** @param {App} app */
+export async function show(app) {
+  const { main, url, signal } = app;
+  const path = `/api${url.pathname}`, number = url.pathname.split("/").pop() ?? "";
+  const given = new URLSearchParams(url.search);
+  main.classList.add("watch");
+  const capture = /** @type {Shown} */ (await get(path, signal));
+  app.title(capture.capture.split("/").pop() ?? "");
+  const canvas = el("canvas", { class: "figure" }), side = el("div", {}), bars = el("div", { class: "bars" });
+  const chosen = el("div", { class: "row chosen-one", "aria-live": "polite" });
+  main.append(
+    el("header", { class: "row" },
+      el("h1", { class: "path" }, capture.capture),
+      el("span", { class: "label" }, capture.label),
+      el("span", { class: "soft num" }, `${duration(capture.seconds)}, ${capture.fps} frames a second, ${capture.format}`),
+      el("span", { class: "grow" }),
+      el("a", { href: address("/search", { like: capture.capture_id }) }, "more like this")),
+    doubts(capture.warnings),
+    el("div", { class: "stage" }, canvas, side),
+    bars, chosen);
+
+  const description = await get(`${path}/figure`, signal).catch((error) => {
+    if (!isAbort(error)) canvas.replaceWith(trouble(problemOf(error)));
+    return null;
+  });
+  const seconds = capture.seconds;
+  const motion = description ? new Motion(path, description, undefined, 48) : still(seconds);
+  const player = new Player(motion, description?.rate ?? capture.fps);
+  const figure = description ? new Figure(canvas, { label: "The figure" }) : null;
+  if (figure) figure.floor = description.floor;
+  const lit = new Set((given.get("lit") ?? "").split(",").filter(Boolean));
+  let parts = given.get("parts") ?? "", ghosts = false, told = 0;
+
+  const staff = new StaffView(side, {
+    seconds,
+    load: (from, to, zoom) => get(address(`${path}/staff`, { from, to, zoom, parts, hit: given.has("from") && given.has("to") ? `${given.get("from")},${given.get("to")}` : "" }), signal),
+    parse: svg,
+    seek: (at) => player.seek(at),
+    pick: (symbol) => picked(symbol),
+    select: (range) => selected(range),
+  });
+
+  motion.changed = () => player.refresh();
+  player.listen((at) => {
+    if (figure && motion instanceof Motion) {
+      const pose = motion.pose(at), around = ghosts ? motion.around(at) : [];
+      if (pose) figure.show([{ strokes: description.strokes, pose, ghosts: around, lit, way: motion.way(at) }]);
+    }
+    staff.show(at);
+    if (!player.playing && Math.abs(at - told) > 0.005) {
+      told = at;
+      tell();
+    }
+  });
+  bars.append(playerBar(player), ...(figure ? [figureBar(figure, (on) => {
+    ghosts = on;
+    player.refresh();
+  })] : []), columns());
+  playerKeys(main, player);
+
+  /** Keep in the address what is shown. */
+  function tell() {
+    const [from, to] = staff.range ?? [null, null];
+    app.replace(address(url.pathname, { t: told ? told.toFixed(3) : "", from: from?.toFixed(3), to: to?.toFixed(3), parts, lit: [...lit].join(","), q: given.get("q") }));
+  }
+
+  /** @param {SVGElement} symbol */
+  function picked(symbol) {
+    const { part = "", pattern = "" } = symbol.dataset, words = symbol.querySelector("title")?.textContent ?? part;
+    chosen.replaceChildren(el("span", {}, words), pattern && el("a", { href: address("/search", { q: pattern }) }, `search for ${pattern}`));
+  }
+
+  /** @param {[number, number] | null} range */
+  function selected(range) {
+    if (!range) {
+      chosen.replaceChildren();
+      player.range = null;
+      player.loop = false;
+    } else {
+      const [from, to] = range, [first, last] = range.map((it) => Math.round(it * capture.fps));
+      player.range = range;
+      chosen.replaceChildren(
+        el("span", { class: "num" }, `${from.toFixed(2)}\u2013${to.toFixed(2)} s`),
+        el("button", { type: "button", onclick: () => {
+          player.loop = true;
+          player.seek(from);
+          player.play();
+        } }, "Loop it"),
+        el("a", { href: address("/search", { like: `${number}:${first}-${last}` }) }, "search for movement like it"),
+        el("button", { type: "button", onclick: () => pattern(from, to) }, "search for its symbols"));
+    }
+    tell();
+  }
+
+  /** @param {number} from @param {number} to */
+  async function pattern(from, to) {
+    try {
+      const found = await get(address(`${path}/pattern`, { from, to, parts }), signal);
+      app.go(address("/search", { q: found.pattern }));
+    } catch (error) {
+      if (!isAbort(error)) chosen.append(trouble(problemOf(error)));
+    }
+  }
+
+  /** The choice of the columns of the staff, also while it plays. */
+  function columns() {
+    const wanted = new Set(parts ? parts.split(",") : capture.usual);
+    const boxes = Object.entries(capture.parts).map(([part, count]) => el("label", { title: counted(count, "symbol") },
+      el("input", { type: "checkbox", value: part, checked: wanted.has(part), onchange: (/** @type {Event} */ event) => {
+        const { checked } = /** @type {HTMLInputElement} */ (event.target);
+        if (checked) wanted.add(part);
+        else wanted.delete(part);
+        const all = [...wanted].sort().join(","), usual = [...capture.usual].sort().join(",");
+        parts = all === usual ? "" : all;
+        staff.reload();
+        tell();
+        announce(`${part} ${checked ? "is shown" : "is hidden"}`);
+      } }), ` ${part}`));
+    return el("details", { class: "choose" }, el("summary", {}, "Columns of the staff"), el("div", { class: "row" }, ...boxes));
+  }
+
+  const [from, to] = [given.get("from"), given.get("to")].map((it) => (it === null ? NaN : Number(it)));
+  if (from < to) {
+    staff.range = [from, to];
+    selected([from, to]);
+    player.loop = true;
+  }
+  player.seek(Number(given.get("t") ?? (from < to ? from : 0)) || 0);
+  if (from < to) player.play();
+  return () => {
+    player.dispose();
+    staff.dispose();
+    figure?.dispose();
+    if (motion instanceof Motion) motion.abort();
+  };
+}
+
+/** @param {string[]} warnings */
+function doubts(warnings) {
+  if (!warnings.length) return "";
+  return el("details", {}, el("summary", {}, counted(warnings.length, "doubt")), ...warnings.map((it) => el("p", {}, it)));
+}
+
+/**
+ * Return what is played where there is no figure: the staff alone.
+ * @param {number} seconds
+ */
+function still(seconds) {
+  return { seconds, ready: () => true, failure: () => null, retry: () => {}, changed: () => {} };
+}

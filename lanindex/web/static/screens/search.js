@@ -1,0 +1,234 @@
+// The screen of the search: the line, what it finds, and what can be done with that.
+
+import { address, follow, get, isAbort, problemOf, send } from "../api.js";
+import { announce, counted, el, trouble } from "../dom.js";
+import { Basket } from "../basket.js";
+import { HitList, watching } from "../hits.js";
+import { QueryLine } from "../query_line.js";
+
+/**
+ * @typedef {import("../app.js").App} App
+ * @typedef {import("../query_line.js").Reading} Reading
+ * @typedef {import("../hits.js").Hit} Hit
+ *
+ * @typedef {object} State of a search
+ * @property {string} job
+ * @property {"running" | "done" | "cancelled" | "failed"} state
+ * @property {[string, number, number]} progress
+ * @property {number} found
+ * @property {number} captures
+ * @property {string[]} notes
+ * @property {import("../api.js").Problem} [error]
+ */
+
+const PAGE = 24;
+const LONG = 300; // characters of a pattern that gets a name in addresses
+const SOON = 150; // milliseconds after the last key, in which nobody wants hits
+const ORDERS = [["best", "best first"], ["capture", "in order"]];
+const WAYS = [["near", "near", "A symbol near the border of its cell matches from both sides"]];
+const EDITS = [["", "exact"], ["10%", "10 % edits"], ["20%", "20 % edits"], ["35%", "35 % edits"]];
+
+/** @param {App} app */
+export function show(app) {
+  const { main, signal, url } = app;
+  const given = new URLSearchParams(url.search);
+  const list = new HitList(signal, app.library.folder, actions);
+  const basket = new Basket(app.library.name);
+  const summary = el("p", { class: "summary", "aria-live": "polite" });
+  const bar = el("progress", { hidden: true, "aria-label": "How far the search is" });
+  const cancel = el("button", { type: "button", hidden: true, onclick: () => job && send("DELETE", `/api/jobs/${job}`) }, "Cancel");
+  const more = el("button", { type: "button", hidden: true, onclick: () => page() }, "Show more");
+  const facets = el("div", { class: "facets" });
+  const problem = el("div");
+  const order = choice("Order", ORDERS, given.get("order") ?? "best");
+  const edits = choice("Edits a match may cost", EDITS, given.get("fuzzy") ?? "");
+  const within = el("input", { type: "search", value: given.get("in") ?? "", placeholder: "all captures, or *walk*", "aria-label": "Only captures whose path matches" });
+  const near = el("input", { type: "checkbox", checked: given.has("near") });
+  const line = new QueryLine({ read: (reading) => soon(reading), run: (reading) => run(reading, true) });
+
+  main.append(
+    el("h1", { class: "hidden" }, "Search"),
+    line.root,
+    el("div", { class: "row" }, order, edits, el("label", { title: WAYS[0][2] }, near, " near"), within, el("span", { class: "grow" }), bar, cancel),
+    summary, problem,
+    el("div", { class: "columns" }, facets, el("div", {}, list.root, more)),
+    basket.root);
+
+  /** @type {string | null} */
+  let job = null;
+  let stop = () => {};
+  let waiting = 0, ran = "", loading = false;
+  for (const node of [order, edits, near, within]) node.addEventListener("change", () => again());
+
+  /** @param {Reading} reading */
+  function soon(reading) {
+    clearTimeout(waiting);
+    if (!reading.error && reading.text.trim()) waiting = window.setTimeout(() => run(reading, false), SOON);
+  }
+
+  function again() {
+    ran = "";
+    if (line.reading) run(line.reading, true);
+  }
+
+  /**
+   * What is asked, as the address has it.
+   * @param {string} q
+   */
+  function asked(q) {
+    return { q, in: within.value, where: given.getAll("where"), near: near.checked, fuzzy: edits.value, order: order.value === "best" ? "" : order.value };
+  }
+
+  /**
+   * @param {Reading} reading
+   * @param {boolean} meant whether it was asked for, not only typed
+   */
+  async function run(reading, meant) {
+    clearTimeout(waiting);
+    if (!reading.text.trim() || (reading.error && !meant)) return;
+    const query = asked(reading.text), path = address("/search", query);
+    if (path === ran) return;
+    ran = path;
+    app.title(query.q);
+    app.replace(path);
+    if (query.q.length > LONG && !app.library.readonly) shorten(query, path);
+    stop();
+    try {
+      const { job: number } = await send("POST", "/api/searches", { pattern: query.q, path: query.in || null, where: query.where, near: query.near, fuzzy: query.fuzzy || null }, signal);
+      if (path !== ran) return;
+      job = number;
+      begin();
+    } catch (error) {
+      if (isAbort(error) || path !== ran) return;
+      list.clear();
+      summary.textContent = "";
+      problem.replaceChildren(trouble(problemOf(error)));
+    }
+  }
+
+  /**
+   * Let a name stand for a long pattern in the address.
+   * @param {ReturnType<typeof asked>} query
+   * @param {string} path
+   */
+  async function shorten(query, path) {
+    const { name } = await send("POST", "/api/names", { text: query.q }, signal).catch(() => ({ name: "" }));
+    if (name && path === ran) app.replace(address("/search", { ...query, q: "", p: name }));
+  }
+
+  /** Follow the search that has begun: the first hits are shown as soon as there are any. */
+  function begin() {
+    list.clear();
+    problem.replaceChildren();
+    facets.replaceChildren();
+    const own = job;
+    stop = follow(`/api/jobs/${own}/events`, (state) => own === job && tell(state), () => own === job && problem.replaceChildren(trouble({ found: "the server does not answer", remedy: "Is lanindex serve still running?" })));
+  }
+
+  /** @param {State} state */
+  async function tell(state) {
+    const running = state.state === "running", [noun, done, total] = state.progress;
+    bar.hidden = cancel.hidden = !running;
+    bar.max = total || 1;
+    bar.value = done;
+    const found = `${counted(state.found, "hit")} in ${counted(state.captures, "capture")}`;
+    const far = total ? `; ${done.toLocaleString("en")} of ${total.toLocaleString("en")} ${noun}` : "";
+    summary.textContent = running ? `${found} so far${far}` : found + (state.state === "cancelled" ? ", broken off" : "");
+    if (state.error) problem.replaceChildren(trouble(state.error));
+    if (!running) {
+      list.clear();
+      for (const note of state.notes) problem.append(el("p", { class: "soft" }, note));
+      await page();
+      announce(summary.textContent);
+      if (!state.found && state.state === "done") instead();
+      else showFacets();
+    } else if (state.found && !list.length) await page();
+    more.hidden = list.length >= state.found;
+    total_ = state.found;
+  }
+  let total_ = 0;
+
+  async function page() {
+    if (loading || !job) return;
+    loading = true;
+    try {
+      const own = job, at = list.length, by = order.value;
+      const { hits } = await get(address(`/api/searches/${own}/hits`, { at, n: PAGE, order: by }), signal);
+      if (own !== job) return;
+      list.add(hits, (index) => `/api/searches/${own}/hits/${index}/card?order=${by}`, (hit) => watching(hit, line.text), by === "capture");
+      more.hidden = list.length >= total_;
+    } catch (error) {
+      if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
+    } finally {
+      loading = false;
+    }
+  }
+
+  /** @param {Hit} hit */
+  function actions(hit) {
+    const like = `${hit.capture_id}:${hit.start_frame}-${hit.end_frame}`;
+    const keep = el("button", { type: "button", class: "plain", "data-basket": true, "aria-pressed": String(basket.has(hit)), "aria-label": "In the basket", title: "Put it into the basket", onclick: () => {
+      keep.setAttribute("aria-pressed", String(basket.toggle(hit, line.text)));
+    } }, "\u2606");
+    return [el("a", { href: address("/search", { like }) }, "more like this"), keep];
+  }
+
+  async function showFacets() {
+    const own = job;
+    const found = await get(`/api/searches/${own}/facets`, signal).catch(() => null);
+    if (!found || own !== job) return;
+    facets.replaceChildren(...Object.entries(found).map(([name, values]) => el("section", {}, el("h2", {}, name),
+      el("ul", {}, .../** @type {[string, number][]} */ (values).map(([value, count]) => el("li", {}, el("a", { href: address("/search", { ...asked(line.text), where: [...given.getAll("where"), `${name}=${value}`] }) }, value || "none"), el("span", { class: "soft num" }, ` ${count}`)))))));
+  }
+
+  /** Offer what would be found, where nothing is. */
+  async function instead() {
+    const own = job;
+    try {
+      const advice = await get(`/api/searches/${own}/advice`, signal);
+      if (own !== job) return;
+      problem.append(el("h2", {}, "What would be found"), ...advice.instead.map((/** @type {{pattern: string, hits: number, captures: number}} */ it) =>
+        el("p", {}, el("button", { type: "button", onclick: () => line.set(it.pattern).then((reading) => reading && run(reading, true)) }, it.pattern), " ", el("span", { class: "soft" }, `${counted(it.hits, "hit")} in ${counted(it.captures, "capture")}`))));
+    } catch (error) {
+      if (!isAbort(error)) problem.append(trouble(problemOf(error)));
+    }
+  }
+
+  /** @param {string} clip */
+  async function like(clip) {
+    try {
+      const found = await send("POST", "/api/searches", { like: clip, path: within.value || null, where: given.getAll("where") }, signal);
+      job = found.job;
+      problem.replaceChildren(el("p", {}, "Movement like that of ", el("a", { href: `/captures/${clip.split(":")[0]}` }, `capture ${clip}`)));
+      begin();
+    } catch (error) {
+      if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
+    }
+  }
+
+  const clip = given.get("like");
+  if (clip) like(clip);
+  else fill();
+
+  async function fill() {
+    const name = given.get("p");
+    try {
+      const text = name ? (await get(`/api/names/${name}`, signal)).text : given.get("q") ?? "";
+      if (!text) line.focus();
+      const reading = await line.set(text);
+      if (reading?.text.trim()) run(reading, true);
+    } catch (error) {
+      if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
+    }
+  }
+  return () => stop();
+}
+
+/**
+ * @param {string} label
+ * @param {string[][]} options
+ * @param {string} chosen
+ */
+function choice(label, options, chosen) {
+  return el("select", { "aria-label": label }, ...options.map(([value, name]) => el("option", { value, selected: value === chosen }, name)));
+}

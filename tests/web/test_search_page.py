@@ -1,0 +1,97 @@
+"""Searching in a browser: typing, hits, watching one, putting it aside."""
+
+import re
+from collections.abc import Callable
+from io import BytesIO
+from typing import TYPE_CHECKING
+from zipfile import ZipFile
+
+import pytest
+from playwright.sync_api import expect
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+Opened = Callable[..., "Page"]
+
+
+def test_words_are_searched_for_and_a_hit_is_watched(opened: Opened) -> None:
+    page = opened("/search")
+    page.get_by_role("textbox", name="What is searched for").fill("waving")
+    expect(page.locator(".said")).to_contain_text("forearm")
+    expect(page.locator(".summary")).to_have_text(re.compile(r"\d+ hits in \d+ captures"))
+    first = page.locator(".hit").first
+    expect(first.locator(".poses svg")).to_be_visible()
+    expect(first.locator(".strip svg")).to_be_visible()
+    assert "q=waving" in page.url
+    first.locator("a.show").click()
+    expect(page).to_have_url(re.compile(r"/captures/\d+\?.*from="))
+    expect(page.locator(".staff-layer svg").first).to_be_visible()
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()  # it moves at once
+    page.go_back()
+    expect(page.locator(".hit").first).to_be_visible()
+    assert "q=waving" in page.url
+
+
+def test_what_is_offered_is_taken_and_what_is_wrong_is_marked(opened: Opened) -> None:
+    page = opened("/search")
+    line = page.get_by_role("textbox", name="What is searched for")
+    line.press_sequentially("r_arm ri")
+    page.get_by_role("option", name="right", exact=False).first.wait_for()
+    line.press("ArrowDown")
+    line.press("Tab")
+    expect(line).to_have_value("r_arm right ")
+    expect(page.locator(".said")).to_contain_text("The right arm moves to the right")
+    line.press_sequentially("higgh")
+    expect(page.locator(".said.wrong")).to_contain_text("high")
+    expect(page.locator(".mirror mark")).to_have_text("higgh")
+    expect(line).to_have_attribute("aria-invalid", "true")
+
+
+def test_a_link_shows_the_same_in_another_browser(opened: Opened) -> None:
+    address = "/search?q=arms+place+high&in=*.bvh&order=capture"
+    counts = []
+    for _ in range(2):
+        page = opened(address)
+        expect(page.locator(".summary")).to_have_text(re.compile(r"captures$"))
+        counts.append(page.locator(".summary").inner_text())
+    assert counts[0] == counts[1]
+    assert page.get_by_label("Only captures whose path matches").input_value() == "*.bvh"
+
+
+def test_nothing_found_says_what_would_be(opened: Opened) -> None:
+    page = opened("/search?q=arms+low+-%3E+high&in=*.bvh")
+    page.get_by_role("button", name="arms low ... high").click()
+    expect(page.locator(".summary")).to_have_text(re.compile(r"18 hits in \d+ captures"))
+
+
+def test_hits_that_are_put_aside_leave_as_a_zip(opened: Opened) -> None:
+    page = opened("/search?q=arms+place+high+-%3E+side+mid&in=*.bvh")
+    for number in range(2):
+        page.get_by_role("button", name="In the basket").nth(number).click()
+    expect(page.locator(".basket")).to_contain_text("2 hits")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Clips").click()
+    packed = ZipFile(BytesIO(download.value.path().read_bytes()))
+    endings = sorted(name.rpartition(".")[2] for name in packed.namelist())
+    assert endings == ["bvh", "bvh", "csv", "jsonl", "lnd", "lnd"]
+
+
+def test_more_like_a_hit_and_its_symbols_are_found(opened: Opened) -> None:
+    page = opened("/captures/1?from=1&to=4")
+    page.get_by_role("button", name="search for its symbols").click()
+    expect(page).to_have_url(re.compile(r"/search\?q="))
+    expect(page.locator(".hit").first).to_be_visible()
+    page.get_by_role("link", name="more like this").first.click()
+    expect(page).to_have_url(re.compile(r"/search\?like="))
+    expect(page.locator(".hit").first).to_be_visible()
+
+
+@pytest.mark.parametrize("address", ["/search?q=wave", "/captures/3?t=1"])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_keeps_anyone_out(
+    opened: Opened, violations: Callable[["Page"], list[str]], address: str, scheme: str
+) -> None:
+    page = opened(address, color_scheme=scheme, bypass_csp=True)
+    page.locator(".hit, .staff-layer svg").first.wait_for()
+    assert violations(page) == []
