@@ -676,6 +676,7 @@ class Library:
         alike: float = 0.4,
         sample: int | None = None,
         timeout: float | None = None,
+        progress: Progress | None = None,
     ) -> Groups:
         """Group the captures that are like each other.
 
@@ -689,6 +690,9 @@ class Library:
             Else the mean likeness, 0 to 1, of a group's captures at least.
         sample : int or None
             How many captures are compared: of more, so many taken at random; None: all.
+        progress : callable, optional
+            Is called with what is counted, how many are done, and of how many; it may raise, which
+            breaks it off.
 
         Returns
         -------
@@ -706,7 +710,7 @@ class Library:
         from lanindex.pipeline.example import similar
 
         numbers = self.store.numbers(selection)
-        with self._deadline(timeout, _FEWER, "grouping") as watch:
+        with self._deadline(timeout, _FEWER, "grouping", progress) as watch:
             return similar(
                 self.store, numbers, least=alike, wanted=groups, sample=sample, watch=watch
             )
@@ -720,6 +724,7 @@ class Library:
         parts: Iterable[str] | None = None,
         sample: int | None = None,
         timeout: float | None = None,
+        progress: Progress | None = None,
     ) -> Motifs:
         """List the sequences of symbols that recur.
 
@@ -735,6 +740,8 @@ class Library:
             Only of these parts.
         sample : int or None
             How many captures are looked through: of more, so many taken at random; None: all.
+        progress : callable, optional
+            As for `similar`.
 
         Returns
         -------
@@ -753,7 +760,7 @@ class Library:
 
         numbers = self.store.numbers(selection)
         sizes = min_count, length, sample
-        with self._deadline(timeout, _RARER) as watch:
+        with self._deadline(timeout, _RARER, progress=progress) as watch:
             return recurring(self.store, numbers, parts, *sizes, watch)
 
     def movement(
@@ -1109,9 +1116,13 @@ class Library:
         return job
 
     def _deadline(
-        self, timeout: float | None, remedy: str, job: str = "search"
+        self,
+        timeout: float | None,
+        remedy: str,
+        job: str = "search",
+        progress: Progress | None = None,
     ) -> AbstractContextManager[Progress]:
-        return deadline(self.store.session.progress, timeout, job, remedy)
+        return deadline(progress or self.store.session.progress, timeout, job, remedy)
 
     def _query(
         self,

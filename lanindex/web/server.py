@@ -21,6 +21,7 @@ from lanindex.errors import UsageError
 from lanindex.web import (
     captures,
     convert,
+    explore,
     exports,
     files,
     help,
@@ -118,6 +119,7 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/ingests", ingests.about, ("GET",)),
     ("/api/ingests", refused_when_read_only(ingests.begin), ("POST",)),
     ("/api/ingests/{job}", ingests.outcomes, ("GET",)),
+    ("/api/explore", explore.begin, ("POST",)),
     ("/api/jobs/{job}", jobs.cancel, ("DELETE",)),
     ("/api/captures/numbers", captures.numbers, ("GET",)),
     ("/api/help", help.topics, ("GET",)),

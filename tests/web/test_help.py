@@ -114,7 +114,9 @@ def test_every_sign_is_drawn_beside_its_words(ask: TestClient) -> None:
     assert ask.get("/api/help/sings").status_code == 400
 
 
-def test_from_the_guide_to_a_heading_and_a_search(opened: Callable[..., "Page"]) -> None:
+def test_from_the_guide_to_a_heading_and_a_search(
+    opened: Callable[..., "Page"], violations: Callable[["Page"], list[str]]
+) -> None:
     page = opened("/help")
     page.get_by_role("heading", name="First steps").wait_for()
     page.get_by_label("Help", exact=True).get_by_role("link", name="Method Reference").click()
@@ -126,5 +128,7 @@ def test_from_the_guide_to_a_heading_and_a_search(opened: Callable[..., "Page"])
     page.goto(page.url.partition("/help")[0] + "/help/language")
     tried = page.get_by_role("link", name="Try it: r_arm right mid", exact=True)
     assert tried.get_attribute("href") == "/search?q=r_arm+right+mid"
+    assert violations(page) == []
     page.get_by_label("Help", exact=True).get_by_role("link", name="Keys The").click()
     page.get_by_role("row", name="Space").first.wait_for()
+    assert violations(page) == []

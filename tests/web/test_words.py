@@ -65,7 +65,9 @@ def test_an_example_holds_until_the_library_changes(library: lanindex.Library) -
     assert second["capture_id"] != first["capture_id"]
 
 
-def test_a_word_moves_and_is_searched_for(opened: Callable[..., "Page"]) -> None:
+def test_a_word_moves_and_is_searched_for(
+    opened: Callable[..., "Page"], violations: Callable[["Page"], list[str]]
+) -> None:
     page = opened("/words?word=bow")
     page.get_by_role("heading", name="bow", exact=True).wait_for()
     page.get_by_role("button", name="Pause").wait_for()
@@ -79,3 +81,4 @@ def test_a_word_moves_and_is_searched_for(opened: Callable[..., "Page"]) -> None
     assert "word=hands_up&q=hands+above" in page.url
     search = page.get_by_role("link", name="Search for it")
     assert search.get_attribute("href") == "/search?q=hands_up"
+    assert violations(page) == []
