@@ -7,7 +7,7 @@ import io
 import os
 import unicodedata
 from collections import Counter
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -86,6 +86,27 @@ def ingest(
             target.cache.compact()
     if target:
         target.cache.compact()
+
+
+def again(
+    store: Store, profile: Profile, jobs: int, tick: Callable[[], None]
+) -> tuple[int, Generator[Outcome, None, None]]:
+    """Return how many files a library holds captures of, and what writes them down anew.
+
+    Each is read as it was ingested; what has the profile already, and scores, stay.
+    """
+    groups: dict[tuple[tuple[str, str], ...], dict[str, None]] = {}
+    for place, (_, encoding) in store.known().items():
+        tick()
+        if encoding.digest not in ("", profile.digest):
+            options = tuple(sorted(encoding.options.items()))
+            groups.setdefault(options, {})[parted(place)[0]] = None
+
+    def outcomes() -> Generator[Outcome, None, None]:
+        for options, files in groups.items():
+            yield from ingest(store, files, profile, reading=Reading(**dict(options)), jobs=jobs)
+
+    return sum(map(len, groups.values())), outcomes()
 
 
 def _with_duplicate_warning(

@@ -253,7 +253,7 @@ Ingest = Callable[[Callable[[], None]], tuple[int, Generator[Outcome, None, None
 
 
 class IngestJob(Job["list[Outcome]"]):
-    """An ingest that goes on in a thread. Made by `Library.begin_ingest`.
+    """An ingest that goes on in a thread. Made by `begin_ingest` and `begin_encode` of a library.
 
     Iterated over, it yields the outcomes as they come, and raises its error at the end if it has
     one. It is cancelled between two files: what is stored by then stays, whole. The file

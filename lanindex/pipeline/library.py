@@ -262,6 +262,39 @@ class Library:
         run = partial(self._ingest, paths, profile, reading, labels, jobs, force)
         return self._begun(IngestJob(run))
 
+    def begin_encode(self, profile: str | os.PathLike[str], *, jobs: int = 1) -> IngestJob:
+        """Begin to write all captures down anew by a profile, in a thread, and return at once.
+
+        Parameters
+        ----------
+        profile : path-like
+            ``default``, ``paper`` or a folder. Captures that have it already stay as they are, as
+            do scores; others are read as they were when they were ingested, and keep their labels.
+        jobs : int
+            As for `ingest`.
+
+        Returns
+        -------
+        IngestJob
+            Its outcomes are those of the files that are read; where one is gone or has become
+            unreadable, its captures keep the symbols that they have.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("new.db", create=True) as library:
+        ...     _ = library.ingest("corpus/compass.bvh", "corpus/compass.lnd")
+        ...     job = library.begin_encode("paper")
+        ...     [(outcome.status, outcome.path) for outcome in job]
+        [('added', 'corpus/compass.bvh')]
+        """
+        from lanindex.encoding.profile import load
+        from lanindex.pipeline.ingest import again
+        from lanindex.pipeline.jobs import IngestJob
+
+        chosen = load(os.fspath(profile))
+        return self._begun(IngestJob(partial(again, self.store, chosen, jobs)))
+
     def _ingest(
         self,
         paths: Iterable[str | os.PathLike[str] | Iterable[str | os.PathLike[str]]],

@@ -16,17 +16,19 @@ from lanindex.compare import Comparison, Difference, compare
 from lanindex.draw.picture import PIXEL
 from lanindex.draw.staff import MARGIN, START
 from lanindex.draw.strip import Staff
-from lanindex.encoding.profile import Profile, made_of
-from lanindex.errors import UsageError
+from lanindex.encoding.profile import Profile, load, made_of
+from lanindex.errors import LanindexError, UsageError
 from lanindex.film import tiles
 from lanindex.model import Score, Symbol
 from lanindex.pipeline import anew
+from lanindex.pipeline.prepare import processes
 from lanindex.pipeline.profiles import Changes, Shelf, changed, record
 from lanindex.web.recent import Recent
-from lanindex.web.routes import Call
+from lanindex.web.routes import Call, of_error
 
 if TYPE_CHECKING:
     from lanindex.model import Capture
+    from lanindex.pipeline.jobs import IngestJob
     from lanindex.pipeline.library import Library
 
 RATE = 30
@@ -36,6 +38,7 @@ LONGEST = 120.0
 """Seconds of a way in an answer, at most."""
 
 _LISTED = 300  # differences in an answer, at most
+_REASONS = 20  # files that could not be read, in an answer
 _PARTS = 8  # parts that are written down at once, at most
 
 
@@ -198,6 +201,60 @@ def _piece(staff: Staff, start: float, stop: float) -> dict[str, Any]:
         "ys": ys,
         "names": ys[0] + MARGIN + START,
     }
+
+
+class Again:
+    """A library that is written down anew."""
+
+    def __init__(self, job: IngestJob) -> None:
+        self.job = job
+
+    @property
+    def state(self) -> str:
+        """As of the job."""
+        return self.job.state
+
+    def cancel(self) -> None:
+        """Break it off: what is written down anew by then stays so."""
+        self.job.cancel()
+
+    def told(self) -> dict[str, Any]:
+        """Return how far it is, and what could not be read."""
+        state, outcomes, error = self.job.state, self.job.outcomes, self.job.error
+        _, done, total = self.job.progress
+        failed = [it.error for it in outcomes if it.status == "failed"]
+        if error is not None and not isinstance(error, LanindexError):
+            error = LanindexError(f"the server failed at this ({type(error).__name__})")
+        return {
+            "state": state,
+            "done": done,
+            "total": total,
+            "captures": sum(it.status == "added" for it in outcomes),
+            "failed": len(failed),
+            "reasons": failed[:_REASONS],
+            "error": error and of_error(error),
+        }
+
+
+def asked_again(call: Call) -> dict[str, Any]:
+    """Return how many captures would be written down anew by a profile."""
+    site = call.site
+    wanted = load(site.workshop.shelf.place(call.text("profile", "default"))).digest
+    digests = [encoding.digest for _, encoding in site.library.store.known().values()]
+    scores, same = digests.count(""), digests.count(wanted)
+    return {"captures": len(digests) - scores - same, "same": same, "scores": scores}
+
+
+def again(call: Call) -> dict[str, Any]:
+    """Begin to write the library down anew by a profile."""
+    site = call.site
+    place = site.workshop.shelf.place(call.said("profile", str, "default"))
+    jobs = processes(site.library.stats().captures, None)
+
+    def make() -> Again:
+        return Again(site.library.begin_encode(place, jobs=jobs))
+
+    return {"job": site.jobs.begin(object(), make)}
 
 
 def way(call: Call) -> dict[str, Any]:

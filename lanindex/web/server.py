@@ -113,6 +113,8 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/captures/{number:int}/encode", convert.encode, ("POST",)),
     ("/api/captures/{number:int}/way", convert.way, ("POST",)),
     ("/api/captures/{number:int}/tempo", convert.tempo, ("POST",)),
+    ("/api/library/encode", convert.asked_again, ("GET",)),
+    ("/api/library/encode", refused_when_read_only(convert.again), ("POST",)),
     ("/api/profiles", convert.profiles, ("GET",)),
     ("/api/profiles", refused_when_read_only(convert.save), ("POST",)),
     ("/api/profiles/{name}", convert.profile, ("GET",)),

@@ -1,5 +1,7 @@
 """Profiles that are changed and saved, and limbs that are written down anew with them."""
 
+import shutil
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -180,3 +182,34 @@ def test_a_tempo_of_its_own_is_kept(tmp_path: Path) -> None:
         found = anew.tempo(library.store, capture, profile)
         assert found is not None
         assert found.speed == stored.meter.speed
+
+
+def test_a_library_is_written_down_anew_by_a_profile(tmp_path: Path) -> None:
+    folder = tmp_path / "captures"
+    folder.mkdir()
+    for name in ("marching.bvh", "compass.bvh", "compass.lnd", "greetings.bvh"):
+        shutil.copy(CORPUS / name, folder)
+    with lanindex.open_library(tmp_path / "own.db", create=True) as library:
+        library.ingest(folder / "compass.bvh", folder / "compass.lnd", folder / "greetings.bvh")
+        library.ingest(folder / "marching.bvh", reading=lanindex.model.Reading(tempo="auto"))
+        marching, score = (library.capture(it).id for it in ("marching.bvh", "compass.lnd"))
+        library.label(marching, "march", {"year": "1920"})
+        gone = library.capture("greetings.bvh").id
+        kept = library.score(gone).tracks["r_arm"].symbols
+        lines = library.score(score).tracks["r_arm"].symbols
+        (folder / "greetings.bvh").unlink()
+        job = library.begin_encode("paper")
+        assert sorted(Counter(it.status for it in job).items()) == [("added", 2), ("failed", 1)]
+        wanted = lanindex.encode(lanindex.read(folder / "marching.bvh"), "paper", tempo="auto")
+        found = library.score(marching)
+        assert np.array_equal(found.tracks["r_leg"].symbols, wanted.tracks["r_leg"].symbols)
+        assert found.meter == wanted.meter
+        capture = library.capture(marching)
+        assert (capture.label, capture.metadata) == ("march", {"year": "1920"})
+        assert np.array_equal(library.score(gone).tracks["r_arm"].symbols, kept)
+        assert np.array_equal(library.score(score).tracks["r_arm"].symbols, lines)
+        again = library.begin_encode("paper")
+        assert [it.status for it in again] == ["failed"]  # all others have it already
+        for profile in ("none", tmp_path):
+            with pytest.raises(lanindex.LanindexError, match="no profile"):
+                library.begin_encode(profile)

@@ -153,6 +153,43 @@ def test_a_profile_is_saved_by_the_keyboard(
     assert saved.ranges["r_leg"] == lanindex.load_profile().ranges["r_leg"]
 
 
+def test_a_library_is_encoded_with_what_was_edited(
+    own_page: Opened, corpus_library: Path, tmp_path: Path, number: int
+) -> None:
+    path, pattern = tmp_path / "own.db", "r_arm right mid"
+    shutil.copy(corpus_library, path)
+    with lanindex.open_library(path) as library:
+        before = len(library.search(pattern))
+        labels = [it.label for it in library.captures()]
+    page = own_page(path, f"/convert?capture={number}&part=r_arm")
+    summary(page, "No symbol changed")
+    page.get_by_label("mid begins at", exact=True).fill("95")
+    summary(page, "changed of")
+    encode = page.get_by_role("button", name="Encode the library with")
+    assert encode.is_disabled()  # what was changed must be saved first
+    page.get_by_label("Name of the profile").fill("high arms")
+    page.get_by_role("button", name="Save as a profile").click()
+    page.get_by_text("Saved. To ingest with it").wait_for()
+    summary(page, "changed of")
+    encode.click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_text("10 captures are read again").wait_for()
+    assert "10 scores" in dialog.inner_text()
+    page.keyboard.press("Escape")
+    assert dialog.count() == 0
+    encode.click()
+    dialog.get_by_role("button", name="Encode the library").click()
+    page.get_by_role("region", name="Encode the library").get_by_text(
+        "Done: 10 captures written down anew."
+    ).wait_for(timeout=60_000)
+    summary(page, "No symbol changed")  # the library has them now
+    with lanindex.open_library(path) as library:
+        assert len(library.search(pattern)) != before
+        assert [it.label for it in library.captures()] == labels
+    encode.click()
+    page.get_by_text("All captures have the profile high arms already.").wait_for()
+
+
 @pytest.mark.parametrize("width", [1280, 390])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing(

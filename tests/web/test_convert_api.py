@@ -144,4 +144,5 @@ def test_nothing_is_saved_where_a_library_is_only_shown(
 ) -> None:
     with asking(library, readonly=True) as ask:
         assert ask.post("/api/profiles", json={"name": "mine"}).status_code == 403
+        assert ask.post("/api/library/encode", json={"profile": "paper"}).status_code == 403
         assert ask.get("/api/profiles").json()["profiles"] == ["default", "paper"]

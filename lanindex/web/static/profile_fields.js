@@ -3,6 +3,7 @@
 import { problemOf } from "./api.js";
 import { DIRECTIONS, LEVELS, PLACE } from "./cells.js";
 import { el, trouble } from "./dom.js";
+import { encodeSection } from "./encode_library.js";
 import { numberField, shown } from "./numbers.js";
 
 /**
@@ -21,6 +22,7 @@ import { numberField, shown } from "./numbers.js";
  * @property {() => Promise<string>} tempo looks for that of the movement
  * @property {boolean} readonly
  * @property {(name: string, replace: boolean) => Promise<{name: string, folder: string}>} save
+ * @property {() => void} encoded is called when the library has been written down anew
  */
 
 const DEGREE = "\u00b0";
@@ -237,6 +239,7 @@ export function fieldsOf(root, given) {
       given.readonly ? el("p", { class: "soft" }, "This library is only shown: nothing can be saved in it.") : form, said);
   }
   const saving = saveSection();
+  const encoding = encodeSection({ name: () => given.draft().profile.name, touched: () => given.draft().touched, readonly: given.readonly, encoded: given.encoded });
 
   function build() {
     updates = [];
@@ -249,7 +252,9 @@ export function fieldsOf(root, given) {
       set("Time", "How a score counts; symbols stay where they are.", ...timeFields()),
       el("details", { class: "card wide" }, el("summary", {}, "How moves are found (all parts)"), el("div", { class: "parameters" }, ...moves.map(parameterField))),
       rulesSection(),
-      saving);
+      saving,
+      encoding.node);
+    updates.push(encoding.update);
     update();
   }
 
@@ -261,7 +266,10 @@ export function fieldsOf(root, given) {
     build, update, used,
     /** @param {number} mm */
     set length(mm) { length = mm; },
-    dispose: () => { updates = []; },
+    dispose: () => {
+      updates = [];
+      encoding.dispose();
+    },
     /**
      * Take a border that is drawn on the sphere: degrees, or lengths of place.
      * @param {Border} border

@@ -196,6 +196,10 @@ export async function show(app) {
     },
     readonly: library.readonly,
     save: (name, replace) => save(name, replace),
+    encoded: () => {
+      app.refresh();
+      convert();
+    },
   });
 
   function changed() {
