@@ -31,12 +31,13 @@ from lanindex.alphabet import (
 from lanindex.compare import compare
 from lanindex.draw import svg
 from lanindex.draw.picture import PIXEL, SIGNS, C, Mark, Picture, sign
-from lanindex.draw.staff import BEAT, BESIDE, MARGIN, NAMES, STANCES, has_column
+from lanindex.draw.staff import BEAT, BESIDE, MARGIN, NAMES, STANCES, has_column, usual_tracks
 from lanindex.draw.strip import Staff
 from lanindex.errors import UsageError
 from lanindex.film import tiles
 from lanindex.film.figure import figure
 from lanindex.model import Score, Span, Track
+from lanindex.model.derived import STEP
 from lanindex.model.symbol import blank, listed
 from lanindex.notation import NOTATIONS, edited, left_out, lnd, read, write
 from lanindex.notation.excerpt import excerpt
@@ -130,7 +131,11 @@ def _button(marks: list[Mark]) -> str:
 
 
 def of_capture(call: Call) -> dict[str, Any]:
-    """Return the score of a capture, or of some seconds of it, for the editor."""
+    """Return the score of a capture, or of some seconds of it, for the editor.
+
+    Without ``detail=full`` the finer tracks of limbs that are written as a whole are left out: the
+    figure carries those out before the whole ones, so that a change of an arm would not be seen.
+    """
     capture = call.site.library.capture(call.path["number"])
     score = call.site.library.score(capture.id)
     start, stop = call.number("from", 0), call.number("to", float(capture.frames / capture.rate))
@@ -138,12 +143,16 @@ def of_capture(call: Call) -> dict[str, Any]:
         raise UsageError(f"{start:g} to {stop:g} s", wanted="a stretch of it")
     rate = float(score.rate)
     score = excerpt(score, Span(floor(start * rate), ceil(stop * rate)))
+    left = [it for it in score.tracks if it not in usual_tracks(score.tracks) and it != STEP]
+    if call.text("detail") == "full":
+        left = []
+    score = replace(score, tracks={it: own for it, own in score.tracks.items() if it not in left})
     data = edited.of_score(score)
     if len(data["symbols"]) > MOST:
         found = f"{len(data['symbols']):,} symbols in {capture.path}"
         remedy = "Open a stretch of it: from and to, in seconds."
         raise UsageError(found, wanted=f"{MOST:,} at most", remedy=remedy)
-    return {"score": data, "title": capture.path, "label": capture.label}
+    return {"score": data, "title": capture.path, "left_out": left}
 
 
 def of_file(call: Call) -> dict[str, Any]:

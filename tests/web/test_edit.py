@@ -186,7 +186,9 @@ def test_a_capture_is_edited_and_held_against_itself(
     page.locator(".edit-found li", has_text="right forward").first.wait_for()
     assert same
     page.reload()
-    page.wait_for_selector(".edit-drawn [data-symbol='r_arm.3']")
+    page.get_by_role("button", name="Begin again").click()
+    page.get_by_role("link", name="Open all tracks").click()
+    page.wait_for_selector(".edit-drawn [data-symbol='r_forearm.3']")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -53,8 +53,13 @@ def test_the_alphabet_has_every_track_with_its_words(ask: TestClient) -> None:
 
 def test_a_capture_is_opened_whole_or_in_part(ask: TestClient, library: lanindex.Library) -> None:
     capture = library.capture("compass.bvh")
+    full = ask.get(f"/api/scores/captures/{capture.id}?detail=full").json()
+    assert full["score"] == edited.of_score(library.score(capture.id))
     whole = ask.get(f"/api/scores/captures/{capture.id}").json()
-    assert whole["score"] == edited.of_score(library.score(capture.id))
+    assert "r_forearm" in whole["left_out"]
+    assert whole["score"]["symbols"] == [
+        it for it in full["score"]["symbols"] if it[0] not in whole["left_out"]
+    ]
     part = ask.get(f"/api/scores/captures/{capture.id}", params={"from": 4, "to": 8}).json()
     assert 0 < len(part["score"]["symbols"]) < len(whole["score"]["symbols"])
     assert part["score"]["units"] == 1

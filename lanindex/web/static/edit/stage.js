@@ -8,7 +8,7 @@ import { Motion } from "../motion.js";
 
 const NEAR = [2, 6]; // seconds before and behind where the figure is that are carried out first
 const FEW = 150; // symbols that are carried out at once
-const IDLE = 350; // milliseconds without an edit before all is carried out
+const IDLE = 1200; // milliseconds without an edit before all is carried out
 
 /** What a `Player` plays. */
 export class Stage {

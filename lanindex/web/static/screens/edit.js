@@ -17,7 +17,7 @@ import { Player, playerBar } from "../player.js";
 
 const USUAL = ["l_arm", "l_leg", "l_support", "r_support", "r_leg", "r_arm", "torso", "head", "body_turn", "jump"];
 const GRIDS = [["1", 1], ["1/2", 1 / 2], ["1/3", 1 / 3], ["1/4", 1 / 4], ["1/6", 1 / 6], ["1/8", 1 / 8]];
-const LENGTHS = [["position, no length", 0], ["1/4 beat", 1 / 4], ["1/2 beat", 1 / 2], ["1 beat", 1], ["2 beats", 2], ["3 beats", 3], ["4 beats", 4]];
+const LENGTHS = [["a position", 0], ["1/4 beat", 1 / 4], ["1/2 beat", 1 / 2], ["1 beat", 1], ["2 beats", 2], ["3 beats", 3], ["4 beats", 4]];
 const KEPT = 200; // edits that can be undone
 const FASTER = 4; // beats a minute of a key
 const KEYS = [
@@ -33,7 +33,7 @@ export async function show(app) {
   /** @type {import("../edit/score.js").Alphabet} */
   const alphabet = await get("/api/scores/alphabet", signal);
   const capture = url.searchParams.get("capture"), draft = `lanindex-edit ${library.name} ${url.search}`;
-  let { score, title } = await opened();
+  let { score, title, left } = await opened();
   /** @type {Sign[]} */
   let selection = [];
   /** @type {Cell} */
@@ -46,13 +46,28 @@ export async function show(app) {
   let lasting = 1, each = 1 / 2;
   app.title(title);
 
-  /** @returns {Promise<{score: Score, title: string}>} */
+  /** @returns {Promise<{score: Score, title: string, left: string[] | null}>} left: tracks of the capture that are not shown; null: it is a draft */
   async function opened() {
     const kept = stored(draft);
-    if (kept) return kept;
-    if (!capture) return { score: blank(), title: "new score" };
-    const found = await get(address(`/api/scores/captures/${encodeURIComponent(capture)}`, { from: url.searchParams.get("from"), to: url.searchParams.get("to") }), signal);
-    return { score: unpacked(found.score), title: found.title.split("/").pop().replace(/\.[^.]*$/, "") };
+    if (kept) return { ...kept, left: null };
+    if (!capture) return { score: blank(), title: "new score", left: [] };
+    const query = Object.fromEntries(["from", "to", "detail"].map((it) => [it, url.searchParams.get(it)]));
+    const found = await get(address(`/api/scores/captures/${encodeURIComponent(capture)}`, query), signal);
+    return { score: unpacked(found.score), title: found.title.split("/").pop().replace(/\.[^.]*$/, ""), left: found.left_out };
+  }
+
+  /** Say what is opened, where it is not all of it. */
+  function notice() {
+    if (left === null) {
+      return el("p", { class: "row soft" }, "This is the draft that this browser keeps. ", tool("Begin again", "", () => {
+        localStorage.removeItem(draft);
+        app.go(url.pathname + url.search);
+      }));
+    }
+    if (!left.length) return null;
+    const all = new URL(url);
+    all.searchParams.set("detail", "full");
+    return el("p", { class: "soft" }, `Without ${left.map(nameOf).join(", ")}, which say the same in more detail. `, el("a", { href: all.pathname + all.search }, "Open all tracks"));
   }
 
   const state = el("p", { class: "edit-state", role: "status" }), problems = el("div", { class: "edit-problems" });
@@ -94,7 +109,7 @@ export async function show(app) {
       el("label", {}, "Grid ", select(GRIDS, each, (it) => { each = it; cell = snapped(cell); look(); })),
       el("label", {}, "Length ", select(LENGTHS, lasting, (it) => { lasting = it; })),
       el("label", {}, "Size ", select([["100 %", 1], ["150 %", 1.5], ["200 %", 2], ["300 %", 3]], 1.5, (it) => { paper.scale = it; paper.draw(); }))),
-    problems,
+    notice() ?? "", problems,
     el("div", { class: "edit-body" },
       el("section", { class: "edit-side", "aria-label": "Signs" }, heading, board,
         el("details", {}, el("summary", {}, "Columns"), columns),
@@ -482,6 +497,7 @@ export async function show(app) {
         } }, `${duration(when)} ${nameOf(it.part)} ${it.difference}: ${text}`));
       });
       found.replaceChildren(
+        answer.only[0].length ? el("p", { class: "soft" }, `It alone has ${answer.only[0].map(nameOf).join(", ")}.`) : "",
         el("p", {}, `${counted(answer.same, "symbol")} the same as in `, el("span", { class: "path" }, answer.capture), `, ${counted(answer.count, "difference")}.`),
         el("ol", { class: "edit-differences" }, ...items));
     });
