@@ -143,13 +143,23 @@ class Store:
         self, which: int | str, label: str | None = None, metadata: Mapping[str, str] | None = None
     ) -> bool:
         """Change what the user says of a capture; its score stays."""
-        check_description(self.place, label, metadata)
-        before = self.capture(which)
-        same = label in (None, before.label) and metadata in (None, before.metadata)
-        if not same:
+        return bool(self.describe([(which, label, metadata)]))
+
+    def describe(
+        self, changes: Iterable[tuple[int | str, str | None, Mapping[str, str] | None]]
+    ) -> list[int]:
+        """Change what the user says of captures, all or none, and return which have changed."""
+        changed: dict[int, tuple[str | None, Mapping[str, str] | None]] = {}
+        for which, label, metadata in changes:
+            check_description(self.place, label, metadata)
+            before = self.capture(which)
+            if label not in (None, before.label) or metadata not in (None, before.metadata):
+                changed[before.id] = label, metadata
+        if changed:
             with self.changing() as connection:
-                describe(connection, before.id, label, metadata)
-        return not same
+                for number, (label, metadata) in changed.items():
+                    describe(connection, number, label, metadata)
+        return list(changed)
 
     def move(self, which: int | str, path: str | os.PathLike[str]) -> None:
         """Change where a capture's file is; all else that is known of it stays."""

@@ -1140,6 +1140,15 @@ class Library:
         """Change the label and the other columns of a capture, and return whether any changed."""
         return self.store.label(which, label, metadata)
 
+    def describe(
+        self, changes: Iterable[tuple[int | str, str | None, Mapping[str, str] | None]]
+    ) -> list[int]:
+        """Change label and other columns of captures as `label` does, all or none.
+
+        Returns the numbers of those that have changed.
+        """
+        return self.store.describe(changes)
+
     def remove(self, *which: int | str) -> None:
         """Take captures out, by number or path; none where one of them is not there."""
         self.store.remove(*which)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 from operator import itemgetter
 from threading import Lock
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lanindex import records
 from lanindex.draw.staff import has_column, usual_tracks
-from lanindex.errors import UsageError
+from lanindex.errors import AbsentError, UsageError
 from lanindex.model.capture import common_folder
 from lanindex.web.routes import Call
 
@@ -119,6 +119,21 @@ class CaptureTable:
                 self._stamp = stamp
             return self._listed
 
+    def renew(self, before: int, numbers: Collection[int]) -> None:
+        """Read only some captures anew: those that one change since a stamp concerned."""
+        with self._lock:
+            after = self._library.stamp
+            if self._stamp != before or after != before + 1:
+                return  # others have changed it, too
+            held = self._library.store.captures_numbered(list(numbers))
+            again = {it.id: records.of_capture(it) for it in held}
+            every = [
+                again.get(one["capture_id"], one)
+                for one in self._listed.records
+                if one["capture_id"] in again or one["capture_id"] not in numbers
+            ]
+            self._listed, self._stamp = Listed(every), after
+
     def columns(self) -> list[str]:
         """Return the columns that captures can be told apart by."""
         return self.now().columns
@@ -186,12 +201,57 @@ def one(call: Call) -> dict[str, Any]:
 
 
 def change(call: Call) -> dict[str, Any]:
-    """Change the label or other columns of a capture."""
-    label, columns = call.said("label", str), call.said("metadata", dict)
-    if columns is not None and not all(isinstance(it, str) for it in columns.values()):
-        raise UsageError("a column that is no text", place="metadata", wanted="texts")
-    call.site.library.label(call.path["number"], label, columns)
-    return one(call)
+    """Change labels and other columns of captures, all or none; an empty column goes.
+
+    Returns the changes that undo it.
+    """
+    listed = {one["capture_id"]: one for one in call.site.table.now().records}
+    wanted: dict[int, tuple[str | None, dict[str, str]]] = {}
+    for one in call.said("changes", list, []):
+        numbers, label, columns = _said(one)
+        for number in numbers:
+            if number not in listed:
+                raise AbsentError(f"there is no capture {number} any more")
+            wanted[number] = label, columns
+    stamp = call.site.library.stamp
+    changed = call.site.library.describe(
+        (number, label, _merged(listed[number]["metadata"], columns))
+        for number, (label, columns) in wanted.items()
+    )
+    if changed:
+        call.site.table.renew(stamp, set(changed))
+    undo: dict[str, dict[str, Any]] = {}
+    for number in changed:
+        label, columns = wanted[number]
+        before = listed[number]
+        back = {
+            "label": None if label is None else before["label"],
+            "columns": {name: before["metadata"].get(name, "") for name in columns},
+        }
+        undo.setdefault(repr(back), {**back, "captures": []})["captures"].append(number)
+    return {"changed": len(changed), "undo": list(undo.values())}
+
+
+def _said(one: Any) -> tuple[list[int], str | None, dict[str, str]]:
+    """Return the captures, the label and the columns of a change."""
+    if isinstance(one, dict):
+        numbers, label, columns = one.get("captures"), one.get("label"), one.get("columns", {})
+        if (
+            isinstance(numbers, list)
+            and all(isinstance(it, int) for it in numbers)
+            and (label is None or isinstance(label, str))
+            and isinstance(columns, dict)
+            and all(isinstance(it, str) for it in columns.values())
+        ):
+            return numbers, label, {name.strip(): it for name, it in columns.items()}
+    raise UsageError(f"{one!r:.40}", place="changes", wanted="captures, a label, columns of text")
+
+
+def _merged(before: Mapping[str, str], columns: Mapping[str, str]) -> dict[str, str] | None:
+    """Return all columns of a capture after some are changed; None: none is."""
+    if "" in columns:
+        raise UsageError("a column without a name", place="columns", wanted="a name for it")
+    return {name: it for name, it in {**before, **columns}.items() if it} if columns else None
 
 
 def remove(call: Call) -> dict[str, Any]:
@@ -199,5 +259,7 @@ def remove(call: Call) -> dict[str, Any]:
     numbers = call.said("captures", list, [])
     if not numbers or not all(isinstance(it, int) for it in numbers):
         raise UsageError(f"{numbers!r:.40}", place="captures", wanted="their numbers")
+    stamp = call.site.library.stamp
     call.site.library.remove(*numbers)
+    call.site.table.renew(stamp, set(numbers))
     return {"removed": numbers}

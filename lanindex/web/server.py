@@ -106,7 +106,7 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/library", about, ("GET",)),
     ("/api/captures", captures.listing, ("GET",)),
     ("/api/captures/{number:int}", captures.one, ("GET",)),
-    ("/api/captures/{number:int}", refused_when_read_only(captures.change), ("PATCH",)),
+    ("/api/captures", refused_when_read_only(captures.change), ("PATCH",)),
     ("/api/captures/{number:int}/figure", watch.figure, ("GET",)),
     ("/api/captures/{number:int}/motion/{tile:int}", watch.motion, ("GET",)),
     ("/api/captures/{number:int}/pose", watch.pose, ("GET",)),

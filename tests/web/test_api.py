@@ -71,13 +71,52 @@ def test_labels_are_changed_and_captures_removed(
     ask: TestClient, library: lanindex.Library
 ) -> None:
     number = library.capture("compass.bvh").id
-    changed = ask.patch(f"/api/captures/{number}", json={"label": "<b>rose</b>"}).json()
-    assert changed["label"] == library.capture(number).label == "<b>rose</b>"
-    assert ask.patch(f"/api/captures/{number}", json={"label": 3}).status_code == 400
+    change = {"captures": [number], "label": "<b>rose</b>", "columns": {"year": "1928"}}
+    done = ask.patch("/api/captures", json={"changes": [change]}).json()
+    assert done["changed"] == 1
+    assert library.capture(number).label == "<b>rose</b>"
+    assert library.capture(number).metadata["year"] == "1928"
+    for wrong in ({"label": 3}, {"columns": {"": "x"}}, {"columns": {"year": 3}}):
+        change = {"changes": [{"captures": [number], **wrong}]}
+        assert ask.patch("/api/captures", json=change).status_code == 400
+    assert ask.patch("/api/captures", json={"changes": done["undo"]}).json()["changed"] == 1
+    assert library.capture(number).label == "compass"
+    assert "year" not in library.capture(number).metadata
     assert ask.post("/api/captures/remove", json={"captures": [number]}).status_code == 200
     assert ask.get(f"/api/captures/{number}").status_code == 404
     listed = ask.get("/api/captures").json()["captures"]
     assert number not in [it["capture_id"] for it in listed]
+
+
+def test_many_are_changed_at_once_or_none_and_undone_at_once(
+    ask: TestClient, library: lanindex.Library
+) -> None:
+    before = {it.id: (it.label, dict(it.metadata)) for it in library.captures()}
+    assert len({label for label, _ in before.values()}) > 2
+    every = {"captures": list(before), "label": "all", "columns": {"set": "1"}}
+    gone = {"captures": [*before, 10_000], "label": "none"}
+    assert ask.patch("/api/captures", json={"changes": [gone]}).status_code == 404
+    assert {it.id: (it.label, dict(it.metadata)) for it in library.captures()} == before
+    stamp = library.stamp
+    done = ask.patch("/api/captures", json={"changes": [every]}).json()
+    assert done["changed"] == len(before)
+    assert library.stamp == stamp + 1
+    listed = ask.get("/api/captures").json()
+    assert {it["label"] for it in listed["captures"]} == {"all"}
+    assert [it["name"] for it in listed["facets"]][-1] == "set"
+    ask.patch("/api/captures", json={"changes": done["undo"]})
+    assert {it.id: (it.label, dict(it.metadata)) for it in library.captures()} == before
+
+
+def test_a_change_by_another_is_listed_too(ask: TestClient, library: lanindex.Library) -> None:
+    first, second = (it.id for it in library.captures()[:2])
+    ask.get("/api/captures")
+    with lanindex.open_library(library.store.place) as other:
+        other.label(second, "theirs")
+    change = {"changes": [{"captures": [first], "label": "ours"}]}
+    ask.patch("/api/captures", json=change)
+    listed = ask.get("/api/captures").json()["captures"]
+    assert [it["label"] for it in listed[:2]] == ["ours", "theirs"]
 
 
 def test_nothing_is_changed_where_a_library_is_only_shown(corpus_library: Path) -> None:
@@ -87,7 +126,7 @@ def test_nothing_is_changed_where_a_library_is_only_shown(corpus_library: Path) 
         asking(library, readonly=True) as ask,
     ):
         for answer in (
-            ask.patch("/api/captures/1", json={"label": "x"}),
+            ask.patch("/api/captures", json={"changes": [{"captures": [1], "label": "x"}]}),
             ask.post("/api/captures/remove", json={"captures": [1]}),
             ask.put("/api/uploads/x.bvh", content=b"HIERARCHY"),
         ):

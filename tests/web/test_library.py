@@ -73,7 +73,7 @@ def test_captures_have_a_pose_a_label_and_what_is_known(opened: Opened) -> None:
 def test_facets_and_filter_are_in_the_address(opened: Opened) -> None:
     page = opened("/")
     names(page)
-    page.get_by_label("conducting").click()
+    page.get_by_role("checkbox", name="conducting").click()
     soon(page, lambda: count(page) == 4)
     assert "where=label%3Dconducting" in page.url
     page.get_by_label("Filter captures").fill("FOUR")
@@ -209,3 +209,76 @@ def test_nothing_can_be_changed_where_a_library_is_only_shown(
     names(page)
     assert page.get_by_role("button", name="Add captures").count() == 0
     assert page.locator(".shot input, .shot button").count() == 0
+
+
+@pytest.fixture
+def dances(corpus_library: Path, tmp_path: Path) -> Path:
+    """Return a copy of the corpus's library, which a test may change."""
+    return Path(shutil.copy(corpus_library, tmp_path / "dances.db"))
+
+
+def stored(library: Path) -> dict[str, tuple[str, dict[str, str]]]:
+    """Return labels and other columns by the names of the files."""
+    with lanindex.open_library(library, readonly=True) as opened:
+        return {Path(it.path).name: (it.label, dict(it.metadata)) for it in opened.captures()}
+
+
+def test_labels_and_columns_are_changed_in_place_by_keys(own_page: Opened, dances: Path) -> None:
+    page = own_page(dances, "/?q=compass.bvh")
+    assert names(page) == ["compass.bvh"]
+    label = page.get_by_role("button", name="label of compass.bvh")
+    label.press("Enter")
+    page.keyboard.type("never")
+    page.keyboard.press("Escape")
+    assert label.inner_text() == "compass"
+    label.press("Enter")
+    page.keyboard.type(MARKUP)
+    page.keyboard.press("Tab")
+    page.keyboard.type("rose")
+    page.keyboard.press("Enter")
+    soon(page, lambda: stored(dances)["compass.bvh"][1]["kind"] == "rose")
+    assert stored(dances)["compass.bvh"][0] == label.inner_text() == MARKUP
+    assert page.locator("main img").count() == 0
+    page.keyboard.press("Control+z")
+    soon(page, lambda: stored(dances)["compass.bvh"][1]["kind"] == "exercise")
+    page.get_by_label("Filter captures").fill("<img src=x")
+    soon(page, lambda: count(page) == 1)
+    page.get_by_role("button", name="label of compass.bvh").press("Enter")
+    page.keyboard.type("wind rose")
+    page.keyboard.press("Enter")
+    page.get_by_role("button", name="Undo").click()
+    soon(page, lambda: stored(dances)["compass.bvh"][0] == MARKUP)
+
+
+def test_several_are_selected_labelled_and_removed(
+    own_page: Opened, violations: Callable[[Page], list[str]], dances: Path
+) -> None:
+    page = own_page(dances, "/?sort=path&q=.lnd", bypass_csp=True)
+    every = names(page)
+    page.get_by_label(f"Select {every[0]}").click()
+    page.get_by_label(f"Select {every[3]}").click(modifiers=["Shift"])
+    page.get_by_text("4 selected").wait_for()
+    assert violations(page) == []
+    page.get_by_role("button", name="Label …").press("Enter")
+    page.keyboard.type("four")
+    assert violations(page) == []
+    page.keyboard.press("Enter")
+    soon(page, lambda: [stored(dances)[it][0] for it in every[:4]] == ["four"] * 4)
+    page.get_by_role("checkbox", name="four 4").click()
+    soon(page, lambda: count(page) == 4)
+    page.get_by_label(f"Select {every[0]}").click()
+    page.get_by_role("button", name="Select all 4").click()
+    page.get_by_role("button", name="Column …").click()
+    page.get_by_label("Column", exact=True).fill("year")
+    page.get_by_label("Value").fill("1928")
+    page.keyboard.press("Enter")
+    soon(page, lambda: [stored(dances)[it][1].get("year") for it in every[:4]] == ["1928"] * 4)
+    page.get_by_label(f"Select {every[1]}").click()
+    page.get_by_role("button", name="Remove …").click()
+    assert "files stay where they are" in page.get_by_role("dialog").inner_text()
+    page.keyboard.press("Escape")
+    assert every[1] in stored(dances)
+    page.get_by_role("button", name="Remove …").click()
+    page.get_by_role("button", name="Remove 1 capture").click()
+    soon(page, lambda: every[1] not in stored(dances))
+    soon(page, lambda: count(page) == 3)

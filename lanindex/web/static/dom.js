@@ -73,13 +73,17 @@ export function byId(id) {
 /**
  * Tell what happened, also to who cannot see it.
  * @param {string} text
+ * @param {...HTMLElement} actions what can be done about it meanwhile
  */
-export function announce(text) {
+export function announce(text, ...actions) {
   const status = byId("status");
-  status.textContent = text;
+  status.replaceChildren(text, ...actions);
   status.classList.toggle("shown", text !== "");
   clearTimeout(fading);
-  fading = setTimeout(() => status.classList.remove("shown"), 6000);
+  fading = setTimeout(() => {
+    status.classList.remove("shown");
+    for (const it of actions) it.remove();
+  }, actions.length ? 12000 : 6000);
 }
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let fading;

@@ -4,6 +4,7 @@ import { get, isAbort, problemOf } from "../api.js";
 import { announce, counted, duration, el, trouble } from "../dom.js";
 import { Poses } from "../poses.js";
 import { Adding } from "./library/adding.js";
+import { Editing } from "./library/editing.js";
 import { Facets } from "./library/facets.js";
 
 /** @typedef {import("../app.js").App} App */
@@ -29,11 +30,22 @@ export async function show(app) {
     "aria-label": "Filter captures", class: "grow", oninput: () => change({ q: filter.value ? [filter.value] : [] }) });
   const sort = el("select", { "aria-label": "Order", onchange: () => change({ sort: sort.value === "added" ? [] : [sort.value] }) },
     ...SORTS.map(([value, name]) => el("option", { value, selected: value === (asked.get("sort") ?? "added") }, name)));
+  /** @type {Set<number>} */
+  const selected = new Set();
+  const chosen = el("div", { class: "row chosen", hidden: true });
   const facets = new Facets((where) => change({ where }));
   const summary = el("p", { class: "soft num" });
   const earlier = el("button", { type: "button", hidden: true, onclick: () => extend(-1) }, "Show earlier ones");
   const more = el("button", { type: "button", hidden: true, onclick: () => extend(1) }, "Show more");
   const list = el("ol", { class: "shelf" });
+  const labels = el("datalist", { id: "labels" }), columns = el("datalist", { id: "columns" });
+  const editing = library.readonly ? undefined : new Editing(signal, (shown) => {
+    app.refresh();
+    if (!shown) {
+      select([], false);
+      load(true);
+    } else page(0, 0).then(tell, (error) => isAbort(error) || announce(problemOf(error).found));
+  });
   const added = library.readonly ? undefined : (adding ??= new Adding());
   const add = added && el("button", { type: "button", class: "main", onclick: () => {
     if (added.root.hidden) added.open();
@@ -42,16 +54,56 @@ export async function show(app) {
   if (added) {
     added.came = () => {
       app.refresh();
-      if (!signal.aborted) load();
+      if (!signal.aborted) load(true);
     };
     added.listen(signal);
   }
   main.append(
     el("header", { class: "row" }, el("h1", {}, library.name), el("div", { class: "grow" }, summary), add ?? ""),
     added?.root ?? "",
-    el("div", { class: "row bar" }, facets.button, filter, sort),
+    el("div", { class: "row bar" }, facets.button, filter, sort, chosen), labels, columns,
     facets.chips,
     el("div", { class: "beside" }, facets.root, el("div", { class: "list" }, earlier, list, more)));
+
+  let latest = -1; // the number of the capture that was selected last
+  /**
+   * Select captures, or no longer.
+   * @param {number[]} numbers none: all
+   * @param {boolean} on
+   */
+  function select(numbers, on) {
+    if (!numbers.length && !on) selected.clear();
+    for (const it of numbers) on ? selected.add(it) : selected.delete(it);
+    for (const box of /** @type {NodeListOf<HTMLInputElement>} */ (list.querySelectorAll(".pick"))) box.checked = selected.has(Number(box.value));
+    const some = [...selected], all = total > some.length && el("button", { type: "button", onclick: () => selectAll() }, `Select all ${total.toLocaleString("en")}`);
+    chosen.hidden = !some.length;
+    list.classList.toggle("picking", some.length > 0);
+    chosen.replaceChildren(el("span", { class: "num", role: "status" }, `${some.length.toLocaleString("en")} selected`), ...[
+      el("button", { type: "button", onclick: () => editing?.label(some) }, "Label …"),
+      el("button", { type: "button", onclick: () => editing?.column(some) }, "Column …"),
+      el("button", { type: "button", onclick: () => editing?.remove(some) }, "Remove …"),
+      all || "",
+      el("button", { type: "button", onclick: () => {
+        select([], false);
+        filter.focus();
+      } }, "Clear")]);
+  }
+
+  async function selectAll() {
+    try {
+      select((await get(`/api/captures/numbers?${asked}`, signal)).captures, true);
+    } catch (error) {
+      if (!isAbort(error)) announce(problemOf(error).found);
+    }
+  }
+
+  /** @param {MouseEvent} event @param {HTMLInputElement} box */
+  function pick(event, box) {
+    const boxes = /** @type {HTMLInputElement[]} */ ([...list.querySelectorAll(".pick")]).map((it) => Number(it.value));
+    const own = Number(box.value), from = event.shiftKey ? boxes.indexOf(latest) : -1, to = boxes.indexOf(own);
+    select(from < 0 ? [own] : boxes.slice(Math.min(from, to), Math.max(from, to) + 1), box.checked);
+    latest = own;
+  }
 
   let folder = "", first = 0, total = 0;
   let loading = new AbortController();
@@ -83,8 +135,8 @@ export async function show(app) {
     return get(`/api/captures?${query}`, loading.signal);
   }
 
-  /** Show what the address asks for, from the capture on that it names. */
-  async function load() {
+  /** Show what the address asks for, from the capture on that it names; `quiet` where all is said. */
+  async function load(quiet = false) {
     loading.abort();
     loading = new AbortController();
     const at = Number(asked.get("at")) || 0;
@@ -95,7 +147,9 @@ export async function show(app) {
       first = from;
       poses.clear();
       list.replaceChildren(...found.captures.map(card));
+      const before = summary.textContent;
       tell(found);
+      if (before && before !== summary.textContent && !quiet) announce(summary.textContent ?? "");
       if (at) list.children[at - from]?.scrollIntoView();
       if (!total) list.append(nothing(found));
       main.classList.toggle("empty", !found.all);
@@ -110,10 +164,13 @@ export async function show(app) {
   function tell(found) {
     const some = found.total < found.all ? `${found.total.toLocaleString("en")} of ` : "";
     const text = `${some}${counted(found.all, "capture")}, ${duration(found.seconds)}`;
-    if (text !== summary.firstChild?.textContent && summary.firstChild) announce(text);
     summary.replaceChildren(text);
     if (found.folder) summary.append(", all in ", el("span", { class: "path" }, found.folder));
     facets.show(found.facets, asked.getAll("where"));
+    const named = found.facets.find((it) => it.name === "label")?.values ?? [];
+    labels.replaceChildren(...named.filter(([it]) => it).map(([value]) => el("option", { value })));
+    const own = found.facets.map((it) => it.name).filter((it) => !["label", "folder", "format", "doubts"].includes(it));
+    columns.replaceChildren(...own.map((value) => el("option", { value })));
   }
 
   /** @param {Listing} found */
@@ -193,12 +250,16 @@ export async function show(app) {
     const path = capture.capture.slice(folder.length), name = path.slice(path.lastIndexOf("/") + 1);
     const pose = el("span", { class: "pose" });
     poses.add(pose, capture);
+    const box = editing && el("input", { type: "checkbox", class: "pick", value: capture.capture_id, checked: selected.has(capture.capture_id), "aria-label": `Select ${name}`,
+      onclick: (/** @type {MouseEvent} */ event) => pick(event, /** @type {HTMLInputElement} */ (event.target)) });
     return el("li", { class: "shot card" },
       el("a", { href: `/captures/${capture.capture_id}`, title: capture.capture },
         pose, el("span", { class: "folder soft" }, path.slice(0, path.length - name.length)), el("b", {}, name)),
-      el("p", { class: "label" }, capture.label || el("i", { class: "soft" }, "no label")),
+      box,
+      el("p", { class: "label" }, editing ? editing.text(capture, "label", false) : capture.label || el("i", { class: "soft" }, "no label")),
       el("p", { class: "facts soft num" }, `${duration(capture.seconds)} · ${Number(capture.fps.toFixed(2))} fps · ${capture.format}`),
-      ...Object.entries(capture.metadata).map(([column, value]) => el("p", { class: "column" }, el("span", { class: "soft" }, `${column} `), value)),
+      ...Object.entries(capture.metadata).map(([column, value]) => el("p", { class: "column" }, el("span", { class: "soft" }, `${column} `), editing ? editing.text(capture, column, true) : value)),
+      editing && el("button", { type: "button", class: "plain more", "aria-label": `Add a column to ${name}`, onclick: () => editing.column([capture.capture_id]) }, "+ column"),
       capture.warnings.length > 0 && el("details", { class: "doubts" }, el("summary", {}, counted(capture.warnings.length, "doubt")),
         ...capture.warnings.map((it) => el("p", {}, it))));
   }
