@@ -59,6 +59,18 @@ class Difference:
         """Seconds by which the other lasts longer; 0 if there is only one."""
         return self.other.stop - self.one.stop - self.later if self.one and self.other else 0.0
 
+    @property
+    def change(self) -> str:
+        """What the other is, compared with the one: ``added``, ``0.20 s later, 0.10 s shorter``."""
+        if self.kind != "moved":
+            return self.kind
+        changes = ((self.later, "earlier", "later"), (self.longer, "shorter", "longer"))
+        return ", ".join(
+            f"{abs(seconds):.2f} s {more if seconds > 0 else less}"
+            for seconds, less, more in ((round(it, 2), less, more) for it, less, more in changes)
+            if seconds
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Comparison:

@@ -20,6 +20,7 @@ from lanindex import __version__
 from lanindex.errors import UsageError
 from lanindex.web import (
     captures,
+    comparison,
     convert,
     explore,
     exports,
@@ -121,6 +122,7 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/ingests", ingests.about, ("GET",)),
     ("/api/ingests", refused_when_read_only(ingests.begin), ("POST",)),
     ("/api/ingests/{job}", ingests.outcomes, ("GET",)),
+    ("/api/compare", comparison.compared, ("GET",)),
     ("/api/explore", explore.begin, ("POST",)),
     ("/api/jobs/{job}", jobs.cancel, ("DELETE",)),
     ("/api/captures/numbers", captures.numbers, ("GET",)),

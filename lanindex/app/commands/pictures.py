@@ -14,7 +14,7 @@ from lanindex.errors import UsageError, counted
 from lanindex.pipeline.files import refuse, safe_stem, write_all
 
 if TYPE_CHECKING:
-    from lanindex.compare import Difference, Timed
+    from lanindex.compare import Timed
     from lanindex.model import Reading, Symbol
     from lanindex.pipeline.named import Named
 
@@ -237,7 +237,7 @@ def diff(
         content = rendered(picture, form, scale or FORMS[form][1])
         write_all([(output, content)], force=force, sources=[it.path for it in named])
     if differences:
-        rows = ((it.part, *_cells(it.one), *_cells(it.other), _change(it)) for it in differences)
+        rows = ((it.part, *_cells(it.one), *_cells(it.other), it.change) for it in differences)
         head = ("part", "A", "seconds", "B", "seconds", "B is")
         out.table(head, rows, map(records.of_difference, differences))
     for it, only in zip(named, compared.only, strict=True):
@@ -252,16 +252,4 @@ def diff(
 def _cells(timed: Timed | None) -> tuple[str, str]:
     return (
         ("", "") if timed is None else (timed.symbol.words, f"{timed.start:.2f}-{timed.stop:.2f}")
-    )
-
-
-def _change(difference: Difference) -> str:
-    """Return what B is, compared with A: ``added``, ``0.20 s later, 0.10 s shorter``."""
-    if difference.kind != "moved":
-        return difference.kind
-    changes = ((difference.later, "earlier", "later"), (difference.longer, "shorter", "longer"))
-    return ", ".join(
-        f"{abs(seconds):.2f} s {more if seconds > 0 else less}"
-        for seconds, less, more in ((round(it, 2), less, more) for it, less, more in changes)
-        if seconds
     )

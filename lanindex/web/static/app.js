@@ -40,6 +40,7 @@ const SCREENS = [
   { path: /^\/captures\/\d+$/, name: "Capture", load: () => import("./screens/capture.js") },
   { path: /^\/convert$/, name: "Convert", link: "/convert", load: () => import("./screens/convert.js") },
   { path: /^\/edit$/, name: "Edit", link: "/edit", load: () => import("./screens/edit.js") },
+  { path: /^\/compare$/, name: "Compare", link: "/compare", load: () => import("./screens/compare.js") },
   { path: /^\/explore$/, name: "Explore", link: "/explore", load: () => import("./screens/explore.js") },
   { path: /^\/words$/, name: "Words", link: "/words", load: () => import("./screens/words.js") },
   { path: /^\/help(\/[^/]+)?$/, name: "Help", link: "/help", load: () => import("./screens/help.js") },

@@ -1,0 +1,210 @@
+// The screen of two captures in step: two figures, two staves, one clock, and in what they differ.
+
+import { address, get, isAbort, problemOf } from "../api.js";
+import { announce, counted, duration, el, svg, trouble } from "../dom.js";
+import { Figure } from "../figure.js";
+import { Motion } from "../motion.js";
+import { Player, playerBar, playerKeys } from "../player.js";
+import { StaffView } from "../staff.js";
+
+/**
+ * @typedef {import("../app.js").App} App
+ * @typedef {{direction: string | null, level: string | null, amount?: number, start: number, end: number}} Timed
+ * @typedef {{part: string, difference: string, one: Timed | null, other: Timed | null, change: string}} Difference
+ * @typedef {{capture: string, capture_id: number, label: string, seconds: number}} Capture
+ * @typedef {{captures: [Capture, Capture], same: number, parts: string[], columns: string[], only: [string[], string[]], all: number, differences: Difference[]}} Comparison
+ * @typedef {{capture: Capture, motion: Motion | null, figure: Figure | null, staff: StaffView, strokes: import("../look.js").Stroke[], floor: number | null}} Side
+ */
+
+const NAMES = ["A", "B"];
+
+/** @param {App} app */
+export async function show(app) {
+  const { main, url, signal } = app, given = url.searchParams;
+  const numbers = ["a", "b"].map((name) => given.get(name) ?? "");
+  const stretch = el("input", { type: "checkbox", checked: given.has("stretch") });
+  const out = el("div", {});
+  /** @type {Player | null} */
+  let player = null;
+  let first = Number(given.get("t")) || 0; // where it begins
+  main.append(
+    el("h1", {}, "Compare"),
+    el("div", { class: "row" }, ...numbers.map((_, at) => picker(at)), el("label", {}, stretch, " B takes as long as A")),
+    out);
+  if (!numbers.every(Boolean)) {
+    out.append(el("p", { class: "soft" }, "Choose two captures or scores: they play in step, and what differs is listed."));
+    return;
+  }
+  try {
+    /** @type {Comparison} */
+    const found = await get(address("/api/compare", { a: numbers[0], b: numbers[1] }), signal);
+    await play(found);
+  } catch (error) {
+    if (!isAbort(error)) out.replaceChildren(trouble(problemOf(error)));
+  }
+
+  /** The field in which one of the two is chosen. @param {number} at */
+  function picker(at) {
+    const list = el("datalist", { id: `captures-${at}` });
+    const field = el("input", { type: "search", list: list.id, "aria-label": `Capture ${NAMES[at]}`, placeholder: `${NAMES[at]}: type a part of its path`, class: "grow" });
+    /** @type {Map<string, number>} */
+    const known = new Map();
+    const fill = async () => {
+      const { captures } = await get(address("/api/captures", { q: field.value, n: 20 }), signal);
+      for (const one of captures) known.set(one.capture, one.capture_id);
+      list.replaceChildren(...captures.map((/** @type {Capture} */ one) => el("option", { value: one.capture }, one.label)));
+    };
+    const quietly = () => fill().catch((error) => {
+      if (!isAbort(error)) announce(problemOf(error).found);
+    });
+    field.addEventListener("focus", quietly, { once: true });
+    field.addEventListener("input", () => {
+      const number = known.get(field.value);
+      if (number === undefined) quietly();
+      else choose(at, number);
+    });
+    field.addEventListener("change", async () => {
+      await quietly();
+      const number = known.get(field.value);
+      if (number !== undefined) choose(at, number);
+    });
+    return el("span", { class: "row grow" }, field, list);
+  }
+
+  /** @param {number} at @param {number} number */
+  function choose(at, number) {
+    if (String(number) === numbers[at]) return;
+    numbers[at] = String(number);
+    app.go(address("/compare", { a: numbers[0], b: numbers[1], stretch: stretch.checked }));
+  }
+
+  /** @param {Comparison} found */
+  async function play(found) {
+    for (const [at, field] of [...main.querySelectorAll("input[list]")].entries()) /** @type {HTMLInputElement} */ (field).value = found.captures[at].capture;
+    const stage = el("div", { class: "pair" }), bars = el("div", {});
+    const root = el("div", {}, stage, bars);
+    out.replaceChildren(root, listed(found));
+    const sides = await Promise.all(found.captures.map((capture, at) => side(found, capture, at, stage)));
+    const [one, two] = sides;
+    const share = () => stretch.checked ? two.capture.seconds / one.capture.seconds : 1;
+    const seconds = () => stretch.checked ? one.capture.seconds : Math.max(one.capture.seconds, two.capture.seconds);
+    /** @type {(at: number, of: number) => number} */
+    const own = (at, of) => Math.min(at * (of ? share() : 1), sides[of].capture.seconds);
+    const moving = sides.map((it) => it.motion);
+    const clock = player = new Player({
+      get seconds() { return seconds(); },
+      ready: (at) => moving.map((motion, of) => !motion || motion.ready(own(at, of))).every(Boolean),
+      failure: (at) => moving.map((motion, of) => motion?.failure(own(at, of)) ?? null).find(Boolean) ?? null,
+      retry: () => moving.forEach((motion) => motion?.retry()),
+    }, 60);
+    let told = Number(given.get("t")) || 0;
+    for (const motion of moving) if (motion) motion.changed = () => clock.refresh();
+    clock.listen((at) => {
+      sides.forEach(({ motion, figure, staff, strokes }, of) => {
+        const mine = own(at, of), pose = motion?.pose(mine);
+        if (figure && pose) figure.show([{ strokes, pose }]);
+        staff.show(mine);
+      });
+      if (!clock.playing && Math.abs(at - told) > 0.005) {
+        told = at;
+        tell();
+      }
+    });
+    sides.forEach((it, of) => { it.staff.seek = (at) => clock.seek(of ? at / share() : at); });
+    stretch.addEventListener("change", () => {
+      clock.range = null;
+      clock.seek(Math.min(clock.seconds, seconds()));
+      tell();
+    });
+    bars.append(playerBar(clock));
+    playerKeys(root, clock);
+    clock.seek(first);
+    announce(summary(found));
+    signal.addEventListener("abort", () => {
+      clock.dispose();
+      for (const { motion, figure, staff } of sides) {
+        motion?.abort();
+        figure?.dispose();
+        staff.dispose();
+      }
+    });
+
+    function tell() {
+      app.replace(address("/compare", { a: numbers[0], b: numbers[1], stretch: stretch.checked, t: told ? told.toFixed(3) : "" }));
+    }
+  }
+
+  /**
+   * @param {Comparison} found
+   * @param {Capture} capture
+   * @param {number} at
+   * @param {HTMLElement} stage
+   * @returns {Promise<Side & {staff: StaffView & {seek: (at: number) => void}}>}
+   */
+  async function side(found, capture, at, stage) {
+    const path = `/api/captures/${capture.capture_id}`, canvas = el("canvas", { class: "figure" }), strip = el("div", {});
+    stage.append(el("section", { class: "card", "aria-label": NAMES[at] },
+      el("h2", {}, `${NAMES[at]}: `, el("a", { href: `/captures/${capture.capture_id}`, class: "path" }, capture.capture.split("/").pop())),
+      el("p", { class: "soft num" }, [capture.label, duration(capture.seconds)].filter(Boolean).join(", ")),
+      el("div", { class: "two" }, canvas, strip)));
+    const differ = new Set(found.differences.flatMap((it) => {
+      const timed = at ? it.other : it.one;
+      return timed ? [`${it.part} ${timed.start.toFixed(2)}`] : [];
+    }));
+    const staff = /** @type {any} */ (new StaffView(strip, {
+      seconds: capture.seconds,
+      load: (from, to, zoom) => get(address(`${path}/staff`, { from, to, zoom, parts: found.columns.join(",") }), signal),
+      parse: (text) => {
+        const drawn = svg(text);
+        for (const node of drawn.querySelectorAll("g[data-part]")) {
+          const { part, start } = /** @type {SVGElement} */ (node).dataset;
+          node.classList.toggle("differs", differ.has(`${part} ${Number(start).toFixed(2)}`));
+        }
+        return drawn;
+      },
+      seek: (seconds) => staff.seek(seconds),
+      pick: (symbol) => announce(symbol.querySelector("title")?.textContent ?? ""),
+      select: () => {},
+    }));
+    staff.seek = () => {};
+    try {
+      const description = await get(`${path}/figure`, signal), figure = new Figure(canvas, { label: `The figure of ${NAMES[at]}`, kind: "canvas" });
+      figure.floor = description.floor;
+      return { capture, motion: new Motion(path, description), figure, staff, strokes: description.strokes, floor: description.floor };
+    } catch (error) {
+      if (isAbort(error)) throw error;
+      canvas.replaceWith(trouble(problemOf(error)));
+      return { capture, motion: null, figure: null, staff, strokes: [], floor: null };
+    }
+  }
+
+  /** @param {Comparison} found */
+  function listed(found) {
+    const more = found.all - found.differences.length;
+    return el("section", { class: "guide differences" },
+      el("h2", {}, "Differences"),
+      el("p", {}, summary(found)),
+      ...found.only.map((parts, at) => parts.length > 0 && el("p", { class: "soft" }, `Only ${NAMES[at]} tells of ${parts.join(", ")}.`)),
+      found.differences.length > 0 && el("div", { class: "scrolled", tabindex: 0, role: "group", "aria-label": "Differences" }, el("table", {},
+        el("thead", {}, el("tr", {}, ...["part", "A", "seconds", "B", "seconds", "B is"].map((it) => el("th", { scope: "col" }, it)))),
+        el("tbody", {}, ...found.differences.map((it) => el("tr", {},
+          el("td", {}, it.part), ...cells(it.one, (at) => at), ...cells(it.other, (at) => stretch.checked ? at * found.captures[0].seconds / found.captures[1].seconds : at), el("td", {}, it.change)))))),
+      more > 0 && el("p", { class: "soft" }, `and ${more.toLocaleString("en")} more`));
+  }
+
+  /** @param {Timed | null} timed @param {(at: number) => number} there */
+  function cells(timed, there) {
+    if (!timed) return [el("td", {}), el("td", {})];
+    const words = [timed.direction, timed.level, timed.amount].filter((it) => it !== null && it !== undefined).join(" ") || "\u2014";
+    return [el("td", {}, words), el("td", { class: "num" }, el("button", { type: "button", class: "plain", title: "Go there", onclick: () => {
+      first = there(timed.start);
+      player?.pause();
+      player?.seek(first);
+    } }, `${timed.start.toFixed(2)}\u2013${timed.end.toFixed(2)}`))];
+  }
+
+  /** @param {Comparison} found */
+  function summary({ all, same, parts }) {
+    return `${counted(all, "difference")} in ${counted(parts.length, "track")}, ${counted(same, "symbol")} the same.`;
+  }
+}

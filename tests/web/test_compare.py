@@ -1,0 +1,79 @@
+"""Two captures beside each other on the page: in what they differ, and how they play in step."""
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from page_client import asking
+
+import lanindex
+from lanindex.compare import compare
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+
+@pytest.fixture
+def library(corpus_library: Path) -> Iterator[lanindex.Library]:
+    with lanindex.open_library(corpus_library, readonly=True) as library:
+        yield library
+
+
+@pytest.fixture
+def pair(library: lanindex.Library) -> list[int]:
+    return [library.capture(f"conductor_{it}.bvh").id for it in ("three", "four")]
+
+
+def test_differences_are_those_of_the_scores(library: lanindex.Library, pair: list[int]) -> None:
+    with asking(library) as ask:
+        found = ask.get("/api/compare", params=dict(zip("ab", pair, strict=True))).json()
+        wanted = compare(*map(library.score, pair))
+        assert [it["capture_id"] for it in found["captures"]] == pair
+        assert (found["all"], found["same"]) == (len(wanted.differences), wanted.same)
+        assert {it["change"] for it in found["differences"]} == {
+            it.change for it in wanted.differences
+        }
+        starts = [
+            min(it[side]["start"] for side in ("one", "other") if it[side])
+            for it in found["differences"]
+        ]
+        assert starts == sorted(starts)
+        for number in pair:  # both can be drawn in these columns
+            parts = ",".join(found["columns"])
+            drawn = ask.get(f"/api/captures/{number}/staff", params={"parts": parts})
+            assert drawn.status_code == 200
+
+
+def test_a_capture_that_is_not_there_is_told(library: lanindex.Library, pair: list[int]) -> None:
+    with asking(library) as ask:
+        assert ask.get(f"/api/compare?a={pair[0]}&b=999999").status_code == 404
+        assert ask.get(f"/api/compare?a={pair[0]}").status_code == 400
+
+
+def test_two_captures_play_in_step(
+    opened: Callable[..., "Page"],
+    violations: Callable[["Page"], list[str]],
+    library: lanindex.Library,
+    pair: list[int],
+) -> None:
+    page = opened(f"/compare?a={pair[0]}", viewport={"width": 1300, "height": 900})
+    four = library.capture(pair[1])
+    field = page.get_by_label("Capture B")
+    field.fill("conductor_four.bvh")
+    page.locator(f'datalist option[value="{four.path}"]').wait_for(state="attached")
+    field.fill(four.path)
+    page.wait_for_url(f"**/compare?a={pair[0]}&b={pair[1]}")
+    page.get_by_text("differences in").first.wait_for()
+    lines = page.locator(".staff g.differs")
+    lines.first.wait_for(state="attached")
+    later = page.locator(".differences button").filter(has_text=re.compile(r"^20\.")).first
+    later.focus()
+    page.keyboard.press("Enter")
+    page.locator(".clock", has_text="0:20.").wait_for()
+    page.wait_for_url("**&t=20.*")
+    assert page.locator(".pair canvas").count() == 2
+    page.get_by_label("B takes as long as A").check()
+    page.wait_for_url("**&stretch=true**")
+    assert violations(page) == []
