@@ -1102,7 +1102,7 @@ class Library:
         >>> import lanindex
         >>> with lanindex.open_library("dance.db") as library:
         ...     print(library.pattern_of("compass.bvh", 0, 4.5, ["r_arm"]))
-        r_arm forward low -> forward mid -> forward high
+        r_arm forward low -> r_forward low -> right low -> r_back low
         """
         from lanindex.search.example.stretch import pattern_of
 
