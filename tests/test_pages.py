@@ -157,6 +157,7 @@ ARGUMENTS = {
     "search": "'r_arm high'",
     "search --count": "'r_arm high'",
     "search … count by …": "'r_arm high | count by clip.label'",
+    "search --explain": "'r_arm high'",
     "search --why 1": "'r_arm high'",
     "export": "'r_arm high' --in *greetings.bvh -o records",
     "export --dataset DIR": "'r_arm high' --in *greetings.bvh",

@@ -112,6 +112,8 @@ class Staff:
     >>> tile = staff.svg(0.0, 3.0, foot=False)
     >>> tile.startswith("<svg"), 'data-symbol="r_arm.1"' in tile
     (True, True)
+    >>> staff.tile(0.0, 1.0)["times"]
+    [0.0, 0.75, 1.0]
     """
 
     def __init__(

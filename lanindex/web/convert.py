@@ -23,8 +23,9 @@ from lanindex.model import Score, Symbol
 from lanindex.pipeline import anew
 from lanindex.pipeline.prepare import processes
 from lanindex.pipeline.profiles import Changes, Shelf, changed, record
+from lanindex.records import of_error
 from lanindex.web.recent import Recent
-from lanindex.web.routes import Call, of_error
+from lanindex.web.routes import Call
 
 if TYPE_CHECKING:
     from lanindex.model import Capture

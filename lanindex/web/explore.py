@@ -16,7 +16,8 @@ from lanindex.pipeline import example, motifs
 from lanindex.pipeline.jobs import Job
 from lanindex.pipeline.library import Library
 from lanindex.pipeline.movement import COUNTABLE_PARTS, Moves
-from lanindex.web.routes import Call, of_error
+from lanindex.records import of_error
+from lanindex.web.routes import Call
 
 _PATIENCE = 300.0  # seconds that it may take
 _MOTIFS = 60  # that are shown, each with its staff

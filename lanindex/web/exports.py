@@ -13,6 +13,7 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from starlette.responses import Response, StreamingResponse
 
+from lanindex import records
 from lanindex.errors import LanindexError, UsageError
 from lanindex.notation import eaf
 from lanindex.notation.tiers import TierEntry, milliseconds
@@ -20,7 +21,7 @@ from lanindex.pipeline import dataset
 from lanindex.pipeline.export import FORMATS, ClipOptions, clips
 from lanindex.pipeline.jobs import Job
 from lanindex.pipeline.named import Request, from_lines
-from lanindex.web.routes import Call, of_error
+from lanindex.web.routes import Call
 
 if TYPE_CHECKING:
     from lanindex.pipeline.library import Library
@@ -113,7 +114,7 @@ class Export(Job[IO[bytes]]):
         """Return how far it is."""
         told: dict[str, Any] = {"state": self.state, "progress": self.progress}
         if isinstance(self.error, LanindexError):
-            told["error"] = of_error(self.error)
+            told["error"] = records.of_error(self.error)
         elif self.error is not None:
             told["error"] = {"found": f"the export failed ({type(self.error).__name__})"}
         return told

@@ -16,7 +16,8 @@ from lanindex.model import Reading
 from lanindex.pipeline.files import choreographies
 from lanindex.pipeline.ingest import SUFFIXES, Labels, if_read, is_labels, key_of, read_labels
 from lanindex.pipeline.prepare import processes
-from lanindex.web.routes import Call, of_error
+from lanindex.records import of_error
+from lanindex.web.routes import Call
 from lanindex.web.uploads import BESIDE
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from lanindex import records
 from lanindex.errors import (
     AbsentError,
     LanindexError,
@@ -128,16 +129,10 @@ def failed(error: Exception, path: str) -> Response:
     if isinstance(error, LanindexError):
         status = next((it for kind, it in _STATUS.items() if isinstance(error, kind)), 422)
         status = 403 if isinstance(error, Refused) else status
-        return JSONResponse({"error": of_error(error)}, status)
+        return JSONResponse({"error": records.of_error(error)}, status)
     _log.exception("%s failed", path)
     found = f"the server failed at this ({type(error).__name__})"
     return JSONResponse({"error": {"found": found, "remedy": "Its terminal tells more."}}, 500)
-
-
-def of_error(error: LanindexError) -> dict[str, Any]:
-    """Return an error as the page shows it: what was found where, and what to do."""
-    names = ("found", "place", "wanted", "remedy", "text", "start", "stop")
-    return {name: value for name in names if (value := getattr(error, name, "")) not in ("", None)}
 
 
 async def _body(request: Request) -> dict[str, Any]:

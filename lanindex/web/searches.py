@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from lanindex import records
 from lanindex.draw import svg
 from lanindex.draw.staff import has_column
-from lanindex.errors import LanindexError, PatternError, UsageError
+from lanindex.errors import LanindexError, UsageError
 from lanindex.film.hits import playback, poses, seen_from
 from lanindex.library.selection import Selection
 from lanindex.model import Hit
 from lanindex.model.capture import in_words
 from lanindex.pipeline.jobs import Job, SearchJob
 from lanindex.pipeline.library import Library
-from lanindex.pipeline.search import entry_of_query, query_of
-from lanindex.search.explain.english import sentence
+from lanindex.pipeline.search import query_of
 from lanindex.search.hits import Counts, Hits, counted
 from lanindex.search.language.clauses import CLIP, Reference
-from lanindex.search.language.written import pattern_text, pattern_tree
-from lanindex.web.routes import Call, of_error
+from lanindex.search.language.written import pattern_text
+from lanindex.web.routes import Call
 
 _PAGE = 100  # hits in an answer, at most
 _LIKE = re.compile(r"\d+(:\d+-\d+)?")
@@ -38,19 +37,9 @@ _VALUES = 30  # values of a column, the most frequent first
 
 def read(call: Call) -> dict[str, Any]:
     """Return what a text means, or what is wrong in it, and what may stand at a position."""
-    library, text = call.site.library, call.said("text", str, "")
-    position = call.said("position", int, len(text))
-    found: dict[str, Any] = {"english": "", "error": None, "tree": None}
-    try:
-        parts = call.site.parts()
-        query = query_of(text, parts, library.words)
-        entry = entry_of_query(text, library.words)
-        found["english"] = f"{entry.name}: {entry.sentence}" if entry else sentence(query)
-        if entry is None:
-            found["tree"] = pattern_tree(text, parts=parts, words=library.words)
-    except PatternError as error:
-        found["error"] = of_error(error) if text.strip() else None
-    return {**found, "completions": [it.record() for it in library.complete(text, position)]}
+    text = call.said("text", str, "")
+    found = call.site.library.parse(text, call.said("position", int, len(text)))
+    return found if text.strip() else {**found, "error": None}
 
 
 def write(call: Call) -> dict[str, Any]:
@@ -185,7 +174,7 @@ class Example(Job[Hits]):
 
 def _problem(error: Exception) -> dict[str, Any]:
     if isinstance(error, LanindexError):
-        return of_error(error)
+        return records.of_error(error)
     return {"found": f"the search failed ({type(error).__name__})"}
 
 
@@ -243,7 +232,7 @@ def advice(call: Call) -> dict[str, Any]:
         raise UsageError("a search by example", wanted="one by pattern")
     asked = search.asked
     found = call.site.library.suggest(asked.pattern, asked.selection, **asked.options)
-    return asdict(found)
+    return found.record()
 
 
 def card(call: Call) -> dict[str, Any]:

@@ -742,7 +742,7 @@ class TestOddCalls:
         (place / "few").mkdir()
         for name in ("radio_gymnastics.bvh", "labels.csv"):
             shutil.copy(repository / "corpus" / name, place / "few")
-        monkeypatch.setattr(learn, "corpus", lambda: place / "few")
+        monkeypatch.setattr(learn, "choreographies", lambda: place / "few")
         monkeypatch.setattr("tempfile.tempdir", str(place))
         there = {*place.iterdir()}
         done = run("demo", *kept)

@@ -99,6 +99,8 @@ class Advice:
     arms low ... high
     >>> advice.brief
     'nearest: arms low ... high (18 hits in 7 captures)'
+    >>> advice.record()["instead"][0]
+    {'pattern': 'arms low ... high', 'hits': 18, 'captures': 7}
     """
 
     pattern: str

@@ -57,6 +57,8 @@ class Trace:
     >>> for hit, steps in seen.hits:
     ...     print(hit.span, *steps[0].symbols)
     Span(start=482, stop=524) torso forward high [482, 524)
+    >>> seen.dicts()[0]["start_frame"], seen.dicts()[0]["end_frame"]
+    (482, 524)
     """
 
     query: tree.Query

@@ -1,6 +1,6 @@
 // What the server says: JSON, bytes, and how far a job is.
 
-/** @typedef {{found: string, place?: string, wanted?: string, remedy?: string, text?: string, start?: number, stop?: number}} Problem */
+/** @typedef {{found: string, place?: string, wanted?: string, remedy?: string, text?: string, start?: number, stop?: number, instead?: string}} Problem */
 
 /** An error that the server told. */
 export class ApiError extends Error {

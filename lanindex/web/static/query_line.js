@@ -7,7 +7,7 @@ import { el } from "./dom.js";
  * @typedef {{text: string, kind: string, start: number, stop: number, meaning: string}} Completion
  * @typedef {object} Reading what the server says of a text
  * @property {string} text
- * @property {string} english empty where it is not understood
+ * @property {string | null} english null where it is not understood
  * @property {any} tree null where it is not understood
  * @property {import("./api.js").Problem | null} error
  * @property {Completion[]} completions
@@ -115,6 +115,11 @@ export class QueryLine {
     const { error = null, english = "", text = "" } = this.#reading ?? {};
     this.#said.classList.toggle("wrong", error !== null);
     this.#said.textContent = error ? [error.found, error.remedy].filter(Boolean).join(" ") : text.trim() ? english : "";
+    const instead = error?.instead;
+    if (instead) this.#said.append(" ", el("button", { type: "button", onclick: () => {
+      this.set(instead);
+      this.focus();
+    } }, instead));
     this.#area.setAttribute("aria-invalid", String(error !== null));
     this.#draw();
   }
