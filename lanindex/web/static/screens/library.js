@@ -254,7 +254,7 @@ export async function show(app) {
       onclick: (/** @type {MouseEvent} */ event) => pick(event, /** @type {HTMLInputElement} */ (event.target)) });
     return el("li", { class: "shot card" },
       el("a", { href: `/captures/${capture.capture_id}`, title: capture.capture },
-        pose, el("span", { class: "folder soft" }, path.slice(0, path.length - name.length)), el("b", {}, name)),
+        pose, el("span", { class: "folder soft" }, path.slice(0, path.length - name.length)), el("b", {}, ...broken(name))),
       box,
       el("p", { class: "label" }, editing ? editing.text(capture, "label", false) : capture.label || el("i", { class: "soft" }, "no label")),
       el("p", { class: "facts soft num" }, `${duration(capture.seconds)} · ${Number(capture.fps.toFixed(2))} fps · ${capture.format}`),
@@ -264,4 +264,9 @@ export async function show(app) {
         ...capture.warnings.map((it) => el("p", {}, it))));
   }
   await load();
+}
+
+/** Return a file's name that breaks behind its underscores and dashes. @param {string} name */
+function broken(name) {
+  return name.split(/(?<=[_-])/).flatMap((it) => [el("wbr"), it]);
 }

@@ -5,7 +5,7 @@ import { el } from "../../dom.js";
 /** @typedef {import("../library.js").Facet} Facet */
 
 const FEW = 8; // values that are shown of a facet, unless more are asked for
-const LONG = 22; // letters of a folder: of a longer one the end tells more than the beginning
+const LONG = 18; // letters of a folder: of a longer one the end tells more than the beginning
 /** @type {Record<string, string>} */
 const EMPTY = { label: "no label", folder: "the folder itself", doubts: "no doubts" };
 
@@ -99,6 +99,6 @@ function parted(where) {
 
 /** @param {string} column @param {string} value */
 function shown(column, value) {
-  if (column === "folder" && value.length > LONG) return `…${value.slice(value.indexOf("/", value.length - LONG))}`;
+  if (column === "folder" && value.length > LONG) return `…${value.slice(value.lastIndexOf("/"))}`;
   return value || (EMPTY[column] ?? `no ${column}`);
 }
