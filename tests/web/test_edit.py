@@ -145,6 +145,18 @@ def test_every_kind_of_symbol_is_written_by_keys(
     assert {*lanindex.read_lnd(coming.value.path()).tracks} >= written
 
 
+def test_degrees_are_changed_by_keys(own_page: Callable[..., Page], library: Path) -> None:
+    page = own_page(library, "/edit")
+    page.wait_for_selector(".edit-drawn svg")
+    while not typed(page, "ArrowRight").startswith("body turn"):
+        pass
+    assert typed(page, "4", "]", "]") == "body turn, left 120, bar 1 beat 1, 1 beat"
+    assert kept(page) == [["body_turn", 0, 24, "left", "120"]]
+    page.get_by_label("Degrees").fill("45")
+    page.keyboard.press("Enter")
+    assert kept(page) == [["body_turn", 0, 24, "left", "45"]]
+
+
 def test_symbols_are_written_and_dragged_with_a_pointer(
     own_page: Callable[..., Page], library: Path
 ) -> None:
@@ -184,6 +196,17 @@ def test_a_capture_is_edited_and_held_against_itself(
     typed(page, "Home", "ArrowUp", "PageUp", "9")
     page.get_by_role("button", name="Compare with it").click()
     page.locator(".edit-found li", has_text="right forward").first.wait_for()
+    page.locator(".edit-differs").first.wait_for()
+    typed(page, "Control+z")
+    assert page.locator(".edit-differs").count() == 0
+    page.locator(STAFF).focus()
+    whole = page.evaluate(
+        "async () => (await (await fetch('/api/scores/captures/1')).json()).score"
+    )
+    typed(page, "Control+a", "Shift+M")
+    assert kept(page) != whole["symbols"]
+    typed(page, "Shift+M")
+    assert sorted(kept(page)) == sorted(whole["symbols"])
     assert same
     page.reload()
     page.get_by_role("button", name="Begin again").click()

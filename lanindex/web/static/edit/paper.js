@@ -44,6 +44,7 @@ export class Paper {
   #over = el("div", { class: "edit-over" });
   #names = el("div", { class: "edit-names", "aria-hidden": "true" });
   #line = el("div", { class: "edit-line", hidden: true });
+  #grid = el("div", { class: "edit-grid" });
   /** @type {Drawing | null} */
   #drawing = null;
   /** @type {AbortController} */
@@ -55,6 +56,8 @@ export class Paper {
   #asked = null;
   #height = 0;
   scale = 1.5;
+  /** @type {ReadonlySet<Sign>} what is otherwise in another score */
+  marked = new Set();
 
   /**
    * @param {HTMLElement} root scrolls
@@ -63,7 +66,7 @@ export class Paper {
   constructor(root, hands) {
     this.root = root;
     this.#hands = hands;
-    this.#sheet.append(this.#drawn, this.#over, this.#line);
+    this.#sheet.append(this.#grid, this.#drawn, this.#over, this.#line);
     root.append(this.#sheet, this.#names);
     const { signal } = this.#gone;
     root.addEventListener("scroll", () => this.#scrolled(), { signal });
@@ -174,7 +177,7 @@ export class Paper {
     this.#drawn.style.bottom = `${foot - drawing.foot + drawing.from * beat}px`;
     this.#names.style.width = this.#sheet.style.width;
     this.#names.replaceChildren(...this.lanes.map(({ track, left, right }) => {
-      const node = el("span", {}, nameOf(track.part).replace(/^(right|left|body) /, ""));
+      const node = el("span", {}, track.column ? nameOf(track.part).replace(/^(right|left|body) /, "") : nameOf(track.part));
       node.style.left = `${(left + right) / 2}px`;
       return node;
     }));
@@ -182,15 +185,18 @@ export class Paper {
 
   /** Draw the cursor, the selection and what has no column. */
   refresh() {
-    const { score, selection, cell, step } = this.#hands.state(), lanes = this.lanes;
-    const chosen = new Set(selection);
+    const { score, selection, cell, step } = this.#hands.state(), lanes = this.lanes, { beat, foot } = this.#shape();
+    const chosen = new Set(selection), { marked } = this;
+    this.#grid.style.bottom = `${foot}px`;
+    this.#grid.style.setProperty("--beat", `${beat}px`);
+    this.#grid.style.setProperty("--step", `${step / grain(score) * beat}px`);
     /** @type {HTMLElement[]} */
     const boxes = [];
     for (const { track, left, right } of lanes) {
-      if (track.column && !selection.length) continue;
+      if (track.column && !selection.length && !marked.size) continue;
       for (const sign of score.symbols) {
-        if (sign.part !== track.part || track.column && !chosen.has(sign)) continue;
-        const kind = chosen.has(sign) ? "edit-chosen" : "edit-block";
+        if (sign.part !== track.part || track.column && !chosen.has(sign) && !marked.has(sign)) continue;
+        const kind = `${chosen.has(sign) ? "edit-chosen" : track.column ? "" : "edit-block"} ${marked.has(sign) ? "edit-differs" : ""}`;
         boxes.push(this.#box(kind, left, right, ...this.#ends(sign), track.column ? "" : sign.words.map(nameOf).join(" ")));
       }
     }

@@ -67,7 +67,7 @@ export async function show(app) {
     if (!left.length) return null;
     const all = new URL(url);
     all.searchParams.set("detail", "full");
-    return el("p", { class: "soft" }, `Without ${left.map(nameOf).join(", ")}, which say the same in more detail. `, el("a", { href: all.pathname + all.search }, "Open all tracks"));
+    return el("p", { class: "soft" }, `Without ${left.map(nameOf).join(", ")}: the figure would follow those and not the whole limbs. `, el("a", { href: all.pathname + all.search }, "Open all tracks"));
   }
 
   const state = el("p", { class: "edit-state", role: "status" }), problems = el("div", { class: "edit-problems" });
@@ -239,6 +239,7 @@ export async function show(app) {
 
   /** @param {Score} next @param {Sign[]} signs */
   function follow(next, signs) {
+    paper.marked = new Set();
     score = next;
     selection = signs;
     cell = { ...cell, tick: Math.min(cell.tick, end(score) - 1) };
@@ -426,6 +427,12 @@ export async function show(app) {
   sheet.addEventListener("keydown", (event) => {
     if (key(event)) event.preventDefault();
   });
+  main.addEventListener("keydown", (event) => {
+    const typing = /** @type {Element} */ (event.target).matches("input, textarea, select");
+    if (event.defaultPrevented || typing || !(event.ctrlKey || event.metaKey) || !/^[zy]$/i.test(event.key)) return;
+    key(event);
+    event.preventDefault();
+  }, { signal });
   tempo.addEventListener("change", () => become({ ...score, speed: short(Math.min(Math.max(Number(tempo.value) || 60, 1), 1000)) }, selection));
   for (const it of [beats, beat]) it.addEventListener("change", () => become(inMeter(score, Math.min(Math.max(Math.round(Number(beats.value)) || 4, 1), 99), Number(beat.value)), selection));
   bars.addEventListener("change", () => become(ofBars(score, Math.min(Math.round(Number(bars.value)) || 1, 5000)), selection));
@@ -487,6 +494,9 @@ export async function show(app) {
   function diff() {
     act(async () => {
       const answer = await send("POST", "/api/scores/diff", { score: packed(score), capture: Math.round(Number(against.value)) }, signal);
+      const others = new Set(answer.differences.flatMap((/** @type {Difference} */ it) => (it.other ? [`${it.part} ${Math.round(paper.tick(it.other.start))}`] : [])));
+      paper.marked = new Set(score.symbols.filter((it) => others.has(`${it.part} ${it.start}`)));
+      paper.refresh();
       const items = answer.differences.map((/** @type {Difference} */ it) => {
         const there = it.other ?? it.one, when = there?.start ?? 0;
         const words = (/** @type {Difference["one"]} */ side) => (side ? [side.direction, side.level].flatMap((word) => word ? [nameOf(word)] : []).join(" ") : "nothing");
