@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from page_client import asking
 from starlette.testclient import TestClient
 
 import lanindex
+from lanindex.errors import LanindexError
+from lanindex.web import watch
 
 
 @pytest.fixture
@@ -156,6 +159,16 @@ def test_every_capture_has_a_pose(ask: TestClient, library: lanindex.Library) ->
         picture = ask.get(f"/api/captures/{capture.id}/pose")
         assert picture.headers["content-type"] == "image/svg+xml"
         assert picture.text.startswith("<svg")
+
+
+def test_a_pose_is_one_that_is_known() -> None:
+    body = SimpleNamespace(places=np.zeros((3, 21, 3), np.float32))
+    body.places[1] = np.nan
+    body.places[2, 4:, 1] = 500
+    assert watch._unlike(body) == [2]  # type: ignore[arg-type]
+    body.places[:] = np.nan
+    with pytest.raises(LanindexError, match="nothing of the body"):
+        watch._unlike(body)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
