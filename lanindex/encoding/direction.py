@@ -77,7 +77,7 @@ def _references(ranges: Ranges) -> Floats:
     return references
 
 
-def _polar(points: Floats) -> tuple[Floats, Floats, Floats]:
+def polar(points: Floats) -> tuple[Floats, Floats, Floats]:
     """Return horizontal distance, azimuth and elevation from straight down, in degrees."""
     forward, up, right = (points[..., axis] for axis in range(3))
     away = np.hypot(forward, right)
@@ -133,7 +133,7 @@ def _course(curves: Floats, around: Sequence[Space]) -> tuple[NDArray[np.int64],
     """Return the fields of `Course` for some frames of each curve, (P, N) each."""
     found, (length, radius, mid, high) = numbers(around)
     length, radius, mid, high = (it[:, None] for it in (length, radius, mid, high))
-    away, azimuth, elevation = _polar(curves)
+    away, azimuth, elevation = polar(curves)
     place = away <= radius
     sectors = [_sectors(turn, one.ranges) for turn, one in zip(azimuth, around, strict=True)]
     level = np.add(elevation >= mid, elevation >= high, dtype=np.int64)
@@ -155,7 +155,7 @@ def _angles(code: NDArray[np.int64], apart: Floats, elevation: Floats) -> Floats
 
 def angles(points: Floats, code: NDArray[np.int64], apart: Floats) -> Floats:
     """Return how far points (N, 3) are from the middle of their cells, as in `Course`."""
-    return _angles(code, apart, _polar(points)[2])
+    return _angles(code, apart, polar(points)[2])
 
 
 def margins(
@@ -168,7 +168,7 @@ def margins(
     """
     found, borders = numbers(around)
     _, radius, mid, high = borders[:, limb]
-    away, azimuth, elevation = _polar(points)
+    away, azimuth, elevation = polar(points)
     direction, level = np.divmod(code, 3)
     placed = direction == PLACE
     before, after = (direction - 1) % 8, (direction + 1) % 8

@@ -36,9 +36,7 @@ def curves(
     store: Store, capture: Capture, part: str, profile: Profile, cache: Cache = CACHE
 ) -> list[Limbs]:
     """Return how a part of a capture goes, a stretch after the other; none where it is unknown."""
-    if capture.format in NOTATIONS:
-        remedy = "Choose a capture of a movement."
-        raise UsageError("a score, which has no movement", place=capture.path, remedy=remedy)
+    check_moves(capture)
     source, width = SOURCES.of(store, capture), profile.smoothing
     key = "limbs", *source.key, profile.rate, width
     job = {
@@ -56,6 +54,24 @@ def curves(
         own = np.array([length])
         found.append(Limbs((part,), span, capture.rate, begin, curve[None], own))
     return found
+
+
+def check_moves(capture: Capture) -> None:
+    """Refuse a score, of which no limb can be followed."""
+    if capture.format in NOTATIONS:
+        remedy = "Choose a capture of a movement."
+        raise UsageError("a score, which has no movement", place=capture.path, remedy=remedy)
+
+
+def known_curves(
+    store: Store, capture: Capture, part: str, profile: Profile, cache: Cache = CACHE
+) -> list[Limbs]:
+    """Return how a part goes, as `curves` does; an error says where it is unknown."""
+    groups = curves(store, capture, part, profile, cache)
+    if not groups:
+        known_ones = ", ".join(known(store, capture, profile))
+        raise UsageError(f'no part "{part}" is known', wanted=f"one of {known_ones}")
+    return groups
 
 
 def measured(path: str, options: Mapping[str, str], rate: str, smoothing: float) -> Made:
@@ -98,10 +114,7 @@ def encoded(
         other = ()
     tracks = {part: track for part, track in stored.tracks.items() if part not in parts}
     for part in parts:
-        groups = curves(store, capture, part, profile)
-        if not groups:
-            known_ones = ", ".join(known(store, capture, profile))
-            raise UsageError(f'no part "{part}" is known', wanted=f"one of {known_ones}")
+        groups = known_curves(store, capture, part, profile)
         frames = sum(group.curve.shape[1] for group in groups)
         fast = compiled.chosen("encode", frames * compiled.FRAME)
         those = [one for group in groups for one in written(group, profile, fast)]

@@ -22,9 +22,11 @@ from lanindex.search.limits import deadline, running
 
 if TYPE_CHECKING:
     from lanindex.draw.strip import Staff
+    from lanindex.encoding.profile import Profile
     from lanindex.film.figure import Figure
     from lanindex.library.stats import Stats
     from lanindex.model import Capture, Hit, Reading, Score, Symbol, Track
+    from lanindex.pipeline.curves import Curves
     from lanindex.pipeline.example import Alike, Groups
     from lanindex.pipeline.ingest import Labels
     from lanindex.pipeline.jobs import IngestJob, Job, SearchJob
@@ -1014,6 +1016,61 @@ class Library:
         from lanindex.pipeline.motion import motion
 
         return motion(self.store, capture, start, stop, fps)
+
+    def curves(
+        self,
+        capture: int | str,
+        part: str,
+        start: float = 0.0,
+        stop: float | None = None,
+        profile: Profile | str | os.PathLike[str] | None = None,
+    ) -> Curves:
+        """Return how a limb goes in a window of time, and what the method made of it.
+
+        A limb is followed once through all of a capture and kept; windows are read from there.
+
+        Parameters
+        ----------
+        capture : int or str
+            Its number or path.
+        part : str
+            A limb: ``r_arm`` ...
+        start, stop : float
+            Seconds; without `stop` to the end.
+        profile : Profile, str or path, optional
+            As of `lanindex.encode`; else the one that the capture was written down with.
+
+        Returns
+        -------
+        Curves
+            ``times`` (N,) s, ``speed`` (N,) mm/s, ``azimuth`` and ``elevation`` (N,) degrees,
+            ``cells`` (N,); ``thresholds``; ``candidates``, ``holds``, ``moves`` and ``runs`` that
+            lie in the window or reach into it; ``record()`` as JSON. Frames are resampled ones.
+
+        Raises
+        ------
+        ExportError
+            Where the source is gone or has changed since it was ingested.
+        UsageError
+            Where the window lies outside of the capture; where it is a score, which has no limbs
+            to follow, or the limb is not known; where its profile is not here any more.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     curves = library.curves("jumping_jacks.bvh", "r_arm", 1.0, 3.0)
+        >>> curves.speed.shape, round(curves.thresholds.v0), round(curves.thresholds.d_t)
+        ((120,), 621, 51)
+        >>> curves.candidates.tolist(), curves.moves.tolist()
+        ([118, 150], [[118, 150, 120, 150], [150, 180, 150, 180]])
+        >>> [run["cell"] for run in curves.record()["runs"][:4]]
+        ['place low', 'right low', 'right mid', 'right high']
+        """
+        from lanindex.pipeline.curves import curves
+
+        path = os.fspath(profile) if isinstance(profile, os.PathLike) else profile
+        return curves(self.store, capture, part, start, stop, path)
 
     def staff(
         self,
