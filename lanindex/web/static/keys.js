@@ -63,4 +63,17 @@ export const KEYS = [
     ["+  \u2212", "faster, slower"],
     ["Esc", "choose nothing"],
   ]],
+  ["The staff of a query", [
+    ["\u2191, \u2193, \u2190, \u2192", "to another step, another column; Page up, Page down: another alternative"],
+    ["1\u20139", "a direction, as they lie on the number keys; again: none"],
+    ["L, M, H", "low, middle, high; again: none"],
+    ["A  N  /", "any movement; not; the next direction or level will do as well"],
+    ["Enter, Delete", "add a step, remove it"],
+    ["G, Shift+G", "after a gap or at once; the time before the step"],
+    ["O  T  X  B", "hold, at, via; length; repeat; label"],
+    ["F2", "the step as text"],
+    ["C  P  R", "add a column; its part; how it lies to the first"],
+    ["V  E", "another alternative; either side"],
+    ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"],
+  ]],
 ];

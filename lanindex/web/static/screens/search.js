@@ -5,6 +5,7 @@ import { announce, counted, el, trouble } from "../dom.js";
 import { Basket } from "../basket.js";
 import { HitList, watching } from "../hits.js";
 import { QueryLine } from "../query_line.js";
+import { QueryStaff } from "../query_staff.js";
 
 /**
  * @typedef {import("../app.js").App} App
@@ -45,10 +46,14 @@ export function show(app) {
   const within = el("input", { type: "search", value: given.get("in") ?? "", placeholder: "all captures, or *walk*", "aria-label": "Only captures whose path matches" });
   const near = el("input", { type: "checkbox", checked: given.has("near") });
   const line = new QueryLine({ read: (reading) => soon(reading), run: (reading) => run(reading, true) });
+  /** @type {QueryStaff | null} */
+  let staff = null;
+  const drawn = el("details", { class: "q-toggle", open: given.has("draw"), ontoggle: () => draw() }, el("summary", {}, "Draw it"));
 
   main.append(
     el("h1", { class: "hidden" }, "Search"),
     line.root,
+    drawn,
     el("div", { class: "row" }, order, edits, el("label", { title: WAYS[0][2] }, near, " near"), within, el("span", { class: "grow" }), bar, cancel),
     summary, problem,
     el("div", { class: "columns" }, facets, el("div", {}, list.root, more)),
@@ -62,6 +67,7 @@ export function show(app) {
 
   /** @param {Reading} reading */
   function soon(reading) {
+    staff?.show(reading);
     clearTimeout(waiting);
     if (!reading.error && reading.text.trim()) waiting = window.setTimeout(() => run(reading, false), SOON);
   }
@@ -76,7 +82,38 @@ export function show(app) {
    * @param {string} q
    */
   function asked(q) {
-    return { q, in: within.value, where: given.getAll("where"), near: near.checked, fuzzy: edits.value, order: order.value === "best" ? "" : order.value };
+    return { q, in: within.value, where: given.getAll("where"), near: near.checked, fuzzy: edits.value, order: order.value === "best" ? "" : order.value, draw: drawn.open && 1 };
+  }
+
+  /** Open the staff of the query, or close it. */
+  async function draw() {
+    const url = new URL(location.href);
+    if (drawn.open) url.searchParams.set("draw", "1");
+    else url.searchParams.delete("draw");
+    app.replace(url.pathname + url.search);
+    if (!drawn.open || staff) return;
+    try {
+      const about = await get("/api/query", signal);
+      if (staff) return;
+      staff = new QueryStaff({ about, changed: write });
+      drawn.append(staff.root);
+      if (line.reading) staff.show(line.reading);
+    } catch (error) {
+      if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
+    }
+  }
+
+  /**
+   * Write what is drawn into the line.
+   * @param {any} tree
+   */
+  async function write(tree) {
+    try {
+      return await line.set(tree ? (await send("POST", "/api/text", { tree }, signal)).text : "");
+    } catch (error) {
+      if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
+      return null;
+    }
   }
 
   /**

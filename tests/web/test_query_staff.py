@@ -1,0 +1,129 @@
+"""The staff on which a query is drawn: by keys alone, by the line, and back to text."""
+
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import pytest
+from generated_patterns import random_patterns
+from playwright.sync_api import expect
+
+from lanindex.search.language import parse
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Locator, Page
+
+Opened = Callable[..., "Page"]
+
+DRAWN = """async (patterns) => {
+    const { QueryStaff } = await import("/static/query_staff.js");
+    const { send, get } = await import("/static/api.js");
+    const staff = new QueryStaff({ about: await get("/api/query"), changed: async () => null });
+    const found = [];
+    for (const text of patterns) {
+        const { tree } = await send("POST", "/api/parse", { text });
+        staff.show({ text, tree, error: null });
+        const drawn = await send("POST", "/api/text", { tree: staff.tree });
+        const columns = [...staff.root.querySelectorAll("[role=listbox]")];
+        found.push({ text: drawn.text, steps: columns.map((it) => it.children.length) });
+    }
+    return found;
+}"""
+
+
+def line(page: "Page") -> "Locator":
+    return page.get_by_role("textbox", name="What is searched for")
+
+
+def chosen(page: "Page") -> "Locator":
+    """Return the step that is chosen."""
+    return page.locator(".q-sheet [aria-selected=true]")
+
+
+def test_what_is_drawn_says_the_same_as_its_text(opened: Opened) -> None:
+    patterns = list(random_patterns(26, 60))
+    found = opened("/search").evaluate(DRAWN, patterns)
+    for text, drawn in zip(patterns, found, strict=True):
+        query = parse(text)
+        assert parse(drawn["text"]) == query, text
+        first = query.pattern.alternatives[0]
+        lines = [first.first, *(it.line for it in first.others)]
+        assert drawn["steps"] == [len(it.items) for it in lines], text
+
+
+def test_a_query_is_drawn_by_keys_alone(opened: Opened) -> None:
+    page = opened("/search")
+    line(page).press("Tab")
+    page.keyboard.press("Enter")
+    expect(page.get_by_role("listbox", name="right arm")).to_be_visible()
+    assert "draw=1" in page.url
+    page.keyboard.press("Tab")
+    for key in ("6", "m", "Enter", "h", "c", "Enter", "l"):
+        page.keyboard.press(key)
+    expect(line(page)).to_have_value("r_arm right mid -> high with l_arm low")
+    expect(page.locator(".said")).to_contain_text("the left arm moves low")
+    expect(page.locator(".summary")).to_have_text(re.compile(r"\d+ hits? in \d+ captures?"))
+    expect(chosen(page)).to_be_focused()
+    for text in ("r_arm right mid -> high with l_arm", "r_arm right mid -> high"):
+        page.keyboard.press("Control+z")
+        expect(line(page)).to_have_value(text)
+    page.keyboard.press("Control+Shift+z")
+    expect(line(page)).to_have_value("r_arm right mid -> high with l_arm")
+
+
+def test_the_staff_follows_the_line(opened: Opened) -> None:
+    page = opened("/search?draw=1&q=head+left+x2+-%3E+(mid+or+low)+never+r_leg+low+or+l_arm+high")
+    head = page.get_by_role("listbox", name="head").get_by_role("option")
+    expect(head).to_have_count(2)
+    expect(head.nth(1)).to_have_accessible_name("step 2 of 2: locked: (mid or low)")
+    expect(page.locator(".q-struck")).to_contain_text("right leg")
+    line(page).fill("l_leg forward ... back")
+    steps = page.get_by_role("listbox", name="left leg").get_by_role("option")
+    expect(steps.nth(1)).to_have_accessible_name("step 2 of 2: back, after a gap")
+    line(page).fill("l_leg forward bakc")
+    expect(page.locator(".q-note")).to_contain_text("not understood")
+    expect(steps).to_have_count(2)  # what was drawn stays
+    chosen(page).focus()
+    page.keyboard.press("Control+z")
+    expect(line(page)).to_have_value(re.compile("^head left x2 -> "))
+
+
+@pytest.mark.parametrize(
+    ("keys", "text"),
+    [
+        ("n", "r_arm not right -> high"),
+        ("/ 4", "r_arm right/left -> high"),
+        ("o", "r_arm hold right -> high"),
+        ("a", "r_arm any -> high"),
+        ("Numpad7", "r_arm l_forward -> high"),
+        ("t 1 s Enter", "r_arm right 1s -> high"),
+        ("x x 2 Enter", "r_arm right x2 -> high"),
+        ("e", "r_arm right -> high either side"),
+        ("v l", "r_arm right -> high or r_arm low"),
+        ("ArrowUp g", "r_arm right ... high"),
+        ("ArrowUp Delete", "r_arm right"),
+        ("Delete", "r_arm high"),
+        ("Insert 2", "r_arm right -> back -> high"),
+        ("c Enter r r", "r_arm right -> high during l_arm"),
+    ],
+)
+def test_each_key_does_what_it_says(opened: Opened, keys: str, text: str) -> None:
+    page = opened("/search?draw=1&q=r_arm+right+-%3E+high")
+    expect(page.get_by_role("listbox", name="right arm").get_by_role("option")).to_have_count(2)
+    chosen(page).focus()
+    for key in keys.split():
+        page.keyboard.press(key)
+    expect(line(page)).to_have_value(text)
+    page.get_by_role("button", name="undo").click()
+    expect(line(page)).not_to_have_value(text)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_keeps_anyone_out(
+    opened: Opened, violations: Callable[["Page"], list[str]], scheme: str
+) -> None:
+    pattern = "r_arm right/left not low 1s ... (low or mid) x2 without[1s] l_arm high or head low"
+    page = opened(f"/search?draw=1&q={pattern} either side", color_scheme=scheme, bypass_csp=True)
+    page.get_by_role("listbox").first.wait_for()
+    page.locator(".hit, .summary:has-text('hits')").first.wait_for()
+    assert violations(page) == []
