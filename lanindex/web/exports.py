@@ -144,8 +144,8 @@ def begin(call: Call) -> dict[str, Any]:
 def packed(call: Call) -> Response:
     """Return the ZIP of an export."""
     job = call.site.jobs.get(call.path["job"])
-    if not isinstance(job, Export):
-        raise UsageError("this job is no export", wanted="one that has ended")
+    if not isinstance(job, Export) or job.state == "running":  # nothing is waited for
+        raise UsageError("this job", wanted="an export that has ended")
     file = job.result
 
     def parts() -> Iterator[bytes]:

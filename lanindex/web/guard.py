@@ -10,7 +10,7 @@ from __future__ import annotations
 import socket
 from hmac import compare_digest
 from ipaddress import ip_address
-from urllib.parse import urlencode, urlsplit
+from urllib.parse import urlencode
 
 from starlette.datastructures import MutableHeaders
 from starlette.requests import Request
@@ -94,7 +94,7 @@ class Guard:
         if fetched not in ("", "none", "same-origin") and not page:
             return PlainTextResponse("Requests from other sites are refused.\n", 403)
         origin = request.headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != request.headers["host"]:
+        if origin is not None and origin.partition("://")[2] != request.headers["host"]:
             return PlainTextResponse("Requests from other sites are refused.\n", 403)
         if not reads and not api:
             return PlainTextResponse("There is nothing to change here.\n", 405)

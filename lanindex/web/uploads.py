@@ -10,10 +10,11 @@ import os
 import secrets
 import shutil
 from collections.abc import Container, Iterable, Mapping
+from contextlib import suppress
 from hashlib import file_digest, sha256
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import IO, TYPE_CHECKING, NamedTuple
 
 from anyio import fail_after, to_thread
 from starlette.requests import ClientDisconnect, Request
@@ -52,7 +53,11 @@ class Uploads:
     def clear(self) -> None:
         """Remove what was not sent to its end, by a server that is gone."""
         for draft in self.folder.glob(f"*{_PART}"):
-            draft.unlink(missing_ok=True)
+            with draft.open("rb") as file:
+                left = _locked(file)  # else another server is writing it
+            if left:
+                with suppress(PermissionError):
+                    draft.unlink(missing_ok=True)
 
     def place(self, name: str) -> Path:
         """Return where a file of this name is kept: below the folder, whatever the name says."""
@@ -79,8 +84,11 @@ class Uploads:
     def path(self, name: str) -> str:
         """Return the path of a file that was sent; refuse any other."""
         path = self.folder / name
-        inside = path.resolve().is_relative_to(self.folder.resolve())
-        if not (inside and path.is_file()):
+        try:
+            sent = path.resolve().is_relative_to(self.folder.resolve()) and path.is_file()
+        except (OSError, ValueError):  # too long, or no name at all
+            sent = False
+        if not sent:
             raise UsageError(f'"{name[:60]}" was not sent', wanted="the name of a file that was")
         return str(path)
 
@@ -128,6 +136,19 @@ class _Draft(NamedTuple):
     digest: str
 
 
+def _locked(file: IO[bytes]) -> bool:
+    """Lock a file as long as it is open, and return whether no other process has done so."""
+    try:
+        import fcntl
+    except ImportError:  # Windows lets nobody remove what is open: PermissionError
+        return True
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
 async def receive(site: Site, request: Request) -> Response:
     """Write the body of a request as a file, and return its name below the folder."""
     try:
@@ -160,6 +181,7 @@ async def _written(request: Request, folder: Path) -> _Draft:
     path, digest, size = folder / f"{secrets.token_hex(8)}{_PART}", sha256(), 0
     stream = aiter(request.stream())
     with path.open("xb") as file:
+        _locked(file)
         try:
             while True:
                 with fail_after(PATIENCE):
