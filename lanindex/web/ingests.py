@@ -146,7 +146,7 @@ def _begun(
         )
         return Ingest(site, job, sent, left)
 
-    return {"job": site.jobs.begin(object(), make)}
+    return {"job": site.jobs.begin(object(), make, goes_on=True)}
 
 
 def outcomes(call: Call) -> dict[str, Any]:

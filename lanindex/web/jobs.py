@@ -7,7 +7,9 @@ import json
 import secrets
 from collections import OrderedDict
 from collections.abc import AsyncIterator, Callable, Hashable
+from dataclasses import dataclass, field
 from threading import Lock
+from time import monotonic
 from typing import TYPE_CHECKING, Any, Protocol
 
 from starlette.requests import Request
@@ -31,6 +33,9 @@ TELLS = 0.1
 STILL = 15
 """Seconds after which something is told even where nothing changes."""
 
+LEFT = 60.0
+"""Seconds after which a job that nobody follows is broken off: its tab was closed."""
+
 
 class Job(Protocol):
     """What all jobs have."""
@@ -46,28 +51,40 @@ class Job(Protocol):
         """Return what the page is told of it."""
 
 
+@dataclass(slots=True)
+class _Kept:
+    job: Job
+    key: Hashable
+    goes_on: bool
+    asked: float = field(default_factory=monotonic)  # when somebody last asked for it
+
+
 class Jobs:
     """The jobs of a site, by their numbers; the same question is one job."""
 
     def __init__(self) -> None:
         self._lock = Lock()
-        self._jobs: OrderedDict[str, tuple[Job, Hashable]] = OrderedDict()
+        self.closed = False
+        self._jobs: OrderedDict[str, _Kept] = OrderedDict()
 
-    def begin(self, key: Hashable, make: Callable[[], Job]) -> str:
-        """Return the number of the job of a key: one that runs or is done, else a new one."""
+    def begin(self, key: Hashable, make: Callable[[], Job], *, goes_on: bool = False) -> str:
+        """Return the number of the job of a key: one that runs or is done, else a new one.
+
+        A job that `goes_on` does so where nobody follows it.
+        """
         with self._lock:
-            for number, (job, own) in self._jobs.items():
-                if own == key and job.state in ("running", "done"):
-                    self._jobs.move_to_end(number)
+            for number, kept in self._jobs.items():
+                if kept.key == key and kept.job.state in ("running", "done"):
+                    self._touch(number)
                     return number
-            running = sum(job.state == "running" for job, _ in self._jobs.values())
+            running = sum(it.job.state == "running" for it in self._jobs.values())
             if running >= RUNNING:
                 raise LanindexError(
                     f"{running} jobs are running already", remedy="Wait until one of them ends."
                 )
             number = secrets.token_hex(6)
-            self._jobs[number] = make(), key
-            ended = [it for it, (job, _) in self._jobs.items() if job.state != "running"]
+            self._jobs[number] = _Kept(make(), key, goes_on)
+            ended = [it for it, kept in self._jobs.items() if kept.job.state != "running"]
             for old in ended[: max(0, len(self._jobs) - MOST)]:
                 del self._jobs[old]
             return number
@@ -77,14 +94,36 @@ class Jobs:
         with self._lock:
             if number not in self._jobs:
                 raise UsageError("this job is not kept any more", remedy="Begin it again.")
-            self._jobs.move_to_end(number)
-            return self._jobs[number][0]
+            return self._touch(number).job
+
+    def _touch(self, number: str) -> _Kept:
+        self._jobs.move_to_end(number)
+        kept = self._jobs[number]
+        kept.asked = monotonic()
+        return kept
+
+    def follow(self, number: str) -> None:
+        """Note that somebody follows a job."""
+        with self._lock:
+            if number in self._jobs:
+                self._touch(number)
+
+    async def watch(self) -> None:
+        """Break off, for ever and ever, jobs that nobody follows any more."""
+        while True:
+            await asyncio.sleep(LEFT / 12)
+            before = monotonic() - LEFT
+            with self._lock:
+                for kept in self._jobs.values():
+                    if kept.asked < before and not kept.goes_on and kept.job.state == "running":
+                        kept.job.cancel()
 
     def close(self) -> None:
         """Break off all jobs."""
+        self.closed = True
         with self._lock:
-            for job, _ in self._jobs.values():
-                job.cancel()
+            for kept in self._jobs.values():
+                kept.job.cancel()
 
 
 def cancel(call: Call) -> dict[str, Any]:
@@ -96,14 +135,16 @@ def cancel(call: Call) -> dict[str, Any]:
 
 async def events(site: Site, request: Request) -> Response:
     """Answer with the states of a job as they change, until it ends."""
+    number = request.path_params["job"]
     try:
-        job: Job = site.jobs.get(request.path_params["job"])
+        job: Job = site.jobs.get(number)
     except LanindexError as error:
         return failed(error, request.url.path)
 
     async def states() -> AsyncIterator[str]:
         before, silent = "", 0.0
-        while not await request.is_disconnected():
+        while not (site.jobs.closed or await request.is_disconnected()):
+            site.jobs.follow(number)
             state = job.told()
             text = json.dumps(state, ensure_ascii=False, separators=(",", ":"))
             if text != before:
