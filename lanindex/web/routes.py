@@ -114,6 +114,7 @@ def route(site: Site, path: str, work: Work, *methods: str) -> Route:
 
 
 def _answered(work: Work, call: Call) -> Response:
+    call.site.check()
     found = work(call)
     return found if isinstance(found, Response) else as_json(found)
 
@@ -147,6 +148,7 @@ async def _body(request: Request) -> dict[str, Any]:
         return {}
     try:
         value = json.loads(b"".join(parts))
+        json.dumps(value, ensure_ascii=False).encode()  # halves of letters cannot be kept
     except (ValueError, RecursionError) as error:
         raise UsageError("a request that is no JSON", wanted="a JSON object") from error
     if not isinstance(value, dict):

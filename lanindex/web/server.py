@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import os
 import secrets
 import socket
 from collections.abc import Callable, Hashable
@@ -17,7 +19,7 @@ from starlette.middleware.gzip import GZipMiddleware
 from starlette.routing import BaseRoute, Route
 
 from lanindex import __version__
-from lanindex.errors import UsageError
+from lanindex.errors import LibraryError, UsageError
 from lanindex.web import (
     captures,
     comparison,
@@ -52,6 +54,15 @@ SCREENS = (
 """Addresses of the page; its script shows the screen of each."""
 
 
+def _identity(library: Library) -> tuple[int, int] | None:
+    """Return which file a library is; None where it is in none."""
+    try:
+        found = os.stat(library.store.place)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
 class Site:
     """What all requests share: the library, and what is kept of it."""
 
@@ -64,8 +75,18 @@ class Site:
         self.workshop = convert.Workshop(library)
         self.names = names.PatternNames(Path(library.store.place))
         self.uploads = Uploads(Path(library.store.place))
+        self._file = _identity(library)
         if not readonly:
             self.uploads.clear()
+
+    def check(self) -> None:
+        """Raise where the file of the library was removed or replaced: what is open is another."""
+        if self._file is not None and self._file != _identity(self.library):
+            raise LibraryError(
+                "the library is not there any more, or another one is in its place",
+                place=self.library.store.place,
+                remedy="End lanindex serve and start it again.",
+            )
 
     def kept(self, key: Hashable, make: Callable[[], Any]) -> Any:
         """Return an answer that holds as long as the library does not change."""
@@ -165,7 +186,9 @@ def application(site: Site, *, token: str, host: str, port: int) -> Starlette:
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> Any:
+        watch = asyncio.create_task(site.jobs.watch())
         yield
+        watch.cancel()
         site.close()
 
     routes: list[BaseRoute] = [
@@ -191,15 +214,20 @@ def serve(
     ready: Callable[[str], None],
 ) -> None:
     """Serve a library until it is interrupted; `ready` is given the link that lets in."""
-    import uvicorn
+    from uvicorn import Config
 
+    from lanindex.web.process import Connection, Server, open_many
+
+    open_many()
     token = secrets.token_urlsafe(24)
     listener = _listener(host, port)
     port = listener.getsockname()[1]
     logging.getLogger("asyncio").setLevel(logging.CRITICAL)  # peers that hang up are no error
-    config = uvicorn.Config(
-        application(Site(library, readonly=readonly), token=token, host=host, port=port),
-        log_level="warning",
+    site = Site(library, readonly=readonly)
+    config = Config(
+        application(site, token=token, host=host, port=port),
+        http=Connection,
+        log_level="error",
         access_log=False,
         server_header=False,
         proxy_headers=False,
@@ -210,7 +238,7 @@ def serve(
     shown = {"0.0.0.0": socket.gethostname(), "::": socket.gethostname()}.get(host, host)
     shown = f"[{shown}]" if ":" in shown else shown
     ready(f"http://{shown}:{port}/?token={token}")
-    uvicorn.Server(config).run(sockets=[listener])
+    Server(config, site).run(sockets=[listener])
 
 
 def _listener(host: str, port: int) -> socket.socket:
