@@ -7,7 +7,6 @@ import hashlib
 import os
 import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 import pytest
 from figure_page import Walker, served
+from page_client import serving
 
 import lanindex
 
@@ -101,29 +101,6 @@ def corpus_library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with lanindex.open_library(path, create=True) as library:
         library.ingest(corpus, labels=corpus / "labels.csv")
     return path
-
-
-@contextmanager
-def serving(library: Path, *options: str) -> Iterator[str]:
-    """Serve a library in a process of its own, and yield the link that lets in."""
-    command = [sys.executable, "-m", "lanindex", "serve", str(library), "--port", "0", "--no-open"]
-    process = subprocess.Popen(
-        [*command, *options],
-        cwd=library.parent,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONPATH": str(HERE.parent.parent)},
-    )
-    try:
-        assert process.stdout is not None
-        link = process.stdout.readline().strip()
-        assert link.startswith("http://127.0.0.1:"), process.communicate()[1]
-        yield link
-    finally:
-        process.terminate()
-        said = process.communicate(timeout=20)[1]
-    assert "Traceback" not in said, said
 
 
 @pytest.fixture(scope="session")
