@@ -29,6 +29,8 @@ export class StaffView {
   #span;
   /** @type {Map<number, Held | AbortController | "failed">} pieces by number, the one used last at the end */
   #held = new Map();
+  /** @type {Map<number, Held>} pieces that are shown until those come that are taken anew */
+  #stale = new Map();
   #layer = document.createElement("div");
   #names = document.createElement("div");
   #line = document.createElement("div");
@@ -37,6 +39,7 @@ export class StaffView {
   #zoom = 2;
   #time = 0;
   #round = 0;
+  #named = -1; // of which round the names of the columns are
   /** @type {[number, number] | null} */
   #range = null;
   /** @type {SVGElement | null} */
@@ -95,9 +98,12 @@ export class StaffView {
   reload() {
     this.#giveUp(new Set());
     this.#round++;
+    for (const [number, held] of this.#held) {
+      if (!isHeld(held)) continue;
+      this.#stale.get(number)?.node.remove();
+      this.#stale.set(number, held);
+    }
     this.#held.clear();
-    this.#layer.replaceChildren();
-    this.#names.replaceChildren();
     this.#chosen = null;
     this.#place();
   }
@@ -240,7 +246,7 @@ export class StaffView {
   #piece(number) {
     const held = this.#held.get(number);
     if (held === undefined) this.#load(number);
-    if (!isHeld(held)) return null;
+    if (!isHeld(held)) return this.#stale.get(number) ?? null;
     this.#held.delete(number);
     this.#held.set(number, held);
     return held;
@@ -256,6 +262,8 @@ export class StaffView {
       const piece = await this.#options.load(from, to, ZOOMS[this.#zoom], coming.signal);
       if (round !== this.#round) return;
       this.#held.set(number, this.#hold(piece, from, to));
+      this.#stale.get(number)?.node.remove();
+      this.#stale.delete(number);
       for (const [oldest, held] of this.#held) {
         if (this.#held.size <= KEPT) break;
         if (isHeld(held)) held.node.remove();
@@ -279,12 +287,13 @@ export class StaffView {
    */
   #hold(piece, from, to) {
     const node = this.#options.parse(piece.svg), { x, width, height } = node.viewBox.baseVal;
-    if (!this.#names.firstChild) {
+    if (this.#named !== this.#round) {
+      this.#named = this.#round;
       const names = /** @type {SVGSVGElement} */ (node.cloneNode(true));
       for (const child of [...names.children]) if (child.tagName !== "text" || Number(child.getAttribute("y")) < piece.names) child.remove();
       cut(names, x, piece.names, width, height - piece.names);
       names.setAttribute("aria-hidden", "true");
-      this.#names.append(names);
+      this.#names.replaceChildren(names);
     }
     // the starting position stands below the first second
     const low = from ? along(from, piece.times, piece.ys) : piece.names, high = along(to, piece.times, piece.ys);
@@ -339,7 +348,7 @@ export class StaffView {
       }
     }
     this.#layer.style.width = this.#names.style.width = `${clientWidth}px`;
-    for (const held of this.#held.values()) {
+    for (const held of [...this.#held.values(), ...this.#stale.values()]) {
       if (isHeld(held)) held.node.style.display = shown.has(held) ? "" : "none";
     }
     const ends = this.#range?.map((seconds) => this.#yOf(seconds));

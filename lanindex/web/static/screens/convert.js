@@ -45,7 +45,6 @@ export async function show(app) {
   draft.restore(given.get("changes") ?? "{}");
   const parts = Object.keys(draft.profile.spaces).filter((it) => capture.parts[it]);
   let part = parts.includes(given.get("part") ?? "") ? given.get("part") ?? "" : parts[0], alike = given.get("alike") !== "no";
-  let ownTempo = given.get("tempo") !== "profile";
   app.title(`Convert ${capture.capture.split("/").pop() ?? ""}`);
 
   const sphereCanvas = el("canvas", { class: "sphere" }), figureCanvas = el("canvas", { class: "figure" });
@@ -72,7 +71,7 @@ export async function show(app) {
     el("div", { class: "views" },
       el("section", { class: "cells", "aria-label": "Cells" }, sphereCanvas, words,
         el("div", { class: "row soft" }, el("label", {}, "Way shown ", trail), el("label", { title: "The nearer the limb, the wider is place on it" }, reach, " sphere at the limb\u2019s reach"))),
-      el("section", { "aria-label": "Figure" }, figureCanvas),
+      el("section", { class: "side" }, el("h2", {}, "Movement"), figureCanvas),
       el("section", { class: "side" }, el("h2", {}, "Before", el("span", { class: "soft" }, " as the library has it")), beforeRoot),
       el("section", { class: "side" }, el("h2", {}, "After", el("span", { class: "soft" }, " with the numbers below")), afterRoot)),
     bars, summary, list, fields);
@@ -101,7 +100,7 @@ export async function show(app) {
     const key = `${from} ${to} ${zoom}`, known = answers.get(key);
     if (known) return known;
     const pair = fellow(part), shown = pair !== part && parts.includes(pair) ? [part, pair].sort() : [part];
-    const answer = /** @type {Promise<Converted>} */ (send("POST", `${path}/encode`, { ...body(), parts: shown, from, to, zoom, own_tempo: ownTempo }, round.signal));
+    const answer = /** @type {Promise<Converted>} */ (send("POST", `${path}/encode`, { ...body(), parts: shown, from, to, zoom, own_tempo: !("speed" in draft.changes.parameters || "rhythm" in draft.changes.parameters) }, round.signal));
     answers.set(key, answer);
     answer.then(result, failed);
     return answer;
@@ -188,10 +187,7 @@ export async function show(app) {
     tempo: async () => {
       const found = await send("POST", `${path}/tempo`, body(), signal);
       announce(found.speed ? found.says : `No tempo: ${found.says}`);
-      if (found.speed) {
-        ownTempo = false;
-        draft.setParameter("speed", found.speed);
-      }
+      if (found.speed) draft.setParameter("speed", found.speed);
       return found.says;
     },
     readonly: library.readonly,
@@ -247,7 +243,7 @@ export async function show(app) {
   /** Keep in the address what is shown. */
   function tell() {
     const changes = draft.touched ? JSON.stringify(draft.changes) : "";
-    app.replace(address("/convert", { capture: number, part, profile: draft.profile.name === "default" ? "" : draft.profile.name, alike: alike ? "" : "no", tempo: ownTempo ? "" : "profile", t: told ? told.toFixed(2) : "", changes }));
+    app.replace(address("/convert", { capture: number, part, profile: draft.profile.name === "default" ? "" : draft.profile.name, alike: alike ? "" : "no", t: told ? told.toFixed(2) : "", changes }));
   }
 
   player.listen((at) => {
