@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex import compiled, formats
+from lanindex import formats
 from lanindex.alphabet import PARTS
 from lanindex.encoding.joints import Body, known_parts
 from lanindex.encoding.limbs import Limbs, heading, limbs
@@ -115,9 +115,7 @@ def encoded(
     tracks = {part: track for part, track in stored.tracks.items() if part not in parts}
     for part in parts:
         groups = known_curves(store, capture, part, profile)
-        frames = sum(group.curve.shape[1] for group in groups)
-        fast = compiled.chosen("encode", frames * compiled.FRAME)
-        those = [one for group in groups for one in written(group, profile, fast)]
+        those = [one for group in groups for one in written(group, profile)]
         tracks |= {it: Track(it, *found) for it, found in together(those).items()}
     return _counted(stored, tracks, meter, beats, other)
 

@@ -64,7 +64,7 @@ export function cellOf(space, radius, right, up, forward) {
  * @param {number[]} starts
  * @param {number} azimuth
  */
-function sectorOf(starts, azimuth) {
+export function sectorOf(starts, azimuth) {
   let nearest = 0, least = 360;
   for (let code = 0; code < PLACE; code++) {
     const behind = (azimuth - starts[code] + 720) % 360;

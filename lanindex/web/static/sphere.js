@@ -1,6 +1,6 @@
 /** The sphere of a part's cells: its borders, which are drawn aside, and the way of the limb. */
 
-import { anglesOf, cellOf, colorOf, nameOf, radiusOf } from "./cells.js";
+import { anglesOf, cellOf, colorOf, nameOf, PLACE, radiusOf, sectorOf } from "./cells.js";
 
 /**
  * @typedef {import("./cells.js").Space} Space
@@ -15,7 +15,8 @@ import { anglesOf, cellOf, colorOf, nameOf, radiusOf } from "./cells.js";
 
 const DEGREES = Math.PI / 180;
 const MARGIN = 26; // pixels around the sphere, for its names
-const FINE = 150; // points of the coloured half, from its middle to its edge
+const FINE = 110; // points of the coloured half, from its middle to its edge
+const SHADES = 12; // of the way, from its oldest piece to its latest
 const NEAR = 4; // degrees from a border at which it is taken
 const STEP = 4; // degrees from one point of a border to the next
 const TURN = 10; // degrees of an arrow key
@@ -33,6 +34,10 @@ export class SphereView {
   #frame = 0;
   /** @type {Border | null} */
   #marked = null;
+  /** From where it is seen, and how large: worked out once a picture. */
+  #view = { aside: [1, 0, 0], above: [0, 1, 0], near: [0, 0, 1], radius: 10, x: 0, y: 0 };
+  /** @type {{ink: string, paper: string, lit: string} | null} */
+  #colors = null;
   #fill = document.createElement("canvas");
   #filled = "";
   #gone = new AbortController();
@@ -140,7 +145,10 @@ export class SphereView {
     const sizes = new ResizeObserver(() => this.later());
     sizes.observe(canvas);
     signal.addEventListener("abort", () => sizes.disconnect());
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.later(), { signal });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      this.#colors = null;
+      this.later();
+    }, { signal });
     canvas.addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.altKey || event.metaKey) return;
       const aside = { ArrowLeft: -TURN, ArrowRight: TURN }[event.key] ?? 0, up = { ArrowUp: -TURN, ArrowDown: TURN }[event.key] ?? 0;
@@ -187,26 +195,23 @@ export class SphereView {
     this.handlers.move(border, border === "place" ? away : typeof border === "number" ? azimuth : elevation, done);
   }
 
-  /** Pixels of a length, and of the radius of the sphere; the middle. */
-  get #sizes() {
-    const { clientWidth, clientHeight } = this.canvas, radius = Math.max(Math.min(clientWidth, clientHeight) / 2 - MARGIN, 10);
-    return { radius, x: clientWidth / 2, y: clientHeight / 2 };
-  }
-
   /** How far the sphere reaches, in lengths. */
   get #reach() {
     const point = this.point;
     return this.reaching && point ? Math.max(Math.hypot(...point), 0.02) : 1;
   }
 
-  /** The directions of the screen: aside, up, and to the eye; each right, up, forward. */
-  get #base() {
-    const turn = this.#turn * DEGREES, tilt = this.#tilt * DEGREES;
+  /** Work out the directions of the screen, each right, up, forward; its middle, and the radius. */
+  #look() {
+    const turn = this.#turn * DEGREES, tilt = this.#tilt * DEGREES, { clientWidth, clientHeight } = this.canvas;
     const [sine, cosine, rise, flat] = [Math.sin(turn), Math.cos(turn), Math.sin(tilt), Math.cos(tilt)];
-    return {
+    this.#view = {
       aside: [-cosine, 0, sine],
       above: [-sine * rise, flat, -cosine * rise],
       near: [sine * flat, rise, cosine * flat],
+      radius: Math.max(Math.min(clientWidth, clientHeight) / 2 - MARGIN, 10),
+      x: clientWidth / 2,
+      y: clientHeight / 2,
     };
   }
 
@@ -215,10 +220,10 @@ export class SphereView {
    * @param {PointerEvent} event
    */
   #pointAt(event) {
-    const box = this.canvas.getBoundingClientRect(), { radius, x, y } = this.#sizes;
+    const box = this.canvas.getBoundingClientRect(), { radius, x, y, aside, above, near } = this.#view;
     const a = (event.clientX - box.left - x) / radius, b = (y - event.clientY + box.top) / radius, flat = a * a + b * b;
     if (flat > 1) return null;
-    const { aside, above, near } = this.#base, depth = Math.sqrt(1 - flat), reach = this.#reach;
+    const depth = Math.sqrt(1 - flat), reach = this.#reach;
     return aside.map((it, axis) => reach * (a * it + b * above[axis] + depth * near[axis]));
   }
 
@@ -259,14 +264,13 @@ export class SphereView {
     }
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, clientWidth, clientHeight);
-    const style = getComputedStyle(canvas), ink = style.color, paper = style.getPropertyValue("--paper") || "#fff";
-    const lit = style.getPropertyValue("--lit") || "#f5a300";
+    this.#look();
+    const { ink, paper, lit } = (this.#colors ??= this.#palette());
     this.#drawNames(context, ink, false);
     this.#drawWay(context, ink, paper, false);
     this.#drawFill();
-    const { radius, x, y } = this.#sizes;
+    const { radius, x, y } = this.#view;
     context.globalAlpha = 0.8;
-    context.imageSmoothingQuality = "high";
     context.drawImage(this.#fill, x - radius, y - radius, 2 * radius, 2 * radius);
     context.globalAlpha = 1;
     this.#drawBorders(context, ink, lit);
@@ -275,25 +279,35 @@ export class SphereView {
     this.#drawNames(context, ink, true);
   }
 
+  /** The colours of the page. */
+  #palette() {
+    const style = getComputedStyle(this.canvas), own = (/** @type {string} */ name, /** @type {string} */ other) => style.getPropertyValue(name).trim() || other;
+    return { ink: style.color, paper: own("--paper", "#fff"), lit: own("--lit", "#f5a300") };
+  }
+
   /** Colour the near half of the sphere, unless it is as it was. */
   #drawFill() {
-    const reach = this.#reach, key = JSON.stringify([this.#space, this.#way.length, this.#turn, this.#tilt, reach.toFixed(3)]);
+    const reach = this.#reach, key = JSON.stringify([this.#space, this.#way.length, this.#turn, this.#tilt, reach.toFixed(2)]);
     if (key === this.#filled) return;
     this.#filled = key;
     const context = this.#fill.getContext("2d");
     if (!context) return;
-    const image = context.createImageData(2 * FINE, 2 * FINE), { aside, above, near } = this.#base;
-    const radius = radiusOf(this.#space, this.#way.length), colors = Array.from({ length: 27 }, (_, cell) => colorOf(cell));
+    const image = context.createImageData(2 * FINE, 2 * FINE), { aside, above, near } = this.#view, { mid, high, starts } = this.#space;
+    const share = radiusOf(this.#space, this.#way.length) / reach, within = share * share;
+    const [belowMid, belowHigh] = [-Math.cos(mid * DEGREES), -Math.cos(high * DEGREES)];
+    const colors = Array.from({ length: 27 }, (_, cell) => colorOf(cell));
+    const sectors = Array.from({ length: 720 }, (_, half) => sectorOf(starts, half / 2 + 0.25));
     for (let row = 0, at = 0; row < 2 * FINE; row++) {
       const b = (FINE - row - 0.5) / FINE;
       for (let column = 0; column < 2 * FINE; column++, at += 4) {
         const a = (column + 0.5 - FINE) / FINE, flat = a * a + b * b;
         if (flat > 1) continue;
-        const depth = Math.sqrt(1 - flat);
-        const right = reach * (a * aside[0] + b * above[0] + depth * near[0]);
-        const up = reach * (b * above[1] + depth * near[1]);
-        const forward = reach * (a * aside[2] + b * above[2] + depth * near[2]);
-        const color = colors[cellOf(this.#space, radius, right, up, forward)], shade = 0.82 + 0.18 * depth;
+        const depth = Math.sqrt(1 - flat), up = b * above[1] + depth * near[1];
+        const right = a * aside[0] + b * above[0] + depth * near[0];
+        const forward = a * aside[2] + b * above[2] + depth * near[2];
+        const level = up < belowMid ? 0 : up < belowHigh ? 1 : 2;
+        const half = Math.floor(Math.atan2(forward, right) / DEGREES * 2 + 720) % 720;
+        const color = colors[3 * (right * right + forward * forward <= within ? PLACE : sectors[half]) + level], shade = 0.82 + 0.18 * depth;
         image.data[at] = color[0] * shade;
         image.data[at + 1] = color[1] * shade;
         image.data[at + 2] = color[2] * shade;
@@ -321,7 +335,7 @@ export class SphereView {
         this.#line(context, points, front);
       }
     }
-    const { radius, x, y } = this.#sizes;
+    const { radius, x, y } = this.#view;
     context.globalAlpha = 1;
     context.lineWidth = 1.4;
     context.strokeStyle = ink;
@@ -355,9 +369,8 @@ export class SphereView {
    * @param {number[]} point
    */
   #seen(point) {
-    const { aside, above, near } = this.#base, { radius, x, y } = this.#sizes;
-    const dot = (/** @type {number[]} */ other) => point[0] * other[0] + point[1] * other[1] + point[2] * other[2];
-    return { x: x + radius * dot(aside), y: y - radius * dot(above), depth: dot(near) };
+    const { aside, above, near, radius, x, y } = this.#view;
+    return { x: x + radius * dot(point, aside), y: y - radius * dot(point, above), depth: dot(point, near) };
   }
 
   /**
@@ -373,20 +386,21 @@ export class SphereView {
   /** @param {CanvasRenderingContext2D} context @param {string} ink @param {string} paper @param {boolean} front */
   #drawWay(context, ink, paper, front) {
     const { times, points } = this.#way, first = this.#index(this.#time - this.trail), last = this.#index(this.#time + this.trail);
-    const begin = this.#time - this.trail;
+    const seen = points.slice(first, last + 1).map((it) => this.#seen(this.#onto(it)));
     context.lineCap = "round";
-    for (const [wide, color] of /** @type {[number, string][]} */ ([[5.5, paper], [2.6, ink]])) {
-      context.lineWidth = wide;
-      context.strokeStyle = color;
-      for (let at = first; at < last; at++) {
-        if (times[at + 1] - times[at] > 0.2) continue;
-        const from = this.#seen(this.#onto(points[at])), to = this.#seen(this.#onto(points[at + 1]));
-        if (from.depth >= 0 !== front) continue;
-        const age = Math.min(Math.max((times[at] - begin) / (2 * this.trail), 0), 1);
-        context.globalAlpha = (0.12 + 0.88 * age) * (front ? 1 : 0.4);
-        context.beginPath();
+    for (let shade = 0; shade < SHADES; shade++) {
+      const end = first + Math.floor((shade + 1) * (last - first) / SHADES);
+      context.globalAlpha = (0.12 + 0.88 * shade / (SHADES - 1)) * (front ? 1 : 0.4);
+      context.beginPath();
+      for (let at = first + Math.floor(shade * (last - first) / SHADES); at < end; at++) {
+        const from = seen[at - first], to = seen[at + 1 - first];
+        if (times[at + 1] - times[at] > 0.2 || from.depth >= 0 !== front) continue;
         context.moveTo(from.x, from.y);
         context.lineTo(to.x, to.y);
+      }
+      for (const [wide, color] of /** @type {[number, string][]} */ ([[5.5, paper], [2.6, ink]])) {
+        context.lineWidth = wide;
+        context.strokeStyle = color;
         context.stroke();
       }
     }
@@ -423,6 +437,11 @@ export class SphereView {
     }
     context.globalAlpha = 1;
   }
+}
+
+/** @param {number[]} one @param {number[]} other */
+function dot(one, other) {
+  return one[0] * other[0] + one[1] * other[1] + one[2] * other[2];
 }
 
 /** @param {number} elevation */
