@@ -348,7 +348,12 @@ export class StaffView {
       }
     }
     this.#layer.style.width = this.#names.style.width = `${clientWidth}px`;
-    for (const held of [...this.#held.values(), ...this.#stale.values()]) {
+    for (const [at, held] of this.#stale) {
+      if (shown.has(held)) continue;
+      held.node.remove();
+      this.#stale.delete(at);
+    }
+    for (const held of this.#held.values()) {
       if (isHeld(held)) held.node.style.display = shown.has(held) ? "" : "none";
     }
     const ends = this.#range?.map((seconds) => this.#yOf(seconds));
