@@ -323,11 +323,13 @@ export class StaffView {
     this.#line.style.transform = `translateY(${line}px)`;
     this.#giveUp(new Set([number - 1, number, number + 1]));
     const here = this.#piece(number);
+    // those beside it come after it, and not while it is one that is replaced
+    const beside = (/** @type {number} */ at) => (here === this.#stale.get(number) ? this.#stale.get(at) : this.#piece(at));
     if (here) {
       const scale = this.#scale(here);
       let foot = line + scale * (along(here.from, here.piece.times, here.piece.ys) - along(this.#time, here.piece.times, here.piece.ys));
       for (let at = number; at > 0 && foot < clientHeight; ) {
-        const below = this.#piece(--at);
+        const below = beside(--at);
         if (!below) break;
         foot += scale * below.tall;
         put(below, foot - scale * below.tall, scale, shown);
@@ -335,7 +337,7 @@ export class StaffView {
       let roof = line + scale * (along(here.to, here.piece.times, here.piece.ys) - along(this.#time, here.piece.times, here.piece.ys));
       put(here, roof, scale, shown);
       for (let at = number; at < last && roof > -clientHeight / 2; ) {
-        const above = this.#piece(++at);
+        const above = beside(++at);
         if (!above) break;
         roof -= scale * above.tall;
         put(above, roof, scale, shown);
