@@ -165,6 +165,7 @@ _ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
     ("/api/scores/diff", scores.diff, ("POST",)),
     ("/api/captures/{number:int}/staff", watch.staff, ("GET",)),
     ("/api/captures/{number:int}/pattern", watch.pattern, ("GET",)),
+    ("/api/captures/{number:int}/curves", watch.curves, ("GET",)),
     ("/api/parse", searches.read, ("POST",)),
     ("/api/text", searches.write, ("POST",)),
     ("/api/query", query_staff.about, ("GET",)),

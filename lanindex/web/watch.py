@@ -16,6 +16,7 @@ from lanindex.film import tiles
 from lanindex.film.figure import Figure, faced, stood
 from lanindex.film.hits import Playback, poses, seen_from
 from lanindex.notation import NOTATIONS
+from lanindex.search.example.stretch import pattern_of_symbol
 from lanindex.web.routes import Call
 
 if TYPE_CHECKING:
@@ -103,7 +104,21 @@ def staff(call: Call) -> dict[str, Any]:
     stop = min(call.number("to", start + tiles.SECONDS, start, start + MOST), seconds)
     parts = [it for it in call.text("parts").split(",") if it]
     whole = library.staff(number, parts=parts or None, stretch=call.number("zoom", 1, 0.1, 10))
-    return whole.tile(start, stop)
+    symbols = {
+        name: {"words": it["words"], "pattern": pattern_of_symbol(it)}
+        for name, it in whole.symbols(start, stop).items()
+    }
+    return {**whole.tile(start, stop), "symbols": symbols}
+
+
+def curves(call: Call) -> dict[str, Any]:
+    """Return how a limb of a capture went in a window, and what the method made of it."""
+    library, number = call.site.library, call.path["number"]
+    capture = library.capture(number)
+    seconds = float(capture.frames / capture.rate)
+    start = call.number("from", 0.0, 0, seconds)
+    stop = min(call.number("to", start + tiles.SECONDS, start, start + MOST), seconds)
+    return library.curves(number, call.text("part"), start, stop).record()
 
 
 def pattern(call: Call) -> dict[str, Any]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import ceil
+from typing import Any
 
-from lanindex.alphabet import kind_of
+from lanindex.alphabet import KINDS, kind_of
 from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
 from lanindex.search.example.motifs import LONGEST
@@ -50,3 +51,18 @@ def _steps(score: Score, part: str, start: float, stop: float) -> list[str]:
 def words_of(symbol: Symbol) -> str:
     """Return where a symbol points, as a pattern has it."""
     return " ".join(it for it in (symbol.direction, symbol.level) if it) or "any"
+
+
+def pattern_of_symbol(record: Mapping[str, Any]) -> str:
+    """Return a pattern that finds a symbol and those that say the same, from its record.
+
+    It is empty for a starting position, which nothing leads to.
+    """
+    if record["start_frame"] == record["end_frame"]:
+        return ""
+    part, amount = record["part"], record.get("amount")
+    kind = KINDS[kind_of(part)]
+    told = [record["direction"], record["level"]]
+    if kind.name != "gesture" and amount is not None and (kind.amounts or amount):
+        told.append(kind.amount(amount))  # how far a limb is bent is only its state by the way
+    return " ".join((part, *filter(None, told)))

@@ -244,8 +244,9 @@ export function playerBar(player) {
  * Let keys move a player wherever in an element they are pressed, but for where text is typed.
  * @param {HTMLElement} root
  * @param {Player} player
+ * @param {AbortSignal} [signal] ends it
  */
-export function playerKeys(root, player) {
+export function playerKeys(root, player, signal) {
   root.addEventListener("keydown", (event) => {
     if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || event.shiftKey) return;
     const target = /** @type {Element} */ (event.target);
@@ -264,5 +265,5 @@ export function playerKeys(root, player) {
     if (!act) return;
     act();
     event.preventDefault();
-  });
+  }, { signal });
 }

@@ -1,6 +1,7 @@
 // The screen of a capture: the figure beside its staff, one clock, what is chosen on the staff.
 
 import { address, get, isAbort, problemOf } from "../api.js";
+import { CurveView } from "../curves.js";
 import { announce, counted, duration, el, svg, trouble } from "../dom.js";
 import { Figure, figureBar } from "../figure.js";
 import { Motion } from "../motion.js";
@@ -24,7 +25,7 @@ export async function show(app) {
   const chosen = el("div", { class: "row chosen-one", "aria-live": "polite" });
   main.append(
     el("header", { class: "row" },
-      el("h1", { class: "path" }, capture.capture),
+      el("h1", { class: "path", title: capture.capture }, shortened(capture.capture, app.library.folder)),
       el("span", { class: "label" }, capture.label),
       el("span", { class: "soft num" }, `${duration(capture.seconds)}, ${capture.fps} frames a second, ${capture.format}`),
       el("span", { class: "grow" }),
@@ -32,22 +33,30 @@ export async function show(app) {
     doubts(capture.warnings),
     el("div", { class: "stage" }, canvas, side),
     bars, chosen);
+  const places = el("div", {});
+  main.append(places);
 
   const description = await get(`${path}/figure`, signal).catch((error) => {
     if (!isAbort(error)) canvas.replaceWith(trouble(problemOf(error)));
     return null;
   });
   const seconds = capture.seconds;
-  const motion = description ? new Motion(path, description, undefined, 48) : still(seconds);
+  const motion = description ? new Motion(path, description, (tile, init) => fetch(`${tile}?v=${app.library.stamp}`, init), 48) : still(seconds);
   const player = new Player(motion, description?.rate ?? capture.fps);
   const figure = description ? new Figure(canvas, { label: "The figure" }) : null;
   if (figure) figure.floor = description.floor;
+  /** @type {Map<string, {words: string, pattern: string}>} what is on the staff, by its name */
+  const symbols = new Map();
   const lit = new Set((given.get("lit") ?? "").split(",").filter(Boolean));
-  let parts = given.get("parts") ?? "", ghosts = false, told = 0;
+  let parts = given.get("parts") ?? "", curve = given.get("curve") ?? "", ghosts = false, told = 0;
 
   const staff = new StaffView(side, {
     seconds,
-    load: (from, to, zoom) => get(address(`${path}/staff`, { from, to, zoom, parts, hit: given.has("from") && given.has("to") ? `${given.get("from")},${given.get("to")}` : "" }), signal),
+    load: async (from, to, zoom, coming) => {
+      const piece = await get(address(`${path}/staff`, { from, to, zoom, parts }), coming);
+      for (const [name, told] of Object.entries(piece.symbols)) symbols.set(name, told);
+      return piece;
+    },
     parse: svg,
     seek: (at) => player.seek(at),
     pick: (symbol) => picked(symbol),
@@ -61,6 +70,7 @@ export async function show(app) {
       if (pose) figure.show([{ strokes: description.strokes, pose, ghosts: around, lit, way: motion.way(at) }]);
     }
     staff.show(at);
+    if (curve) curves.show(at);
     if (!player.playing && Math.abs(at - told) > 0.005) {
       told = at;
       tell();
@@ -70,18 +80,20 @@ export async function show(app) {
     ghosts = on;
     player.refresh();
   })] : []), columns());
-  playerKeys(main, player);
+  playerKeys(document.body, player, signal);
+  const curves = new CurveView(seconds, (from, to, coming) => get(address(`${path}/curves`, { part: curve, from, to }), coming), (at) => player.seek(at));
+  places.append(curvePanel());
 
   /** Keep in the address what is shown. */
   function tell() {
     const [from, to] = staff.range ?? [null, null];
-    app.replace(address(url.pathname, { t: told ? told.toFixed(3) : "", from: from?.toFixed(3), to: to?.toFixed(3), parts, lit: [...lit].join(","), q: given.get("q") }));
+    app.replace(address(url.pathname, { t: told ? told.toFixed(3) : "", from: from?.toFixed(3), to: to?.toFixed(3), parts, lit: [...lit].join(","), curve, q: given.get("q") }));
   }
 
   /** @param {SVGElement} symbol */
   function picked(symbol) {
-    const { part = "", pattern = "" } = symbol.dataset, words = symbol.querySelector("title")?.textContent ?? part;
-    chosen.replaceChildren(el("span", {}, words), pattern && el("a", { href: address("/search", { q: pattern }) }, `search for ${pattern}`));
+    const told = symbols.get(symbol.dataset.symbol ?? ""), words = told?.words ?? symbol.querySelector("title")?.textContent ?? "";
+    chosen.replaceChildren(el("span", {}, words), told?.pattern ? el("a", { href: address("/search", { q: told.pattern }) }, `search for ${told.pattern}`) : "");
   }
 
   /** @param {[number, number] | null} range */
@@ -133,6 +145,31 @@ export async function show(app) {
     return el("details", { class: "choose" }, el("summary", {}, "Columns of the staff"), el("div", { class: "row" }, ...boxes));
   }
 
+  /** The curves of a limb, which is chosen above them. */
+  function curvePanel() {
+    const limbs = Object.keys(capture.parts).filter((it) => /arm|hand|palm|leg|thigh|shank|foot|^head$|^torso$/.test(it) && !/_bend$|_touch$/.test(it));
+    const limb = el("select", { onchange: () => {
+      curve = limb.value;
+      curves.reload();
+      tell();
+    } }, ...limbs.map((it) => el("option", { value: it, selected: it === curve }, it)));
+    const panel = el("details", { class: "curve-panel", open: curve !== "", ontoggle: () => {
+      if (panel.open === (curve !== "")) return;
+      curve = panel.open ? limb.value : "";
+      if (panel.open) curves.reload(player.seconds);
+      else curves.dispose();
+      tell();
+    } },
+    el("summary", {}, "Curves"),
+    el("div", { class: "row" }, el("label", {}, "Limb ", limb),
+      el("button", { type: "button", "aria-label": "Fewer seconds", onclick: () => curves.zoom(-1) }, "+"),
+      el("button", { type: "button", "aria-label": "More seconds", onclick: () => curves.zoom(1) }, "\u2212"),
+      el("span", { class: "soft" }, "shaded: segments; dots: candidates, and below where a symbol is achieved; click to go there")),
+    curves.root);
+    if (curve) curves.reload(Number(given.get("t")) || 0);
+    return limbs.length ? panel : "";
+  }
+
   const [from, to] = [given.get("from"), given.get("to")].map((it) => (it === null ? NaN : Number(it)));
   if (from < to) {
     staff.range = [from, to];
@@ -144,9 +181,19 @@ export async function show(app) {
   return () => {
     player.dispose();
     staff.dispose();
+    curves.dispose();
     figure?.dispose();
     if (motion instanceof Motion) motion.abort();
   };
+}
+
+/**
+ * Return a path without the folder that all captures share.
+ * @param {string} path
+ * @param {string} folder
+ */
+function shortened(path, folder) {
+  return folder && path.startsWith(folder) && path.length > folder.length ? path.slice(folder.length).replace(/^\//, "") : path;
 }
 
 /** @param {string[]} warnings */

@@ -1,0 +1,139 @@
+"""The screen of a capture: its curves, and what a symbol says and finds."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from page_client import asking
+from starlette.testclient import TestClient
+
+import lanindex
+from lanindex.alphabet import kind_of
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+
+@pytest.fixture(scope="module")
+def library(corpus_library: Path) -> Iterator[lanindex.Library]:
+    with lanindex.open_library(corpus_library, readonly=True) as library:
+        yield library
+
+
+@pytest.fixture
+def ask(library: lanindex.Library) -> Iterator[TestClient]:
+    with asking(library) as ask:
+        yield ask
+
+
+@pytest.fixture(scope="module")
+def jacks(library: lanindex.Library) -> str:
+    return f"/captures/{library.capture('jumping_jacks.bvh').id}"
+
+
+def test_curves_are_those_of_the_library(
+    ask: TestClient, library: lanindex.Library, jacks: str
+) -> None:
+    answer = ask.get(f"/api{jacks}/curves", params={"part": "r_arm", "from": 1, "to": 3})
+    assert answer.json() == library.curves("jumping_jacks.bvh", "r_arm", 1, 3).record()
+    refused = ask.get(f"/api{jacks}/curves", params={"part": "step"})
+    assert refused.status_code == 400
+    assert refused.json()["error"]["found"] == 'no part "step" is known'
+
+
+def test_a_symbol_s_pattern_finds_it(ask: TestClient, library: lanindex.Library) -> None:
+    found: dict[str, set[tuple[int, str, int]]] = {}
+    kinds = set()
+    for capture in library.captures():
+        names = library.staff(capture.id, detail="full").symbols()
+        parts = [*dict.fromkeys(name.rpartition(".")[0] for name in names)]
+        stop = min(float(capture.frames / capture.rate), 60)
+        staff = library.staff(capture.id, 0, stop, parts=parts)
+        ways = {"to": stop, "parts": ",".join(parts)}
+        told = ask.get(f"/api/captures/{capture.id}/staff", params=ways).json()["symbols"]
+        for name, record in staff.symbols().items():
+            pattern, begins = told[name]["pattern"], record["start_frame"] == record["end_frame"]
+            assert (pattern == "") == begins
+            if begins:
+                continue
+            kinds.add(kind_of(record["part"]))
+            if pattern not in found:
+                found[pattern] = {
+                    (hit.capture.id, it.part, frame)
+                    for hit in library.search(pattern)
+                    for it in hit.symbols
+                    for frame in (it.start, it.stop)
+                }
+            # what is drawn joins symbols: it has the start of the first, the end of the last
+            edges = {
+                (capture.id, record["part"], record[it]) for it in ("start_frame", "end_frame")
+            }
+            assert edges & found[pattern], (name, pattern)
+    assert {"gesture", "bend", "support", "stance", "incline", "touch", "travel"} <= kinds
+
+
+def test_curves_move_with_the_player(opened: Callable[..., Page], jacks: str) -> None:
+    page = opened(f"{jacks}?t=2.5")
+    page.get_by_text("Curves", exact=True).click()
+    plot = page.locator("svg.curves")
+    page.locator("svg.curves .candidate").first.wait_for()
+    assert plot.locator(".move").count() > 2
+    assert "v0 621 mm/s, d_t 51 mm" in (plot.get_attribute("aria-label") or "")
+    said = page.locator(".said-now")
+    assert re.match(r"2\.50 s: \d+ mm/s, .* right", said.inner_text())
+    page.get_by_label("Limb").select_option("l_leg")
+    page.locator("svg.curves[aria-label^=l_leg]").wait_for()
+    assert "curve=l_leg" in page.url
+    line, before = plot.locator(".now"), plot.locator(".now").get_attribute("x1")
+    page.locator("body").press("ArrowRight")
+    said.filter(has_text=re.compile(r"^3\.50 s: ")).wait_for()
+    assert float(line.get_attribute("x1") or 0) > float(before or 0)
+    box = plot.bounding_box()
+    assert box
+    plot.click(position={"x": box["width"] * 0.1, "y": 20})
+    said.filter(has_not_text=re.compile(r"^3\.50 s: ")).wait_for()
+    page.wait_for_url(lambda url: "t=3.500" not in url)
+    page.reload()
+    page.locator("svg.curves .candidate").first.wait_for()
+    assert page.get_by_label("Limb").input_value() == "l_leg"
+
+
+def test_a_symbol_is_told_and_searched_for(opened: Callable[..., Page], jacks: str) -> None:
+    page = opened(f"{jacks}?t=2.4&parts=r_arm")
+    page.locator(".staff g[data-symbol]").first.wait_for()
+    page.locator(".staff").focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    link = page.get_by_role("link", name="search for r_arm")
+    assert link.inner_text() in ("search for r_arm right mid", "search for r_arm right high")
+    heading = page.locator("h1")
+    assert heading.inner_text() == "jumping_jacks.bvh"
+    assert (heading.get_attribute("title") or "").endswith("corpus/jumping_jacks.bvh")
+    link.click()
+    page.wait_for_url(re.compile(r"/search\?q=r_arm\+right\+(mid|high)"))
+    page.locator(".hit").first.wait_for()
+    page.go_back()
+    page.wait_for_url(re.compile(r"/captures/.*parts=r_arm"))
+    page.locator(".staff g[data-symbol]").first.wait_for()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_is_open_to_all(
+    opened: Callable[..., Page], violations: Any, jacks: str, scheme: str
+) -> None:
+    page = opened(f"{jacks}?t=2.5&curve=r_arm", color_scheme=scheme, bypass_csp=True)
+    page.locator("svg.curves .candidate").first.wait_for()
+    assert violations(page) == []
+
+
+def test_tiles_carry_the_stamp_of_the_library(
+    opened: Callable[..., Page], jacks: str, library: lanindex.Library
+) -> None:
+    page = opened("/help")
+    with page.expect_request("**/motion/0*") as asked:
+        page.goto(page.url.partition("/help")[0] + jacks)
+    assert asked.value.url.endswith(f"/motion/0?v={library.stamp}")
