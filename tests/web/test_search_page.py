@@ -1,11 +1,14 @@
 """Searching in a browser: typing, hits, watching one, putting it aside."""
 
 import re
+import shlex
 from collections.abc import Callable
 from io import BytesIO
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from zipfile import ZipFile
 
+import command
 import pytest
 from playwright.sync_api import expect
 
@@ -75,6 +78,30 @@ def test_hits_that_are_put_aside_leave_as_a_zip(opened: Opened) -> None:
     packed = ZipFile(BytesIO(download.value.path().read_bytes()))
     endings = sorted(name.rpartition(".")[2] for name in packed.namelist())
     assert endings == ["bvh", "bvh", "csv", "jsonl", "lnd", "lnd"]
+
+
+def test_a_search_is_copied_as_what_finds_the_same(
+    opened: Opened, corpus_library: Path, tmp_path: Path
+) -> None:
+    address = "/search?q=arms+place+high&in=*.bvh&where=label%3Dradio*&near=true"
+    page = opened(address, permissions=["clipboard-read", "clipboard-write"])
+    expect(page.locator(".summary")).to_have_text(re.compile(r"captures?$"))
+    copied = {}
+    for name in ("command", "Python", "link"):
+        page.get_by_role("group", name="Copy as").get_by_role("button", name=name).click()
+        expect(page.get_by_role("status").last).to_contain_text(f"the {name} is copied")
+        copied[name] = page.evaluate("navigator.clipboard.readText()")
+    (tmp_path / "dances.db").symlink_to(corpus_library)
+    done = command.run(*shlex.split(copied["command"])[1:], "--count", cwd=tmp_path)
+    found = int(page.locator(".summary").inner_text().split()[0])
+    assert sum(int(line.split("\t")[-1]) for line in done.stdout.splitlines()) == found
+    script = f"import os\nos.chdir({str(tmp_path)!r})\n{copied['Python']}"
+    names: dict[str, Any] = {}
+    exec(script, names)
+    assert len(names["hits"]) == found
+    assert copied["link"].endswith(address.partition("?")[2])
+    page.get_by_role("button", name="label=radio*").click()
+    expect(page).to_have_url(re.compile(r"/search\?q=arms(?!.*where)"))
 
 
 def test_more_like_a_hit_and_its_symbols_are_found(opened: Opened) -> None:

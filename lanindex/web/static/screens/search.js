@@ -3,6 +3,7 @@
 import { address, follow, get, isAbort, problemOf, send } from "../api.js";
 import { announce, counted, el, trouble } from "../dom.js";
 import { Basket } from "../basket.js";
+import { copies } from "../copied.js";
 import { HitList, watching } from "../hits.js";
 import { QueryLine } from "../query_line.js";
 import { QueryStaff } from "../query_staff.js";
@@ -46,6 +47,8 @@ export function show(app) {
   const within = el("input", { type: "search", value: given.get("in") ?? "", placeholder: "all captures, or *walk*", "aria-label": "Only captures whose path matches" });
   const near = el("input", { type: "checkbox", checked: given.has("near") });
   const line = new QueryLine({ read: (reading) => soon(reading), run: (reading) => run(reading, true) });
+  const chosen = given.getAll("where"), chips = el("div", { class: "row", hidden: !chosen.length }, ...chosen.map((it) =>
+    el("button", { type: "button", title: "Take it away", onclick: () => app.go(address("/search", { ...asked(line.text), where: chosen.filter((other) => other !== it) })) }, `${it} \u00d7`)));
   /** @type {QueryStaff | null} */
   let staff = null;
   const drawn = el("details", { class: "q-toggle", open: given.has("draw"), ontoggle: () => draw() }, el("summary", {}, "Draw it"));
@@ -55,14 +58,15 @@ export function show(app) {
     line.root,
     drawn,
     el("div", { class: "row" }, order, edits, el("label", { title: WAYS[0][2] }, near, " near"), within, el("span", { class: "grow" }), bar, cancel),
-    summary, problem,
+    chips, el("div", { class: "row" }, summary, el("span", { class: "grow" }), copies(() => asked(line.text), app.library.name)), problem,
     el("div", { class: "columns" }, facets, el("div", {}, list.root, more)),
     basket.root);
 
   /** @type {string | null} */
   let job = null;
   let stop = () => {};
-  let waiting = 0, ran = "", loading = false;
+  let waiting = 0, ran = "", all = 0;
+  let round = 0, loading = -1; // hits of an earlier round are not shown any more
   for (const node of [order, edits, near, within]) node.addEventListener("change", () => again());
 
   /** @param {Reading} reading */
@@ -82,7 +86,7 @@ export function show(app) {
    * @param {string} q
    */
   function asked(q) {
-    return { q, in: within.value, where: given.getAll("where"), near: near.checked, fuzzy: edits.value, order: order.value === "best" ? "" : order.value, draw: drawn.open && 1 };
+    return { q, in: within.value, where: chosen, near: near.checked, fuzzy: edits.value, order: order.value === "best" ? "" : order.value, draw: drawn.open && 1 };
   }
 
   /** Open the staff of the query, or close it. */
@@ -155,6 +159,7 @@ export function show(app) {
 
   /** Follow the search that has begun: the first hits are shown as soon as there are any. */
   function begin() {
+    round++;
     list.clear();
     problem.replaceChildren();
     facets.replaceChildren();
@@ -165,6 +170,7 @@ export function show(app) {
   /** @param {State} state */
   async function tell(state) {
     const running = state.state === "running", [noun, done, total] = state.progress;
+    all = state.found;
     bar.hidden = cancel.hidden = !running;
     bar.max = total || 1;
     bar.value = done;
@@ -173,6 +179,7 @@ export function show(app) {
     summary.textContent = running ? `${found} so far${far}` : found + (state.state === "cancelled" ? ", broken off" : "");
     if (state.error) problem.replaceChildren(trouble(state.error));
     if (!running) {
+      round++;
       list.clear();
       for (const note of state.notes) problem.append(el("p", { class: "soft" }, note));
       await page();
@@ -181,23 +188,22 @@ export function show(app) {
       else showFacets();
     } else if (state.found && !list.length) await page();
     more.hidden = list.length >= state.found;
-    total_ = state.found;
   }
-  let total_ = 0;
 
   async function page() {
-    if (loading || !job) return;
-    loading = true;
+    const now = round;
+    if (loading === now || !job) return;
+    loading = now;
     try {
       const own = job, at = list.length, by = order.value;
       const { hits } = await get(address(`/api/searches/${own}/hits`, { at, n: PAGE, order: by }), signal);
-      if (own !== job) return;
+      if (now !== round) return;
       list.add(hits, (index) => `/api/searches/${own}/hits/${index}/card?order=${by}`, (hit) => watching(hit, line.text), by === "capture");
-      more.hidden = list.length >= total_;
+      more.hidden = list.length >= all;
     } catch (error) {
       if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
     } finally {
-      loading = false;
+      if (loading === now) loading = -1;
     }
   }
 
@@ -215,7 +221,7 @@ export function show(app) {
     const found = await get(`/api/searches/${own}/facets`, signal).catch(() => null);
     if (!found || own !== job) return;
     facets.replaceChildren(...Object.entries(found).map(([name, values]) => el("section", {}, el("h2", {}, name),
-      el("ul", {}, .../** @type {[string, number][]} */ (values).map(([value, count]) => el("li", {}, el("a", { href: address("/search", { ...asked(line.text), where: [...given.getAll("where"), `${name}=${value}`] }) }, value || "none"), el("span", { class: "soft num" }, ` ${count}`)))))));
+      el("ul", {}, .../** @type {[string, number][]} */ (values).map(([value, count]) => el("li", {}, el("a", { href: address("/search", { ...asked(line.text), where: [...chosen, `${name}=${value}`] }) }, value || "none"), el("span", { class: "soft num" }, ` ${count}`)))))));
   }
 
   /** Offer what would be found, where nothing is. */
