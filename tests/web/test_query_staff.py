@@ -105,6 +105,9 @@ def test_the_staff_follows_the_line(opened: Opened) -> None:
         ("Delete", "r_arm high"),
         ("Insert 2", "r_arm right -> back -> high"),
         ("c Enter r r", "r_arm right -> high during l_arm"),
+        ("Shift+Enter 5", "r_arm place -> right -> high"),
+        ("c Enter l Shift+R 1 s Enter", "r_arm right -> high with[1s] l_arm low"),
+        ("F2 Control+a h e a d Enter", "head -> r_arm high"),
     ],
 )
 def test_each_key_does_what_it_says(opened: Opened, keys: str, text: str) -> None:
@@ -116,6 +119,28 @@ def test_each_key_does_what_it_says(opened: Opened, keys: str, text: str) -> Non
     expect(line(page)).to_have_value(text)
     page.get_by_role("button", name="undo").click()
     expect(line(page)).not_to_have_value(text)
+
+
+def test_the_mouse_does_it_too(opened: Opened) -> None:
+    page = opened("/search?draw=1&q=@wave or r_leg low where match.length > 1s | first 3")
+    press = page.locator(".q-staff").get_by_role("button", name=re.compile("")).filter
+    expect(page.get_by_role("option", name="step 1 of 1: locked: @wave")).to_be_visible()
+    press(has_text="or 2").click()
+    expect(page.get_by_role("listbox", name="right leg")).to_be_visible()
+    page.locator(".q-pad button").nth(1).click()
+    press(has_text="low").filter(has_text="L").click()
+    press(has_text="+ step of right leg").click()
+    press(has_text="remove first 3").click()
+    press(has_text="match.length > 1s").first.click()
+    page.get_by_label("condition").fill("match.length > 2s")
+    page.get_by_role("button", name="Take").click()
+    text = "@wave or r_leg forward -> r_leg where match.length > 2s"
+    expect(line(page)).to_have_value(text)
+    for _ in range(5):
+        press(has_text="undo").click()
+    expect(line(page)).to_have_value("@wave or r_leg low where match.length > 1s | first 3")
+    press(has_text="undo").click()  # no further than what the page opened with
+    expect(page.locator("#status")).to_have_text("nothing to undo")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

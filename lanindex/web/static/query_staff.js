@@ -1,7 +1,7 @@
 /** The staff on which a query is drawn: its lines as columns, its steps as signs, time upwards. */
 
 import { announce, el, svg } from "./dom.js";
-import { blank, cell, column, deny, drawingOf, either, gap, insert, LEVELS, MANNERS, move, remove, say, sayAny, sizeOf, textOf, titleOf, told, treeOf, WAYS } from "./query_tree.js";
+import { blank, cell, column, deny, drawingOf, either, gap, insert, LEVELS, MANNERS, move, remove, say, sayAny, settle, sizeOf, textOf, titleOf, told, treeOf, WAYS } from "./query_tree.js";
 
 /**
  * @typedef {import("./query_tree.js").Drawing} Drawing
@@ -31,6 +31,7 @@ import { blank, cell, column, deny, drawingOf, either, gap, insert, LEVELS, MANN
  */
 
 const KEPT = 200; // changes that can be undone
+const ALONE = "the first column stands alone: the others lie beside it";
 const USUAL = "r_arm"; // who moves in a step where nothing tells
 const MOST = 4; // signs of a step
 const PAD = [7, 8, 9, 4, 5, 6, 1, 2, 3];
@@ -64,7 +65,7 @@ export class QueryStaff {
     this.#about = options.about;
     this.#acts = new Map(this.#all().map((it) => [it.key, it]));
     this.root = el("section", { class: "q-staff", "aria-label": "The query as a staff" },
-      el("div", { class: "q-drawn" }, this.#tabs, this.#sheet, this.#note, this.#chips), this.#palette());
+      el("div", { class: "q-drawn" }, this.#tabs, this.#sheet, this.#prompt, this.#note, this.#chips), this.#palette());
     this.root.addEventListener("keydown", (event) => this.#undoes(event));
     this.#sheet.addEventListener("keydown", (event) => this.#key(event));
     this.#draw();
@@ -90,8 +91,8 @@ export class QueryStaff {
     this.#note.textContent = error ? `${own ? error.found : "The line is not understood: what is drawn was before it."}` : "";
     this.root.classList.toggle("q-old", error !== null && !own);
     if ((own && empty) || (!tree && !empty)) return;
-    const drawing = empty ? blank(this.#column.part || USUAL) : drawingOf(tree);
-    if (!own && JSON.stringify(drawing) !== JSON.stringify(this.#drawing)) this.#keep();
+    const drawing = empty ? blank(this.#mover) : drawingOf(tree);
+    if (!own && this.tree && JSON.stringify(drawing) !== JSON.stringify(this.#drawing)) this.#keep();
     if (own) this.#withEmpty(drawing);
     this.#drawing = drawing;
     this.#draw();
@@ -105,6 +106,11 @@ export class QueryStaff {
 
   get #column() {
     return this.#columns[this.#at.column];
+  }
+
+  /** Who moves in a new step of the column. */
+  get #mover() {
+    return this.#column.part || USUAL;
   }
 
   /** @returns {Cell | undefined} */
@@ -173,7 +179,7 @@ export class QueryStaff {
   #change(change, words = false) {
     if (words && this.#cell?.block) return announce(`locked: ${textOf(this.#cell)} is changed in the line`);
     this.#edit(() => {
-      if (!this.#cell) insert(this.#column, 0, cell(this.#column.part));
+      if (!this.#cell) insert(this.#column, 0, cell(this.#mover));
       change(/** @type {Cell} */ (this.#cell));
     });
   }
@@ -191,11 +197,12 @@ export class QueryStaff {
     this.#buttons.get("/")?.setAttribute("aria-pressed", String(on));
   }
 
-  #add() {
+  /** @param {number} [by] 1: after the step that is chosen, 0: before it */
+  #add(by = 1) {
     const { cells } = this.#column, last = this.#cell;
     this.#edit(() => {
-      const at = cells.length ? this.#at.step + 1 : 0;
-      insert(this.#column, at, cell((last && !last.block && last.part) || this.#column.part || USUAL));
+      const at = cells.length ? this.#at.step + by : 0;
+      insert(this.#column, at, cell((last && !last.block && last.part) || this.#mover));
       this.#at.step = at;
     });
   }
@@ -234,7 +241,7 @@ export class QueryStaff {
   }
 
   #relate() {
-    if (!this.#at.column) return announce("the first column stands alone: the others lie beside it");
+    if (!this.#at.column) return announce(ALONE);
     const { relations } = this.#about, own = this.#column;
     this.#edit(() => {
       own.relation = relations[(relations.indexOf(own.relation) + 1) % relations.length];
@@ -262,11 +269,20 @@ export class QueryStaff {
     this.#promptFor("Time before the step", "<1s", own.limit, (limit) => this.#change((it) => (it.arrow = { later: own.later, limit })));
   }
 
+  #askLimit() {
+    const own = this.#column;
+    if (!this.#at.column) return announce(ALONE);
+    this.#promptFor("Time between", "0.5s", own.limit, (limit) => this.#edit(() => (this.#column.limit = limit)));
+  }
+
   #askText() {
     const own = this.#cell;
     if (!own) return announce("no step is chosen");
     const whole = [own.label && `${own.label}:`, textOf(own), own.length, own.repeat].filter(Boolean).join(" ");
-    this.#promptFor("Text of the step", "r_arm bent 3+", whole, (text) => text && this.#change((it) => Object.assign(it, { block: { kind: "text", text }, label: "", length: "", repeat: "" })));
+    this.#promptFor("Text of the step", "r_arm bent 3+", whole, (text) => text && this.#change((it) => {
+      Object.assign(it, { block: { kind: "text", text }, label: "", length: "", repeat: "" });
+      settle(this.#column, this.#at.step + 1);
+    }));
   }
 
   /**
@@ -330,6 +346,7 @@ export class QueryStaff {
         announce(this.#also ? "the next direction or level will do as well" : "");
       } },
       { key: "Enter", name: "+ step", title: "Add a step after this one", run: () => this.#add() },
+      { key: "Shift+Enter", name: "+ before", title: "Add a step before this one", run: () => this.#add(0) },
       { key: "Delete", name: "\u2212 step", title: "Remove the step", run: () => this.#take() },
       { key: "g", name: "gap", title: "At once, or after a gap", run: () => this.#cell && this.#change((it) => gap(it, this.#at.step === 0)) },
       { key: "Shift+g", name: "gap time", title: "Time before the step", run: () => this.#askGap() },
@@ -341,6 +358,7 @@ export class QueryStaff {
       { key: "p", name: "part", title: "Who moves in the column", run: () => this.#askPart("Part", this.#column.part, (part) => this.#edit(() => move(this.#column, part), this.#title(part))) },
       { key: "c", name: "+ column", title: "Add a column", run: () => this.#askPart("Part of the new column", this.#free(), (part) => this.#addColumn(part)) },
       { key: "r", name: "relation", title: "How the column lies to the first: with, during, without, never \u2026", run: () => this.#relate() },
+      { key: "Shift+r", name: "time beside", title: "Time between the column and the first: with, without, after, before", run: () => this.#askLimit() },
       { key: "v", name: "+ alternative", title: "Another staff that will do as well", run: () => this.#alternative() },
       { key: "e", name: "either side", title: "The mirror image will do as well", run: () => this.#edit(() => either(this.#drawing), this.#sided ? "this side only" : "either side") },
       { key: "Control+z", name: "undo", title: "Undo", run: () => this.#step(this.#past, this.#future, "undo") },
@@ -366,8 +384,7 @@ export class QueryStaff {
     return el("div", { class: "q-palette", role: "group", "aria-label": "Signs and changes" },
       el("div", { class: "q-signs" }, el("div", { class: "q-pad" }, ...ways), el("div", { class: "q-levels" }, ...levels)),
       el("div", { class: "row" }, relative, ...acts("a", "n", "/").children),
-      acts("Enter", "Delete", "g", "Shift+g"), acts("o", "t", "x", "b", "F2"), acts("c", "p", "r"), acts("v", "e"), acts("Control+z", "Control+Shift+z"),
-      this.#prompt);
+      acts("Enter", "Shift+Enter", "Delete"), acts("g", "Shift+g"), acts("o", "t", "x", "b", "F2"), acts("c", "p", "r", "Shift+r"), acts("v", "e"), acts("Control+z", "Control+Shift+z"));
   }
 
   /** @param {string} key @param {string} text @param {string} title @param {() => void} run @param {Node} [sign] */
@@ -393,7 +410,7 @@ export class QueryStaff {
     const { key } = event, at = this.#at, step = !(event.target instanceof HTMLButtonElement);
     const digit = /^(?:Digit|Numpad)([1-9])$/.exec(event.code)?.[1], number = /^[1-9]$/.test(key) || event.code.startsWith("Numpad") ? Number(/^[1-9]$/.test(key) ? key : digit) : 0;
     const level = LEVELS.find((it) => it[0] === key.toLowerCase());
-    const name = { Insert: "Enter", "+": "Enter", Backspace: "Delete", G: "Shift+g" }[key] ?? (key.length === 1 ? key.toLowerCase() : key);
+    const name = event.shiftKey && /^([GR]|Enter)$/.test(key) ? `Shift+${key === "Enter" ? key : key.toLowerCase()}` : { Insert: "Enter", "+": "Enter", Backspace: "Delete" }[key] ?? (key.length === 1 ? key.toLowerCase() : key);
     if (number) this.#say("direction", WAYS[number - 1]);
     else if (level) this.#say("level", level);
     else if (key === "ArrowUp") this.#go({ step: at.step + 1 });
@@ -403,7 +420,7 @@ export class QueryStaff {
     else if (key === "Home") this.#go({ step: 0 });
     else if (key === "End") this.#go({ step: this.#column.cells.length - 1 });
     else if (key === "PageUp" || key === "PageDown") this.#go({ tab: at.tab + (key === "PageUp" ? -1 : 1), column: 0, step: 0 });
-    else if (this.#acts.has(name) && (step || name !== "Enter")) this.#acts.get(name)?.run();
+    else if (this.#acts.has(name) && (step || key !== "Enter")) this.#acts.get(name)?.run();
     else return;
     event.preventDefault();
   }
@@ -461,7 +478,7 @@ export class QueryStaff {
         this.#at = { ...this.#at, column: at, step: Math.max(cells.length - 1, 0) };
         this.#add();
         this.focus();
-      } }, "+"));
+      } }, "+", el("span", { class: "hidden" }, ` step of ${title}`)));
   }
 
   /** @param {Cell} own @param {Column} column @param {number} at @param {number} step */
@@ -506,10 +523,11 @@ export class QueryStaff {
 
   /** @param {Chip} chip */
   #chip(chip) {
-    const { chips } = this.#drawing, { kind, text } = chip;
+    const { kind, text } = chip, at = this.#drawing.chips.indexOf(chip);
     const set = (/** @type {string} */ to) => this.#edit(() => {
-      if (to) chip.text = to;
-      else chips.splice(chips.indexOf(chip), 1);
+      const { chips } = this.#drawing; // it may have been read again meanwhile
+      if (to) chips[at].text = to;
+      else chips.splice(at, 1);
     }, to || `removed: ${text}`);
     const said = { let: "", "either side": "", rhythm: "", condition: "where ", stage: "| " }[kind];
     return el("span", { class: "q-chip" }, el("span", { class: "soft" }, said),

@@ -200,6 +200,7 @@ export function insert(column, at, cell) {
   else if (column.cells[1]) {
     cell.arrow = column.cells[1].arrow;
     column.cells[1].arrow = { later: false, limit: "" };
+    column.cells[1].named = false;
   }
   settle(column, at);
   settle(column, at + 1);
@@ -214,7 +215,7 @@ export function remove(column, at) {
 }
 
 /** Write who moves in a step, where the one before it does not tell. @param {Column} column @param {number} at */
-function settle({ cells }, at) {
+export function settle({ cells }, at) {
   const cell = cells[at], before = cells[at - 1];
   if (!cell || (before && !before.block && before.part === cell.part)) return;
   cell.named = true;
