@@ -15,7 +15,7 @@ import lanindex
 from lanindex.alphabet import kind_of
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Page
+    from playwright.sync_api import Browser, Page
 
 
 @pytest.fixture(scope="module")
@@ -137,3 +137,14 @@ def test_tiles_carry_the_stamp_of_the_library(
     with page.expect_request("**/motion/0*") as asked:
         page.goto(page.url.partition("/help")[0] + jacks)
     assert asked.value.url.endswith(f"/motion/0?v={library.stamp}")
+
+
+def test_what_has_no_curves_says_so(browser: Browser, link: str, library: lanindex.Library) -> None:
+    score = library.capture("compass.lnd").id
+    context = browser.new_context()  # of its own: the refusal stands in the console, too
+    page = context.new_page()
+    page.goto(link)
+    page.goto(link.partition("/?")[0] + f"/captures/{score}?curve=r_arm")
+    page.get_by_text("There are no curves: a score, which has no movement").wait_for()
+    page.locator("svg.curves").wait_for(state="hidden")
+    context.close()

@@ -81,7 +81,6 @@ export class CurveView {
   reload(seconds = this.#time) {
     this.#time = seconds;
     this.#shown = null;
-    this.#plot.replaceChildren();
     this.#fetch();
   }
 
