@@ -7,7 +7,6 @@ from collections import Counter
 from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
-from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,10 +20,10 @@ from lanindex.errors import LanindexError, UsageError
 from lanindex.film import tiles
 from lanindex.model import Score, Symbol
 from lanindex.pipeline import anew
+from lanindex.pipeline.kept import Latest
 from lanindex.pipeline.prepare import processes
 from lanindex.pipeline.profiles import Changes, Shelf, changed, record
 from lanindex.records import of_error
-from lanindex.web.recent import Recent
 from lanindex.web.routes import Call
 
 if TYPE_CHECKING:
@@ -58,19 +57,14 @@ class Workshop:
 
     def __init__(self, library: Library) -> None:
         self._library, self.shelf = library, Shelf(Path(library.store.place))
-        self._profiles = Recent[str, Profile](64)
-        self._done = Recent[str, Conversion](8)
-        self._turn = Lock()
+        self._profiles = Latest[Profile](64)
+        self._done = Latest[Conversion](8)
 
     def profile(self, name: str, changes: Any) -> Profile:
         """Return a profile with changes."""
         files = changed(self.shelf.files(name), Changes.read(changes))
         key = repr(sorted(files.items()))
-        found = self._profiles.get(key)
-        if found is None:
-            found = made_of(files, name)
-            self._profiles.put(key, found)
-        return found
+        return self._profiles.made(key, lambda: made_of(files, name))
 
     def converted(
         self, capture: Capture, profile: Profile, parts: list[str], *, own_tempo: bool, zoom: float
@@ -78,12 +72,8 @@ class Workshop:
         """Return a capture with some parts written down by a profile; it is kept for a while."""
         stamp = self._library.stamp
         key = json.dumps([stamp, capture.id, profile.digest, parts, own_tempo, zoom])
-        with self._turn:  # whoever asks for another window of it waits for the one who makes it
-            found = self._done.get(key)
-            if found is None:
-                found = self._made(capture, profile, parts, own_tempo=own_tempo, zoom=zoom)
-                self._done.put(key, found)
-        return found
+        how: dict[str, Any] = {"own_tempo": own_tempo, "zoom": zoom}
+        return self._done.made(key, lambda: self._made(capture, profile, parts, **how))
 
     def _made(
         self, capture: Capture, profile: Profile, parts: list[str], *, own_tempo: bool, zoom: float

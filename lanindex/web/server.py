@@ -20,6 +20,7 @@ from starlette.routing import BaseRoute, Route
 
 from lanindex import __version__
 from lanindex.errors import LibraryError, UsageError
+from lanindex.pipeline.kept import Latest
 from lanindex.web import (
     captures,
     comparison,
@@ -39,7 +40,6 @@ from lanindex.web import (
 )
 from lanindex.web.guard import Guard
 from lanindex.web.jobs import Jobs
-from lanindex.web.recent import Recent
 from lanindex.web.routes import Call, Work, refused_when_read_only, route
 from lanindex.web.uploads import Uploads, receive
 
@@ -69,8 +69,8 @@ class Site:
     def __init__(self, library: Library, *, readonly: bool = False) -> None:
         self.library, self.readonly = library, readonly
         self.table = captures.CaptureTable(library)
-        self.poses = Recent[tuple[str, str], str](4096)
-        self.answers = Recent[tuple[int, Hashable], Any](512)
+        self.poses = Latest[str](4096)
+        self.answers = Latest[Any](512)
         self.jobs = Jobs()
         self.workshop = convert.Workshop(library)
         self.names = names.PatternNames(Path(library.store.place))
@@ -90,12 +90,7 @@ class Site:
 
     def kept(self, key: Hashable, make: Callable[[], Any]) -> Any:
         """Return an answer that holds as long as the library does not change."""
-        own = self.library.stamp, key
-        found = self.answers.get(own)
-        if found is None:
-            found = make()
-            self.answers.put(own, found)
-        return found
+        return self.answers.made((self.library.stamp, key), make)
 
     def parts(self) -> list[str]:
         """Return the parts that any capture has."""

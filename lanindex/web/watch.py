@@ -73,16 +73,16 @@ def pose(call: Call) -> Response:
     """Return the pose that tells most of a capture as a picture: it is most unlike all others."""
     library = call.site.library
     capture = library.capture(call.path["number"])
-    key = capture.location, capture.sha256
-    picture = call.site.poses.get(key)
-    if picture is None:
+
+    def drawn() -> str:
         seconds, rate = _LOOKED_AT
         whole = float(capture.frames / capture.rate)
         body = library.motion(capture.id, 0, min(seconds, whole), rate)
         frames = np.arange(len(body))
         played = Playback(faced(body, frames), _unlike(body), (), 0, whole, (0, 0))
-        picture = svg.write(poses(played, seen_from([played]), capture.path))
-        call.site.poses.put(key, picture)
+        return svg.write(poses(played, seen_from([played]), capture.path))
+
+    picture = call.site.poses.made((capture.location, capture.sha256), drawn)
     return Response(picture, media_type="image/svg+xml", headers=_STAMPED)
 
 
