@@ -1202,7 +1202,22 @@ class Library:
     ) -> list[int]:
         """Change label and other columns of captures as `label` does, all or none.
 
-        Returns the numbers of those that have changed.
+        Parameters
+        ----------
+        changes : iterable of (int or str, str or None, mapping or None)
+            Capture, label and other columns; None: as it is.
+
+        Returns
+        -------
+        list of int
+            The numbers of those that have changed.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     library.describe([(1, "compass", {"stage": "hall"}), (2, None, None)])
+        [1]
         """
         return self.store.describe(changes)
 
