@@ -1,0 +1,222 @@
+"""How fast the page is: its start, its weight, keystrokes, hits, many clients, memory.
+
+    python tests/benchmarks/page.py LIBRARY [ROW ...]
+
+Prints a row a figure, by the wall clock. LIBRARY is of 10,000 captures by `synthetic.py`.
+"""
+# ruff: noqa: B023 (what a loop defines is called in its own round, threads are joined in it)
+
+import argparse
+import gzip
+import http.client
+import json
+import random
+import re
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from statistics import median
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+import psutil
+from places import HERE
+
+STATIC = HERE.parents[1] / "lanindex" / "web" / "static"
+TYPED = (
+    "r_arm high -> low", "arms place high", "l_leg forward low -> place low", "jump",
+    "r_arm right mid with l_arm left mid", "r_arm ... high ... low", "torso forward",
+)  # fmt: skip
+SLOW = {
+    "pattern": " with ".join(f"{it} ... any ... any" for it in ("r_arm", "l_arm", "r_leg")),
+    "overlaps": "all",
+}
+"""A search that takes a minute in 10,000 captures."""
+
+CLIENTS, ASKED = 100, 10
+CHROMIUM = ("--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader",
+            "--enable-precise-memory-info")  # fmt: skip
+
+
+class Served:
+    """A server in a process of its own."""
+
+    def __init__(self, library: str) -> None:
+        self.begun = time.perf_counter()
+        command = [sys.executable, "-m", "lanindex", "serve", library, "--port", "0", "--no-open"]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        self.link = self.process.stdout.readline().strip()
+        parts = urlsplit(self.link)
+        self.site, self.port = f"http://{parts.netloc}", parts.port
+        self.token = parse_qs(parts.query)["token"][0]
+
+    def client(self) -> Callable[..., bytes]:
+        """Return what asks over a connection of its own."""
+        line = http.client.HTTPConnection("127.0.0.1", self.port, timeout=120)
+        headers = {"authorization": f"Bearer {self.token}"}
+
+        def ask(path: str, body: Any = None, method: str = "") -> bytes:
+            method = method or ("GET" if body is None else "POST")
+            line.request(method, path, None if body is None else json.dumps(body), headers)
+            answer = line.getresponse()
+            content = answer.read()
+            assert answer.status == 200, (path, answer.status, content[:200])
+            return content
+
+        return ask
+
+    def memory(self) -> float:
+        """Return megabytes."""
+        return float(psutil.Process(self.process.pid).memory_info().rss / 1e6)
+
+
+@contextmanager
+def served(library: str) -> Iterator[Served]:
+    server = Served(library)
+    try:
+        yield server
+    finally:
+        server.process.terminate()
+        server.process.wait(30)
+
+
+@contextmanager
+def opened(server: Served, size: tuple[int, int] = (1280, 800)) -> Iterator[Any]:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        path = shutil.which("chromium")
+        browser = playwright.chromium.launch(executable_path=path, args=list(CHROMIUM))
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+        page.goto(server.link)
+        yield page
+        browser.close()
+
+
+def timed(work: Callable[[], Any]) -> float:
+    """Return milliseconds."""
+    begun = time.perf_counter()
+    work()
+    return (time.perf_counter() - begun) * 1e3
+
+
+def row(name: str, found: str) -> None:
+    print(f"| {name} | {found} |", flush=True)
+
+
+def start(names: argparse.Namespace) -> None:
+    page, table = [], []
+    for _ in range(5):
+        with served(names.library) as server:
+            ask = server.client()
+            ask("/")
+            page.append(time.perf_counter() - server.begun)
+            ask("/api/library"), ask("/api/captures")
+            table.append(time.perf_counter() - server.begun)
+    row("start to the first page; to its captures", f"{median(page):.2f} s; {median(table):.2f} s")
+
+
+def weight(names: argparse.Namespace) -> None:
+    def kb(paths: Any) -> float:
+        return sum(len(gzip.compress(it.read_bytes(), 9)) for it in paths) / 1e3
+
+    every = [it for it in STATIC.rglob("*") if it.suffix in (".js", ".css", ".html", ".svg")]
+    with served(names.library) as server, opened(server) as page:
+        page.wait_for_selector("main li, main .card")
+        loaded = page.evaluate("performance.getEntriesByType('resource').map((it) => it.name)")
+    first = {re.sub(r".*/static/", "", it) for it in loaded if "/static/" in it} | {"index.html"}
+    own = kb(STATIC / it for it in first)
+    row("page weight, compressed: the first page; everything", f"{own:.0f} kB; {kb(every):.0f} kB")
+
+
+def keys(names: argparse.Namespace) -> None:
+    with served(names.library) as server:
+        ask = server.client()
+        ask("/api/parse", {"text": "r_arm", "position": 5})
+        texts = [text[:stop] for text in TYPED for stop in range(1, len(text) + 1)]
+        spent = [
+            timed(lambda t=t: ask("/api/parse", {"text": t, "position": len(t)})) for t in texts
+        ]
+        name = "keystroke → completions and sentence"
+        row(name, f"{median(spent):.0f} ms, at most {max(spent):.0f} ms")
+        firsts, ends, memories = [], [], [server.memory()]
+        parts, ways = ("r_leg", "l_forearm", "r_arm", "torso"), ("high", "left", "place mid")
+        for text in (*TYPED, *(f"{part} {way}" for part in parts for way in ways)):
+
+            def first(text: str = text) -> None:
+                job = json.loads(ask("/api/searches", {"pattern": text}))["job"]
+                ask(f"/api/searches/{job}/hits?n=24")
+                job_of.append(job)
+
+            job_of: list[str] = []
+            firsts.append(timed(first))
+            ends.append(firsts[-1] + timed(lambda j=job_of[0]: ask(f"/api/jobs/{j}/events")))
+        memories.append(server.memory())
+        row(
+            "keystroke → hits: an answer; all of them",
+            f"{median(firsts):.0f} ms; {median(ends):.0f} ms",
+        )
+
+
+def many(names: argparse.Namespace) -> None:
+    mix: list[tuple[str, Any]] = [
+        ("/api/library", None), ("/api/captures?n=60", None), ("/api/captures/5/staff?to=10", None),
+        ("/static/app.js", None), ("/api/parse", {"text": "r_arm high -> l", "position": 15}),
+        ("/api/captures/7", None), ("/api/captures?q=a&sort=-length", None), ("hits", None),
+        ("/search", None), ("/api/words", None),
+    ]  # fmt: skip
+    with served(names.library) as server:
+        busy = server.client()
+        for load in ("", ", while a search of a minute runs"):
+            if load:
+                job = json.loads(busy("/api/searches", SLOW))["job"]
+            spent, failures = [], []
+
+            def client(seed: int) -> None:
+                ask, dice = server.client(), random.Random(seed)
+                for _ in range(ASKED):
+                    path, body = dice.choice(mix)
+
+                    def once(path: str = path, body: Any = body) -> None:
+                        if path == "hits":
+                            begun = ask("/api/searches", {"pattern": dice.choice(TYPED)})
+                            ask(f"/api/searches/{json.loads(begun)['job']}/hits")
+                        else:
+                            ask(path, body)
+
+                    try:
+                        spent.append(timed(once))
+                    except Exception as error:
+                        failures.append(repr(error))
+                        ask = server.client()
+
+            threads = [threading.Thread(target=client, args=(it,)) for it in range(CLIENTS)]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            p95 = sorted(spent)[int(len(spent) * 0.95)]
+            found = f"{median(spent):.0f} ms, p95 {p95 / 1e3:.2f} s, {len(failures)} fail"
+            row(f"{CLIENTS} clients at once{load}", found)
+            for failure in dict.fromkeys(failures):
+                print("   ", failure, file=sys.stderr)
+            if load:
+                state = json.loads(server.client()(f"/api/jobs/{job}", method="DELETE"))["state"]
+                row("the search then", state)
+        row("memory of the server", f"{server.memory():.0f} MB")
+
+
+ROWS = {"start": start, "weight": weight, "keys": keys, "many": many}
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("library")
+    parser.add_argument("rows", nargs="*")
+    named = parser.parse_args()
+    for name in named.rows or ROWS:
+        ROWS[name](named)
