@@ -7,13 +7,14 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 from operator import itemgetter
+from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex import records
+from lanindex import __version__, records
 from lanindex.draw.staff import has_column, usual_tracks
 from lanindex.errors import AbsentError, UsageError
 from lanindex.model.capture import common_folder
@@ -263,3 +264,21 @@ def remove(call: Call) -> dict[str, Any]:
     call.site.library.remove(*numbers)
     call.site.table.renew(stamp, set(numbers))
     return {"removed": numbers}
+
+
+def library(call: Call) -> dict[str, Any]:
+    """Return what the page needs to know of a library before all else."""
+    library = call.site.library
+    stats = library.stats()
+    return {
+        "name": Path(library.store.place).stem,
+        "version": __version__,
+        "stamp": library.stamp,
+        "readonly": call.site.readonly,
+        "captures": stats.captures,
+        "symbols": stats.symbols,
+        "seconds": round(float(stats.seconds), 3),
+        "parts": library.store.parts(checked=False),
+        "columns": call.site.table.columns(),
+        "folder": call.site.table.now().folder,
+    }

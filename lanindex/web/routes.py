@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from anyio import to_thread
@@ -19,6 +20,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from lanindex import records
+from lanindex.data import shipped
 from lanindex.errors import (
     AbsentError,
     LanindexError,
@@ -92,6 +94,24 @@ def refused_when_read_only(work: Work) -> Work:
         return work(call)
 
     return checked
+
+
+def works() -> Iterator[tuple[str, Work, str]]:
+    """Yield the path, the function and the method of each route of ``routes.toml``."""
+    for section, routes in shipped("web/routes.toml").items():
+        for request, name in routes.items():
+            method, _, path = request.partition(" ")
+            work = _late(*name.split("."))
+            yield path, refused_when_read_only(work) if section == "changes" else work, method
+
+
+def _late(module: str, function: str) -> Work:
+    """Return what calls a function of a module that is imported with the first call."""
+
+    def work(call: Call) -> Any:
+        return getattr(import_module(f"lanindex.web.{module}"), function)(call)
+
+    return work
 
 
 def route(site: Site, path: str, work: Work, *methods: str) -> Route:

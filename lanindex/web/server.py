@@ -9,7 +9,7 @@ import secrets
 import socket
 from collections.abc import Callable, Hashable
 from contextlib import asynccontextmanager
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,33 +18,18 @@ from starlette.middleware import Middleware
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.routing import BaseRoute, Route
 
-from lanindex import __version__
 from lanindex.errors import LibraryError, UsageError
 from lanindex.pipeline.kept import Latest
-from lanindex.web import (
-    captures,
-    comparison,
-    convert,
-    explore,
-    exports,
-    files,
-    help,
-    ingests,
-    jobs,
-    names,
-    query_staff,
-    scores,
-    searches,
-    watch,
-    words,
-)
+from lanindex.web import files, jobs, names
 from lanindex.web.guard import Guard
 from lanindex.web.jobs import Jobs
-from lanindex.web.routes import Call, Work, refused_when_read_only, route
+from lanindex.web.routes import route, works
 from lanindex.web.uploads import Uploads, receive
 
 if TYPE_CHECKING:
     from lanindex.pipeline.library import Library
+    from lanindex.web.captures import CaptureTable
+    from lanindex.web.convert import Workshop
 
 PORT = 8421
 SCREENS = (
@@ -68,16 +53,28 @@ class Site:
 
     def __init__(self, library: Library, *, readonly: bool = False) -> None:
         self.library, self.readonly = library, readonly
-        self.table = captures.CaptureTable(library)
         self.poses = Latest[str](4096)
         self.answers = Latest[Any](512)
         self.jobs = Jobs()
-        self.workshop = convert.Workshop(library)
         self.names = names.PatternNames(Path(library.store.place))
         self.uploads = Uploads(Path(library.store.place))
         self._file = _identity(library)
         if not readonly:
             self.uploads.clear()
+
+    @cached_property
+    def table(self) -> CaptureTable:
+        """The records of the captures."""
+        from lanindex.web.captures import CaptureTable
+
+        return CaptureTable(self.library)
+
+    @cached_property
+    def workshop(self) -> Workshop:
+        """The profiles, and what was written down with them."""
+        from lanindex.web.convert import Workshop
+
+        return Workshop(self.library)
 
     def check(self) -> None:
         """Raise where the file of the library was removed or replaced: what is open is another."""
@@ -102,81 +99,6 @@ class Site:
         self.jobs.close()
 
 
-def about(call: Call) -> dict[str, Any]:
-    """Return what the page needs to know of a library before all else."""
-    library = call.site.library
-    stats = library.stats()
-    return {
-        "name": Path(library.store.place).stem,
-        "version": __version__,
-        "stamp": library.stamp,
-        "readonly": call.site.readonly,
-        "captures": stats.captures,
-        "symbols": stats.symbols,
-        "seconds": round(float(stats.seconds), 3),
-        "parts": library.store.parts(checked=False),
-        "columns": call.site.table.columns(),
-        "folder": call.site.table.now().folder,
-    }
-
-
-_ROUTES: list[tuple[str, Work, tuple[str, ...]]] = [
-    ("/api/library", about, ("GET",)),
-    ("/api/captures", captures.listing, ("GET",)),
-    ("/api/captures/{number:int}", captures.one, ("GET",)),
-    ("/api/captures", refused_when_read_only(captures.change), ("PATCH",)),
-    ("/api/captures/{number:int}/figure", watch.figure, ("GET",)),
-    ("/api/captures/{number:int}/motion/{tile:int}", watch.motion, ("GET",)),
-    ("/api/captures/{number:int}/pose", watch.pose, ("GET",)),
-    ("/api/captures/{number:int}/encode", convert.encode, ("POST",)),
-    ("/api/captures/{number:int}/way", convert.way, ("POST",)),
-    ("/api/captures/{number:int}/tempo", convert.tempo, ("POST",)),
-    ("/api/library/encode", convert.asked_again, ("GET",)),
-    ("/api/library/encode", refused_when_read_only(convert.again), ("POST",)),
-    ("/api/profiles", convert.profiles, ("GET",)),
-    ("/api/profiles", refused_when_read_only(convert.save), ("POST",)),
-    ("/api/profiles/{name}", convert.profile, ("GET",)),
-    ("/api/ingests", ingests.about, ("GET",)),
-    ("/api/ingests", refused_when_read_only(ingests.begin), ("POST",)),
-    ("/api/ingests/{job}", ingests.outcomes, ("GET",)),
-    ("/api/compare", comparison.compared, ("GET",)),
-    ("/api/explore", explore.begin, ("POST",)),
-    ("/api/jobs/{job}", jobs.cancel, ("DELETE",)),
-    ("/api/captures/numbers", captures.numbers, ("GET",)),
-    ("/api/help", help.topics, ("GET",)),
-    ("/api/help/signs", help.signs, ("GET",)),
-    ("/api/help/{topic}", help.topic, ("GET",)),
-    ("/api/words", words.listing, ("GET",)),
-    ("/api/words/{word}", words.one, ("GET",)),
-    ("/api/words/{word}/example", words.example, ("GET",)),
-    ("/api/scores/alphabet", scores.alphabet, ("GET",)),
-    ("/api/scores/captures/{number:int}", scores.of_capture, ("GET",)),
-    ("/api/scores/read", scores.of_file, ("POST",)),
-    ("/api/scores/draw", scores.draw, ("POST",)),
-    ("/api/scores/motion", scores.motion, ("POST",)),
-    ("/api/scores/save", scores.save, ("POST",)),
-    ("/api/scores/pattern", scores.pattern, ("POST",)),
-    ("/api/scores/store", refused_when_read_only(scores.store), ("POST",)),
-    ("/api/scores/diff", scores.diff, ("POST",)),
-    ("/api/captures/{number:int}/staff", watch.staff, ("GET",)),
-    ("/api/captures/{number:int}/pattern", watch.pattern, ("GET",)),
-    ("/api/captures/{number:int}/curves", watch.curves, ("GET",)),
-    ("/api/parse", searches.read, ("POST",)),
-    ("/api/text", searches.write, ("POST",)),
-    ("/api/query", query_staff.about, ("GET",)),
-    ("/api/searches", searches.begin, ("POST",)),
-    ("/api/searches/{job}/hits", searches.hits, ("GET",)),
-    ("/api/searches/{job}/hits/{hit:int}/card", searches.card, ("GET",)),
-    ("/api/searches/{job}/facets", searches.facets, ("GET",)),
-    ("/api/searches/{job}/advice", searches.advice, ("GET",)),
-    ("/api/names", refused_when_read_only(names.keep), ("POST",)),
-    ("/api/names/{name}", names.kept, ("GET",)),
-    ("/api/exports", exports.begin, ("POST",)),
-    ("/api/exports/{job}/file", exports.packed, ("GET",)),
-    ("/api/captures/remove", refused_when_read_only(captures.remove), ("POST",)),
-]
-
-
 def application(site: Site, *, token: str, host: str, port: int) -> Starlette:
     """Return the application that answers for a site; it closes the site when it ends."""
 
@@ -188,7 +110,7 @@ def application(site: Site, *, token: str, host: str, port: int) -> Starlette:
         site.close()
 
     routes: list[BaseRoute] = [
-        *(route(site, path, work, *methods) for path, work, methods in _ROUTES),
+        *(route(site, path, work, method) for path, work, method in works()),
         Route("/api/jobs/{job}/events", partial(jobs.events, site)),
         Route("/api/uploads/{name:path}", partial(receive, site), methods=["PUT"]),
         *(Route(path, files.page) for path in SCREENS),
