@@ -384,7 +384,13 @@ class Library:
         from lanindex.pipeline.search import SearchOptions
 
         options = SearchOptions.read(tolerance, overlaps, near, fuzzy, best, memory)
-        told = self.store.session.progress, self.store.session.note, self.refused
+        progress = self.store.session.progress
+
+        def counted(noun: str, done: int, total: int) -> None:
+            if total:  # else it is not known yet how much there is to do
+                progress(noun, done, total)
+
+        told = counted, self.store.session.note, self.refused
         return self._search(pattern, selection, strict, timeout, options, *told)[1]
 
     def begin(
@@ -445,9 +451,8 @@ class Library:
         from lanindex.pipeline.search import search
         from lanindex.search.match.finder import NARROWER
 
-        query, numbers = self._query(
-            pattern, selection, strict, partial(progress, "captures", 0, 0)
-        )
+        tick = partial(progress, "captures", 0, 0)
+        query, numbers = self._query(pattern, selection, strict, tick)
         best = options.best
         if query.stages:  # they need all hits
             options = replace(options, best=None)

@@ -37,7 +37,7 @@ def test_the_pattern_of_a_stretch_finds_it(library: lanindex.Library, parts: lis
                 for hit in library.search(pattern, own, overlaps="all")
             ]
             assert any(begin < stop and start < end for begin, end in spans), (capture, pattern)
-    assert tried > 4
+    assert tried > 2
 
 
 def test_a_part_that_has_no_direction_is_no_step(library: lanindex.Library) -> None:
