@@ -14,6 +14,8 @@ from starlette.testclient import TestClient
 import lanindex
 from lanindex.alphabet import kind_of
 
+pytestmark = pytest.mark.slow  # journeys in a browser
+
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 

@@ -11,6 +11,8 @@ from page_client import asking
 import lanindex
 from lanindex.compare import compare
 
+pytestmark = pytest.mark.slow  # journeys in a browser
+
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 

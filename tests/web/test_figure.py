@@ -11,6 +11,8 @@ from PIL import Image
 
 from lanindex.draw.svg import BODY
 
+pytestmark = pytest.mark.slow  # journeys in a browser
+
 if TYPE_CHECKING:
     from figure_page import Walker
     from playwright.sync_api import Browser, Page

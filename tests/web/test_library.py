@@ -11,6 +11,8 @@ import pytest
 
 import lanindex
 
+pytestmark = pytest.mark.slow  # journeys in a browser
+
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 

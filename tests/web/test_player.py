@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+pytestmark = pytest.mark.slow  # journeys in a browser
+
 if TYPE_CHECKING:
     from figure_page import Walker
     from playwright.sync_api import Page

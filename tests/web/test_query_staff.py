@@ -10,6 +10,8 @@ from playwright.sync_api import expect
 
 from lanindex.search.language import parse
 
+pytestmark = pytest.mark.slow  # journeys in a browser
+
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
 
