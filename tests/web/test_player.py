@@ -56,7 +56,7 @@ def test_a_range_is_played_again_and_again(played: Any) -> None:
 
 def test_it_ends_at_the_end(played: Any) -> None:
     page = played()
-    page.evaluate("player.seek(player.length - 0.3); player.play()")
+    page.evaluate("player.seek(player.length - 2); player.play()")
     page.get_by_role("button", name="Pause").wait_for()
     page.get_by_role("button", name="Play").wait_for()
     assert now(page) == page.evaluate("player.length")
