@@ -62,6 +62,11 @@ def test_a_link_shows_the_same_in_another_browser(opened: Opened) -> None:
     assert page.get_by_label("Only captures whose path matches").input_value() == "*.bvh"
 
 
+def test_what_is_counted_is_shown(opened: Opened) -> None:
+    page = opened("/search?q=arms+place+high+%7C+count+by+clip.label&in=*.bvh")
+    expect(page.locator(".counts li")).to_have_text(["radio gymnastics: 4", "port de bras: 1"])
+
+
 def test_nothing_found_says_what_would_be(opened: Opened) -> None:
     page = opened("/search?q=arms+low+-%3E+high&in=*.bvh")
     page.get_by_role("button", name="arms low ... high").click()

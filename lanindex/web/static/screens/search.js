@@ -21,6 +21,7 @@ import { QueryStaff } from "../query_staff.js";
  * @property {number} captures
  * @property {string[]} notes
  * @property {import("../api.js").Problem} [error]
+ * @property {{value: string | number | null, count: number}[]} [counts] of a pattern that ends in `| count`
  */
 
 const PAGE = 24;
@@ -182,6 +183,7 @@ export function show(app) {
       round++;
       list.clear();
       for (const note of state.notes) problem.append(el("p", { class: "soft" }, note));
+      if (state.counts) problem.append(el("ul", { class: "counts" }, ...state.counts.map(({ value, count }) => el("li", {}, `${value ?? "all"}: ${count.toLocaleString("en")}`))));
       await page();
       announce(summary.textContent);
       if (!state.found && state.state === "done") instead();
