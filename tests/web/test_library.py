@@ -243,6 +243,7 @@ def test_labels_and_columns_are_changed_in_place_by_keys(own_page: Opened, dance
     assert page.locator("main img").count() == 0
     page.keyboard.press("Control+z")
     soon(page, lambda: stored(dances)["compass.bvh"][1]["kind"] == "exercise")
+    assert page.get_by_role("button", name="Undo").count() == 0
     page.get_by_label("Filter captures").fill("<img src=x")
     soon(page, lambda: count(page) == 1)
     page.get_by_role("button", name="label of compass.bvh").press("Enter")

@@ -71,22 +71,20 @@ export function byId(id) {
 }
 
 /**
- * Tell what happened, also to who cannot see it.
+ * Tell what happened, also to who cannot see it. What can be done about something stays while other
+ * things are told, until the next that something can be done about.
  * @param {string} text
  * @param {...HTMLElement} actions what can be done about it meanwhile
+ * @returns {HTMLElement} what is shown, for a while
  */
 export function announce(text, ...actions) {
-  const status = byId("status");
-  status.replaceChildren(text, ...actions);
-  status.classList.toggle("shown", text !== "");
-  clearTimeout(fading);
-  fading = setTimeout(() => {
-    status.classList.remove("shown");
-    for (const it of actions) it.remove();
-  }, actions.length ? 12000 : 6000);
+  const kind = actions.length ? "offer" : "told";
+  const line = el("p", { class: kind }, text, ...actions);
+  for (const it of byId("status").querySelectorAll(`.${kind}`)) it.remove();
+  if (text) byId("status").append(line);
+  setTimeout(() => line.remove(), actions.length ? 12000 : 6000);
+  return line;
 }
-/** @type {ReturnType<typeof setTimeout> | undefined} */
-let fading;
 
 /**
  * Return the sentence of an error: where, what was found, what was wanted, what to do.

@@ -12,6 +12,8 @@ export class Editing {
   #undo = [];
   /** @type {Promise<unknown>} changes follow each other: the newest is undone first */
   #last = Promise.resolve();
+  /** @type {HTMLElement | undefined} */
+  #offer;
   #changed;
 
   /**
@@ -46,7 +48,7 @@ export class Editing {
       const { changed, undo } = await send("PATCH", "/api/captures", { changes });
       if (changed) {
         this.#undo.push(undo);
-        announce(said, el("button", { type: "button", onclick: () => this.undo() }, "Undo"));
+        this.#offer = announce(said, el("button", { type: "button", onclick: () => this.undo() }, "Undo"));
         this.#changed(shown);
       }
       return true;
@@ -60,6 +62,7 @@ export class Editing {
     await this.#last;
     const changes = this.#undo.pop();
     if (!changes) return;
+    this.#offer?.remove();
     try {
       await send("PATCH", "/api/captures", { changes });
       announce("Undone");
