@@ -211,7 +211,35 @@ def many(names: argparse.Namespace) -> None:
         row("memory of the server", f"{server.memory():.0f} MB")
 
 
-ROWS = {"start": start, "weight": weight, "keys": keys, "many": many}
+def frames(_: argparse.Namespace) -> None:
+    """Play a figure with all that can be shown, beside its staff, and count what is drawn."""
+    from figure_page import Walker
+    from figure_page import served as figure_served
+    from playwright.sync_api import sync_playwright
+
+    walker = Walker(HERE.parents[1] / "corpus" / "marching.bvh")
+    with figure_served(STATIC, walker) as address, sync_playwright() as playwright:
+        path = shutil.which("chromium")
+        browser = playwright.chromium.launch(executable_path=path, args=list(CHROMIUM))
+        for kind in ("", "canvas", "space"):
+            page = browser.new_page(viewport={"width": 1280, "height": 800})
+            page.goto(f"{address}?figure={kind}")
+            page.wait_for_selector("body[data-ready]")
+            for wanted in ("Ghosts", "Front and side", "Floor plan"):
+                page.get_by_role("button", name=wanted).click()
+            page.evaluate("log.length = 0; player.play()")
+            page.wait_for_timeout(6000)
+            log = page.evaluate("(player.pause(), log)")[5:]
+            speed = (len(log) - 1) / (log[-1]["at"] - log[0]["at"]) * 1e3
+            apart = sum(it["figure"] != it["staff"] for it in log)
+            name = f"figure with ghosts, plan and two views, by {page.evaluate('figure.kind')}"
+            name += "" if kind else " (chosen by itself)"
+            row(name, f"{speed:.0f} frames/s; figure and staff apart in {apart} of {len(log)}")
+            page.close()
+        browser.close()
+
+
+ROWS = {"start": start, "weight": weight, "keys": keys, "many": many, "frames": frames}
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)

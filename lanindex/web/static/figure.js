@@ -1,7 +1,7 @@
 /** The figure on a canvas: what is looked at, from where, and the keys and pointers that turn it. */
 
 import { CanvasDrawer } from "./figure_canvas.js";
-import { SpaceDrawer } from "./figure_space.js";
+import { SpaceDrawer, accelerated } from "./figure_space.js";
 import { COLORS } from "./look.js";
 import { button, toggle, toolbar } from "./widgets.js";
 
@@ -52,11 +52,12 @@ export class Figure {
 
   /**
    * @param {HTMLCanvasElement} canvas
-   * @param {{label?: string, kind?: string | null}} options kind: "canvas" draws without WebGL
+   * @param {{label?: string, kind?: string | null}} options kind: "canvas" draws without WebGL,
+   *   "space" with it; null with it where a graphics card does it: by software the canvas is many times as fast
    */
   constructor(canvas, { label = "The figure", kind = new URLSearchParams(location.search).get("figure") } = {}) {
     this.canvas = canvas;
-    const space = kind === "canvas" ? null : SpaceDrawer.on(canvas, () => this.later());
+    const space = (kind ? kind === "space" : accelerated()) ? SpaceDrawer.on(canvas, () => this.later()) : null;
     this.#drawer = space ?? new CanvasDrawer(canvas);
     this.kind = space ? "space" : "canvas";
     canvas.tabIndex = 0;
