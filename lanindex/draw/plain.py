@@ -6,6 +6,8 @@ on the way to it; nothing is added.
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
+from functools import cache
+from math import degrees, dist
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,8 +70,9 @@ def plain(score: Score, marked: Iterable[Symbol] = ()) -> Score:
 
 def _lit(part: str, rows: Rows, keys: Collection[Key]) -> Mask:
     """Return which rows of a part are marked."""
+    own = {(start, stop) for it, start, stop in keys if it == part}
     spans = zip(rows["start"].tolist(), rows["stop"].tolist(), strict=True)
-    return np.array([(part, *span) in keys for span in spans], bool)
+    return np.array([span in own for span in spans] if own else np.zeros(len(rows)), bool)
 
 
 def _left_out(tracks: Mapping[str, Track], walks: Rows) -> set[str]:
@@ -86,8 +89,8 @@ def _left_out(tracks: Mapping[str, Track], walks: Rows) -> set[str]:
             lifted = int((rows.get(f"{side}thigh", blank(0))["level"] > LOW).sum())
             knee = lifted >= max(_KNEES, len(rows[f"{side}leg"]) + 1)  # it is lifted bent
             left_out |= {side + it for it in ("leg" if knee else "thigh", "shank", "foot")}
-    for part, degrees in _IN_DEGREES.items():
-        both = [it for it in (degrees, part) if it in rows and it not in left_out]
+    for part, incline in _IN_DEGREES.items():
+        both = [it for it in (incline, part) if it in rows and it not in left_out]
         left_out |= {*sorted(both, key=lambda it: len(rows[it]))[1:]}
     return left_out
 
@@ -122,35 +125,38 @@ def _merged(score: Score, rows: Rows, marked: Mask) -> Rows:
     """Return movements; what is too short to be read, and on the way, is part of the next one."""
     grid = float(score.rate * 60 / score.meter.speed) * _GRID
     rows, told, before = rows.copy(), np.ones(len(rows), bool), 0
-    points, fixed = _points(rows), marked | (rows["start"] == rows["stop"])
+    ways, fixed = _ways_of(rows), (marked | (rows["start"] == rows["stop"])).tolist()
+    fields = ("start", "stop", "tick", "ticks")
+    starts, stops, ticks, lengths = (rows[name].tolist() for name in fields)
     for at in range(1, len(rows) - 1):
-        row, after = rows[at], rows[at + 1]
-        joined = row["stop"] - row["start"] < grid and row["stop"] >= after["start"]
-        if joined and not fixed[at : at + 2].any():
-            along = points[before], points[at], points[at + 1]
-            if _angle(*along[:2]) + _angle(*along[1:]) <= _angle(*along[::2]) + _DETOUR:
-                after["ticks"] += after["tick"] - row["tick"]
-                after["start"], after["tick"], told[at] = row["start"], row["tick"], False
+        joined = stops[at] - starts[at] < grid and stops[at] >= starts[at + 1]
+        if joined and not (fixed[at] or fixed[at + 1]):
+            first, middle, last = ways[before], ways[at], ways[at + 1]
+            around = _angle(first, middle) + _angle(middle, last)
+            if around <= _angle(first, last) + _DETOUR:
+                lengths[at + 1] += ticks[at + 1] - ticks[at]
+                starts[at + 1], ticks[at + 1], told[at] = starts[at], ticks[at], False
                 continue
         before = at
+    rows["start"], rows["tick"], rows["ticks"] = starts, ticks, lengths
     return rows[told]
 
 
 def _again(score: Score, rows: Rows, marked: Mask) -> Rows:
     """Return movements; of quick ones to and fro the first two, and a row that points nowhere."""
     whole, told, at = rows.copy(), np.ones(len(rows), bool), 0
-    points, most = _points(rows), float(score.rate) * _UNDONE
-    slow = (rows["stop"] - rows["start"] > most) | marked
-    slow[1:] |= rows["start"][1:] > rows["stop"][:-1]
+    ways, most = _ways_of(rows), float(score.rate) * _UNDONE
+    far = (rows["stop"] - rows["start"] > most) | marked
+    far[1:] |= rows["start"][1:] > rows["stop"][:-1]
+    slow, moves = far.tolist(), (rows["start"] < rows["stop"]).tolist()
     while at + 2 + _AGAIN <= len(rows):
-        end, pair = at + 1, points[at : at + 2]
+        end, pair = at + 1, ways[at : at + 2]
         while (
-            end < len(rows) and not slow[end] and _angle(points[end], pair[(end - at) % 2]) < _ALIKE
+            end < len(rows) and not slow[end] and _angle(ways[end], pair[(end - at) % 2]) < _ALIKE
         ):
             end += 1
         end -= (end - at) % 2
-        moves = rows["start"][at] < rows["stop"][at]  # no starting position
-        if end - at < 2 + _AGAIN or not moves or _angle(*pair) < 1:
+        if end - at < 2 + _AGAIN or not moves[at] or _angle(*pair) < 1:  # or a starting position
             at += 1
             continue
         more = whole[at + 2]
@@ -186,8 +192,20 @@ def _points(rows: Rows) -> NDArray[np.float64]:
     return np.stack([flat * np.cos(around), np.sin(up), flat * np.sin(around)], axis=-1)
 
 
-def _angle(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    return float(np.degrees(np.arccos(np.clip(one @ other, -1.0, 1.0))))
+Way = tuple[int, int]  # a direction and a level
+
+
+def _ways_of(rows: Rows) -> list[Way]:
+    return [*zip(rows["direction"].tolist(), rows["level"].tolist(), strict=True)]
+
+
+@cache  # of 28 ways at most
+def _angle(one: Way, other: Way) -> float:
+    """Return the degrees between two ways."""
+    rows = blank(2)
+    rows["direction"], rows["level"] = zip(one, other, strict=True)
+    points = _points(rows)
+    return float(np.degrees(np.arccos(np.clip(points[0] @ points[1], -1.0, 1.0))))
 
 
 def _walks(score: Score) -> Rows:
@@ -210,49 +228,46 @@ def _gestures(score: Score, part: str, rows: Rows) -> Mask:
     carried = np.sort(np.concatenate([other, flights]), order="start")
     sure = _during(rows, carried) | _during(rows, rows_of(score, "other_support"))
     told, sure = ~_during(rows, stances), sure | (rows["level"] > LOW)  # that it is free
-    for at in np.flatnonzero(told):
-        row = rows[at]
-        after = int(np.searchsorted(stances["start"], row["stop"] - 1, "right"))
-        free = stances["stop"][after - 1] if after else 0
-        landed = stances["start"][after] if after < len(stances) else score.frames
-        step = steps[(steps["start"] < landed) & (steps["stop"] > max(free, row["start"]))]
-        if not len(step):
-            told[at] = sure[at]
-            continue
-        step = step[-1]
-        swing = landed - free <= _LONG * max(step["stop"] - step["start"], 1)
-        flown = ((flights["start"] < landed) & (flights["stop"] > free)).any()
-        way, toward = int(row["direction"]), int(step["direction"])
-        turned = 0 if PLACE in (way, toward) else (way - toward) % 8
-        both = not (walk["stop"] == step["stop"]).any()
-        aside = both and way != PLACE == toward and way % 4 != 2  # legs that open together
-        least = MID if flown and part[2:] == "thigh" else LOW  # knees of runners
-        lifted = row["level"] > least and turned != 4
-        told[at] = aside or (sure[at] and (not swing or turned in (2, 6) or lifted))
-    return told
+    after = np.searchsorted(stances["start"], rows["stop"] - 1, "right")
+    free = np.append(0, stances["stop"])[after]
+    landed = np.append(stances["start"], score.frames)[after]
+    last = np.searchsorted(steps["start"], landed) - 1
+    step = np.append(steps, blank(1))[last]
+    swung = (last >= 0) & (step["stop"] > np.maximum(free, rows["start"]))
+    swing = landed - free <= _LONG * np.maximum(step["stop"] - step["start"], 1)
+    begun, over = (
+        np.searchsorted(flights[it], at) for it, at in (("start", landed), ("stop", free + 1))
+    )
+    way, toward = rows["direction"].astype(int), step["direction"].astype(int)
+    turned = np.where((way == PLACE) | (toward == PLACE), 0, (way - toward) % 8)
+    both = ~np.isin(step["stop"], walk["stop"])
+    aside = both & (way != PLACE) & (toward == PLACE) & (way % 4 != 2)  # legs that open together
+    least = np.where((begun > over) & (part[2:] == "thigh"), MID, LOW)  # knees of runners
+    more = ~swing | (turned == 2) | (turned == 6) | (rows["level"] > least) & (turned != 4)
+    return np.asarray(told & np.where(swung, aside | sure & more, sure))
 
 
 def _swings(score: Score, part: str, rows: Rows) -> Mask:
     """Return the movements of an arm but those that swing with a walk, low or bent."""
     swings = (rows["level"] == LOW) | (rows["level"] == MID) & (rows["amount"] >= _ELBOW)
-    told: Mask = ~_during(rows, _walks(score)) | ~swings
+    told = (~_during(rows, _walks(score)) | ~swings).tolist()
     last = False
     for at, swing in enumerate(swings.tolist()):
         told[at] |= not last  # what comes down is drawn
         last = swing if told[at] else last
-    return told
+    return np.array(told, bool)
 
 
 def _bends(score: Score, part: str, rows: Rows) -> Mask:
     """Return the bends that differ from the one before by degrees that are seen."""
     told, last, hold = np.zeros(len(rows), bool), 0, float(score.rate) * _UNDONE
-    degrees = degree_of(rows["amount"])
+    folded = degree_of(rows["amount"])
     walks = _during(rows, _walks(score))
     swinging = _SWINGING if part[2:] == "arm_bend" else SIXTHS + 1
     least = np.where(walks, swinging, _CHANGE)
-    for at, degree in enumerate(degrees.tolist()):
+    for at, degree in enumerate(folded.tolist()):
         if abs(degree - last) >= (least[at] if degree >= _CHANGE else _CHANGE):
-            undone = abs(degrees[at + 1 : at + 2] - last) < _CHANGE
+            undone = abs(folded[at + 1 : at + 2] - last) < _CHANGE
             if not (undone & (rows["start"][at + 1 : at + 2] < rows["start"][at] + hold)).any():
                 told[at], last = True, degree
     return told
@@ -263,23 +278,28 @@ def _leans(score: Score, part: str, rows: Rows) -> Mask:
     walks, rest = _during(rows, _walks(score)), rows["direction"] == PLACE
     if kind_of(part) == "gesture":
         rest &= rows["level"] == HIGH
-        points, last = _points(rows), np.array([0.0, 1.0, 0.0])
+        points, last = _points(rows).tolist(), [0.0, 1.0, 0.0]
     else:
         rest |= (rows["amount"] < _UPRIGHT) & (kind_of(part) == "incline")
         if part == "torso_twist":
             rest |= (rows["amount"] < _TWIST) & walks
         around, size = np.radians(45.0 * rows["direction"]), np.radians(rows["amount"] * ~rest)
-        points = np.stack([size * np.cos(around), size * np.sin(around)], axis=-1)
-        last = np.zeros(2)
-    told, fixed = np.zeros(len(rows), bool), rows["start"] == rows["stop"]
+        points = np.stack([size * np.cos(around), size * np.sin(around)], axis=-1).tolist()
+        last = [0.0, 0.0]
+    told, fixed = np.zeros(len(rows), bool), (rows["start"] == rows["stop"]).tolist()
     second, beat = float(score.rate), float(score.rate * 60 / score.meter.speed)
-    until = rows["start"] + np.where(walks, second * _UNDONE, beat * _GRID)
+    until = (rows["start"] + np.where(walks, second * _UNDONE, beat * _GRID)).tolist()
+    starts = rows["start"].tolist()
     for at, point in enumerate(points):
-        off = np.degrees(np.linalg.norm(points[at : at + _PULSE] - last, axis=-1))
-        soon = rows["start"][at + 1 : at + _PULSE] < until[at]
-        pulse = off[0] <= 2 * _UPRIGHT and (soon & (off[1:] < _UPRIGHT)).any()
-        told[at] = not rest[at] if fixed[at] else off[0] >= _UPRIGHT and not pulse
-        last = point if told[at] | fixed[at] else last
+        off = degrees(dist(point, last))
+        if fixed[at]:
+            told[at] = not rest[at]
+        elif off >= _UPRIGHT:
+            told[at] = off > 2 * _UPRIGHT or not any(
+                starts[soon] < until[at] and degrees(dist(points[soon], last)) < _UPRIGHT
+                for soon in range(at + 1, min(at + _PULSE, len(points)))
+            )
+        last = point if told[at] or fixed[at] else last
     return told
 
 
