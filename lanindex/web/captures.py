@@ -268,6 +268,11 @@ def remove(call: Call) -> dict[str, Any]:
 
 def library(call: Call) -> dict[str, Any]:
     """Return what the page needs to know of a library before all else."""
+    about: dict[str, Any] = call.site.kept("library", lambda: _about(call))
+    return about
+
+
+def _about(call: Call) -> dict[str, Any]:
     library = call.site.library
     stats = library.stats()
     return {

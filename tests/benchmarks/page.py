@@ -208,7 +208,7 @@ def many(names: argparse.Namespace) -> None:
             if load:
                 state = json.loads(server.client()(f"/api/jobs/{job}", method="DELETE"))["state"]
                 row("the search then", state)
-        row("memory of the server", f"{server.memory():.0f} MB")
+            row(f"memory of the server{load}", f"{server.memory():.0f} MB")
 
 
 def frames(_: argparse.Namespace) -> None:

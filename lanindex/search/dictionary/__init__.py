@@ -86,8 +86,7 @@ def spelled(text: str) -> str:
 
 def load(extra: str | PathLike[str] | None = None) -> dict[str, Entry]:
     """Return all words by each of their names; those of the file `extra` come before ours."""
-    entries = _entries(shipped("search/dictionary/dictionary.toml"), "dictionary.toml")
-    entries += _read(Path(extra)) if extra is not None else []
+    entries = [*_ours(), *(_read(Path(extra)) if extra is not None else ())]
     words = {entry.name: entry for entry in entries}
     also = {other: entry for entry in entries for other in entry.names}
     return words | {other: entry for other, entry in also.items() if other not in words}
@@ -231,6 +230,11 @@ def _read(path: Path) -> list[Entry]:
     for entry in found:
         _check(entry, f"{path}: {shown(entry.name)}")
     return found
+
+
+@cache
+def _ours() -> list[Entry]:
+    return _entries(shipped("search/dictionary/dictionary.toml"), "dictionary.toml")
 
 
 def _entries(table: dict[str, Any], place: str) -> list[Entry]:
