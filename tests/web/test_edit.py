@@ -186,6 +186,61 @@ def test_symbols_are_written_and_dragged_with_a_pointer(
     assert kept(page) == [["r_arm", 12, 60, "place", "mid"]]
 
 
+def test_a_finger_drags_symbols_and_scrolls_elsewhere(
+    own_page: Callable[..., Page], library: Path
+) -> None:
+    page = own_page(library, "/edit", has_touch=True, viewport={"width": 900, "height": 700})
+    page.wait_for_selector(".edit-drawn svg")
+    typed(page, "6", "Home", "ArrowUp")
+    drawn(page, 1)
+    box = page.locator(".edit-chosen").bounding_box()
+    assert box
+    x, device = box["x"] + box["width"] / 2, page.context.new_cdp_session(page)
+
+    def drag(x: float, start: float, stop: float) -> None:
+        for kind, y in [
+            ("touchStart", start),
+            *[("touchMove", start + (stop - start) * at / 8) for at in range(1, 9)],
+            ("touchEnd", None),
+        ]:
+            points = [] if y is None else [{"x": x, "y": y}]
+            device.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    def scrolled() -> float:
+        page.wait_for_timeout(300)
+        return float(page.locator(STAFF).evaluate("(it) => it.scrollTop + window.scrollY"))
+
+    before = scrolled()
+    drag(x, box["y"] + 12, box["y"] + 12 - box["height"])  # its end, as fat as a finger
+    assert kept(page) == [["r_arm", 0, 48, "right", "mid"]]
+    drag(x, box["y"], box["y"] - box["height"] / 2)  # its middle
+    assert kept(page) == [["r_arm", 12, 60, "right", "mid"]]
+    assert scrolled() == before
+    drag(x - 90, box["y"] - 100, box["y"])  # where there is no symbol
+    assert scrolled() < before
+    assert kept(page) == [["r_arm", 12, 60, "right", "mid"]]
+
+
+def test_lanes_beside_the_staff_have_signs(own_page: Callable[..., Page], library: Path) -> None:
+    page = own_page(library, "/edit")
+    page.wait_for_selector(".edit-drawn svg")
+    page.locator("summary", has_text="Columns").click()
+    page.get_by_label("right hand touch").check()
+    page.locator(STAFF).focus()
+    for lane in ("jump", "right hand touch"):
+        while not typed(page, "ArrowRight").startswith(lane):
+            pass
+        typed(page, "Enter")
+    typed(page, "Escape")
+    flight = page.locator(".edit-block.edit-jump")
+    flight.wait_for()
+    assert flight.evaluate("(it) => getComputedStyle(it).borderLeftWidth") == "2px"
+    assert flight.evaluate("(it) => getComputedStyle(it).borderTopWidth") == "0px"
+    bow = page.locator(".edit-block.edit-touch")
+    bow.wait_for()
+    assert bow.evaluate("(it) => getComputedStyle(it, '::after').borderBottomWidth") == "2px"
+
+
 def test_a_capture_is_edited_and_held_against_itself(
     own_page: Callable[..., Page], library: Path
 ) -> None:

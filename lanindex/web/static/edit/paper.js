@@ -34,6 +34,7 @@ import { end, grain, nameOf, packed } from "./score.js";
 
 const LANE = 46; // pixels of a lane beside the staff, of what has no column
 const EDGE = 6; // pixels at the end of a symbol by which it is stretched
+const FINGER = 18; // the same where it is a finger that holds it
 const CLICK = 4; // pixels that a press may move and still be none that drags
 const START = 64; // pixels of the positions, before the first drawing tells
 
@@ -196,7 +197,7 @@ export class Paper {
       if (track.column && !selection.length && !marked.size) continue;
       for (const sign of score.symbols) {
         if (sign.part !== track.part || track.column && !chosen.has(sign) && !marked.has(sign)) continue;
-        const kind = `${chosen.has(sign) ? "edit-chosen" : track.column ? "" : "edit-block"} ${marked.has(sign) ? "edit-differs" : ""}`;
+        const kind = `${chosen.has(sign) ? "edit-chosen" : ""} ${track.column ? "" : `edit-block edit-${track.kind}`} ${marked.has(sign) ? "edit-differs" : ""}`;
         boxes.push(this.#box(kind, left, right, ...this.#ends(sign), track.column ? "" : sign.words.map(nameOf).join(" ")));
       }
     }
@@ -262,7 +263,7 @@ export class Paper {
     else if (high > below + root.clientHeight - names - 4) root.scrollTop -= high - (below + root.clientHeight - names - 4);
   }
 
-  /** @param {PointerEvent} event */
+  /** @param {{clientX: number, clientY: number}} event */
   #at(event) {
     const box = this.#sheet.getBoundingClientRect();
     return { x: event.clientX - box.left, y: box.bottom - event.clientY };
@@ -292,13 +293,16 @@ export class Paper {
     let press = null;
     const ghost = el("div", { class: "edit-ghost", hidden: true });
     this.#sheet.append(ghost);
+    this.#sheet.addEventListener("touchstart", (event) => { // a finger on a symbol drags it; elsewhere it scrolls
+      if (event.touches.length === 1 && this.#what(this.#at(event.touches[0]))?.sign) event.preventDefault();
+    }, { signal, passive: false });
     this.#sheet.addEventListener("pointerdown", (event) => {
       if (event.button) return;
       const at = this.#at(event), what = this.#what(at), sign = what?.sign;
       /** @type {"move" | "start" | "stop" | "frame"} */
       let kind = sign ? "move" : "frame";
       if (sign && sign.stop > sign.start) {
-        const [low, high] = this.#ends(sign), reach = Math.min(EDGE, (high - low) / 3);
+        const [low, high] = this.#ends(sign), reach = Math.min(event.pointerType === "touch" ? FINGER : EDGE, (high - low) / 3);
         kind = high - at.y < reach ? "stop" : at.y - low < reach ? "start" : "move";
       }
       press = { at, what, kind, moved: false, more: event.shiftKey || event.ctrlKey || event.metaKey };
