@@ -87,6 +87,14 @@ export function announce(text, ...actions) {
 }
 
 /**
+ * Have a screen reader read out what the page shows now.
+ * @param {string} text
+ */
+export function readOut(text) {
+  byId("said").textContent = text;
+}
+
+/**
  * Return the sentence of an error: where, what was found, what was wanted, what to do.
  * @param {import("./api.js").Problem} problem
  * @returns {HTMLElement}

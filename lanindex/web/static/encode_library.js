@@ -1,7 +1,7 @@
 /** The button that writes a whole library down anew, what it asks before, and how far it is. */
 
 import { address, follow, get, problemOf, send } from "./api.js";
-import { announce, counted, el, trouble } from "./dom.js";
+import { counted, el, readOut, trouble } from "./dom.js";
 
 /**
  * @typedef {{state: string, done: number, total: number, captures: number, failed: number, reasons: string[], error: import("./api.js").Problem | null}} State
@@ -68,7 +68,7 @@ export function encodeSection({ name, touched, readonly, encoded }) {
     if (state.state === "running") return;
     const words = { done: "Done", cancelled: "Cancelled", failed: "Broken off" }[state.state] ?? state.state;
     const result = `${words}: ${counted(state.captures, "capture")} written down anew${state.failed ? `, ${counted(state.failed, "file")} could not be read` : ""}.`;
-    announce(result);
+    readOut(result);
     ended(el("div", {}, el("p", {}, result), state.error && trouble(state.error),
       state.reasons.length > 0 && el("details", {}, el("summary", {}, "What could not be read"), el("ul", {}, ...state.reasons.map((it) => el("li", { class: "path" }, it))))));
     encoded();

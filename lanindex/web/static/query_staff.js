@@ -1,6 +1,6 @@
 /** The staff on which a query is drawn: its lines as columns, its steps as signs, time upwards. */
 
-import { announce, el, svg } from "./dom.js";
+import { announce, el, readOut, svg } from "./dom.js";
 import { blank, cell, column, deny, drawingOf, either, gap, insert, LEVELS, MANNERS, move, remove, say, sayAny, settle, sizeOf, textOf, titleOf, told, treeOf, WAYS } from "./query_tree.js";
 
 /**
@@ -145,7 +145,7 @@ export class QueryStaff {
     this.#keep();
     change();
     this.#draw();
-    announce(said ?? this.#told());
+    readOut(said ?? this.#told());
     this.#write();
   }
 
@@ -171,7 +171,7 @@ export class QueryStaff {
     this.#drawing = kept.drawing;
     this.#at = kept.at;
     this.#draw();
-    announce(`${what}: ${this.#told()}`);
+    readOut(`${what}: ${this.#told()}`);
     this.#write();
   }
 
@@ -432,7 +432,7 @@ export class QueryStaff {
     this.#at.column = Math.max(this.#at.column, 0);
     this.#clamp();
     this.#draw(true);
-    announce(this.#told());
+    readOut(this.#told());
   }
 
   // What is seen

@@ -2,7 +2,7 @@
 
 import { address, get, isAbort, problemOf } from "../api.js";
 import { CurveView } from "../curves.js";
-import { announce, counted, duration, el, svg, trouble } from "../dom.js";
+import { counted, duration, el, readOut, svg, trouble } from "../dom.js";
 import { Figure, figureBar } from "../figure.js";
 import { Motion } from "../motion.js";
 import { Player, playerBar, playerKeys } from "../player.js";
@@ -140,7 +140,7 @@ export async function show(app) {
         parts = all === usual ? "" : all;
         staff.reload();
         tell();
-        announce(`${part} ${checked ? "is shown" : "is hidden"}`);
+        readOut(`${part} ${checked ? "is shown" : "is hidden"}`);
       } }), ` ${part}`));
     return el("details", { class: "choose" }, el("summary", {}, "Columns of the staff"), el("div", { class: "row" }, ...boxes));
   }

@@ -1,7 +1,7 @@
 // The screen of two captures in step: two figures, two staves, one clock, and in what they differ.
 
 import { address, get, isAbort, problemOf } from "../api.js";
-import { announce, counted, duration, el, svg, trouble } from "../dom.js";
+import { announce, counted, duration, el, readOut, svg, trouble } from "../dom.js";
 import { Figure } from "../figure.js";
 import { Motion } from "../motion.js";
 import { Player, playerBar, playerKeys } from "../player.js";
@@ -119,7 +119,7 @@ export async function show(app) {
     bars.append(playerBar(clock));
     playerKeys(root, clock);
     clock.seek(first);
-    announce(summary(found));
+    readOut(summary(found));
     signal.addEventListener("abort", () => {
       clock.dispose();
       for (const { motion, figure, staff } of sides) {

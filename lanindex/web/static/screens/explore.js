@@ -1,7 +1,7 @@
 // The screen of a library as a whole: how movement is spread, what recurs, which captures are alike.
 
 import { address, follow, get, isAbort, problemOf, send } from "../api.js";
-import { announce, counted, el, svg, trouble } from "../dom.js";
+import { counted, el, readOut, svg, trouble } from "../dom.js";
 import { cellPlot, percent, progressBar, ratePlot } from "../plots.js";
 import { Poses } from "../poses.js";
 
@@ -88,7 +88,7 @@ export async function show(app) {
         if (state.state === "cancelled") out.replaceChildren(el("p", { class: "soft" }, "Cancelled."));
         else if (state.error) out.replaceChildren(trouble(state.error));
         else out.replaceChildren(...DRAWN[what](state.found));
-        announce(out.querySelector("p")?.textContent ?? "");
+        readOut(out.querySelector("p")?.textContent ?? "");
       }, () => out.replaceChildren(trouble({ found: "the server does not answer", remedy: "Is lanindex serve still running?" })));
     } catch (error) {
       if (!isAbort(error)) out.replaceChildren(trouble(problemOf(error)));

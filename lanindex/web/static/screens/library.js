@@ -1,7 +1,7 @@
 // The screen of the library: its captures by filter and facet, each with a pose.
 
 import { get, isAbort, problemOf } from "../api.js";
-import { announce, counted, duration, el, trouble } from "../dom.js";
+import { announce, counted, duration, el, readOut, trouble } from "../dom.js";
 import { Poses } from "../poses.js";
 import { Adding } from "./library/adding.js";
 import { Editing } from "./library/editing.js";
@@ -149,7 +149,7 @@ export async function show(app) {
       list.replaceChildren(...found.captures.map(card));
       const before = summary.textContent;
       tell(found);
-      if (before && before !== summary.textContent && !quiet) announce(summary.textContent ?? "");
+      if (before && before !== summary.textContent && !quiet) readOut(summary.textContent ?? "");
       if (at) list.children[at - from]?.scrollIntoView();
       if (!total) list.append(nothing(found));
       main.classList.toggle("empty", !found.all);

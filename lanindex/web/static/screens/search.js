@@ -1,7 +1,7 @@
 // The screen of the search: the line, what it finds, and what can be done with that.
 
 import { address, follow, get, isAbort, problemOf, send } from "../api.js";
-import { announce, counted, el, trouble } from "../dom.js";
+import { counted, el, readOut, trouble } from "../dom.js";
 import { Basket } from "../basket.js";
 import { copies } from "../copied.js";
 import { HitList, watching } from "../hits.js";
@@ -37,7 +37,7 @@ export function show(app) {
   const given = new URLSearchParams(url.search);
   const list = new HitList(signal, app.library.folder, actions);
   const basket = new Basket(app.library.name);
-  const summary = el("p", { class: "summary", "aria-live": "polite" });
+  const summary = el("p", { class: "summary" });
   const bar = el("progress", { hidden: true, "aria-label": "How far the search is" });
   const cancel = el("button", { type: "button", hidden: true, onclick: () => job && send("DELETE", `/api/jobs/${job}`) }, "Cancel");
   const more = el("button", { type: "button", hidden: true, onclick: () => page() }, "Show more");
@@ -185,7 +185,7 @@ export function show(app) {
       for (const note of state.notes) problem.append(el("p", { class: "soft" }, note));
       if (state.counts) problem.append(el("ul", { class: "counts" }, ...state.counts.map(({ value, count }) => el("li", {}, `${value ?? "all"}: ${count.toLocaleString("en")}`))));
       await page();
-      announce(summary.textContent);
+      readOut(summary.textContent);
       if (!state.found && state.state === "done") instead();
       else showFacets();
     } else if (state.found && !list.length) await page();

@@ -1,7 +1,7 @@
 // Captures that are added: chosen or dropped, sent, read; what became of each file.
 
 import { follow, get, problemOf, send } from "../../api.js";
-import { announce, counted, el, trouble } from "../../dom.js";
+import { announce, counted, el, readOut, trouble } from "../../dom.js";
 import { filesOf, Sending } from "../../sending.js";
 
 /** @typedef {import("../../sending.js").Given} Given */
@@ -213,7 +213,7 @@ class Part {
     const failed = [...unsent, ...outcomes.filter((it) => it.status === "failed").map((it) => ({ name: "", reason: it.error ?? it.name }))];
     const said = [title, unsent.length && `${unsent.length} not sent`, left.length && `${left.length} left out`].filter(Boolean).join(", ");
     this.#head.textContent = said;
-    announce(said);
+    readOut(said);
     this.#bar.remove();
     this.#going.remove();
     this.#buttons.replaceChildren(

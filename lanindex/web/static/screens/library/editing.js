@@ -81,7 +81,7 @@ export class Editing {
   text(capture, column, own) {
     const value = () => (own ? capture.metadata[column] ?? "" : capture.label);
     const name = capture.capture.slice(capture.capture.lastIndexOf("/") + 1);
-    const button = el("button", { type: "button", class: "edit", title: "Enter or double click to change", onclick: (/** @type {PointerEvent} */ event) => {
+    const button = el("button", { type: "button", class: "editable", title: "Enter or double click to change", onclick: (/** @type {PointerEvent} */ event) => {
       if (event.pointerType !== "mouse") begin();
     }, ondblclick: () => begin() });
     /** @param {string} text */
@@ -110,7 +110,7 @@ export class Editing {
       };
       const input = el("input", { value: value(), list: own ? null : "labels", "aria-label": `${column} of ${name}`, onblur: () => end(true), onkeydown: (/** @type {KeyboardEvent} */ event) => {
         if (event.key !== "Enter" && event.key !== "Escape" && event.key !== "Tab") return;
-        const all = [...document.querySelectorAll(".edit, .shelf .editing")], at = all.indexOf(input);
+        const all = [...document.querySelectorAll(".editable, .shelf .editing")], at = all.indexOf(input);
         const next = all[at + (event.shiftKey ? -1 : 1)];
         if (event.key !== "Tab" || next) event.preventDefault();
         end(event.key !== "Escape");
