@@ -16,19 +16,19 @@ from lanindex.draw.picture import PIXEL
 from lanindex.draw.staff import MARGIN, START
 from lanindex.draw.strip import Staff
 from lanindex.encoding.profile import Profile, load, made_of
-from lanindex.errors import LanindexError, UsageError
+from lanindex.errors import UsageError
 from lanindex.film import tiles
 from lanindex.model import Score, Symbol
 from lanindex.pipeline import anew
+from lanindex.pipeline.jobs import IngestJob
 from lanindex.pipeline.kept import Latest
 from lanindex.pipeline.prepare import processes
 from lanindex.pipeline.profiles import Changes, Shelf, changed, record
-from lanindex.records import of_error
+from lanindex.web.jobs import Told, trouble
 from lanindex.web.routes import Call
 
 if TYPE_CHECKING:
     from lanindex.model import Capture
-    from lanindex.pipeline.jobs import IngestJob
     from lanindex.pipeline.library import Library
 
 RATE = 30
@@ -194,28 +194,14 @@ def _piece(staff: Staff, start: float, stop: float) -> dict[str, Any]:
     }
 
 
-class Again:
+class Again(Told[IngestJob]):
     """A library that is written down anew."""
-
-    def __init__(self, job: IngestJob) -> None:
-        self.job = job
-
-    @property
-    def state(self) -> str:
-        """As of the job."""
-        return self.job.state
-
-    def cancel(self) -> None:
-        """Break it off: what is written down anew by then stays so."""
-        self.job.cancel()
 
     def told(self) -> dict[str, Any]:
         """Return how far it is, and what could not be read."""
-        state, outcomes, error = self.job.state, self.job.outcomes, self.job.error
+        state, outcomes = self.job.state, self.job.outcomes
         _, done, total = self.job.progress
         failed = [it.error for it in outcomes if it.status == "failed"]
-        if error is not None and not isinstance(error, LanindexError):
-            error = LanindexError(f"the server failed at this ({type(error).__name__})")
         return {
             "state": state,
             "done": done,
@@ -223,7 +209,7 @@ class Again:
             "captures": sum(it.status == "added" for it in outcomes),
             "failed": len(failed),
             "reasons": failed[:_REASONS],
-            "error": error and of_error(error),
+            "error": trouble(self.job.error),
         }
 
 

@@ -13,14 +13,14 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from starlette.responses import Response, StreamingResponse
 
-from lanindex import records
-from lanindex.errors import LanindexError, UsageError
+from lanindex.errors import UsageError
 from lanindex.notation import eaf
 from lanindex.notation.tiers import TierEntry, milliseconds
 from lanindex.pipeline import dataset
 from lanindex.pipeline.export import FORMATS, ClipOptions, clips
 from lanindex.pipeline.jobs import Job
 from lanindex.pipeline.named import Request, from_lines
+from lanindex.web.jobs import trouble
 from lanindex.web.routes import Call
 
 if TYPE_CHECKING:
@@ -113,10 +113,8 @@ class Export(Job[IO[bytes]]):
     def told(self) -> dict[str, Any]:
         """Return how far it is."""
         told: dict[str, Any] = {"state": self.state, "progress": self.progress}
-        if isinstance(self.error, LanindexError):
-            told["error"] = records.of_error(self.error)
-        elif self.error is not None:
-            told["error"] = {"found": f"the export failed ({type(self.error).__name__})"}
+        if self.error is not None:
+            told["error"] = trouble(self.error)
         return told
 
 

@@ -8,20 +8,20 @@ from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
-from lanindex.errors import LanindexError, UsageError
+from lanindex.errors import UsageError
 from lanindex.formats import archives
 from lanindex.formats.file import on_disk
 from lanindex.formats.sniff import UNREAD, WITHOUT_PLACES
 from lanindex.model import Reading
 from lanindex.pipeline.files import choreographies
 from lanindex.pipeline.ingest import SUFFIXES, Labels, if_read, is_labels, key_of, read_labels
+from lanindex.pipeline.jobs import IngestJob
 from lanindex.pipeline.prepare import processes
-from lanindex.records import of_error
+from lanindex.web.jobs import Told, trouble
 from lanindex.web.routes import Call
 from lanindex.web.uploads import BESIDE
 
 if TYPE_CHECKING:
-    from lanindex.pipeline.jobs import IngestJob
     from lanindex.web.server import Site
 
 _READING = {"unit": "unit", "up": "up", "fps": "rate"}
@@ -29,11 +29,12 @@ _PAGE = 500  # outcomes in an answer, at most
 _NO_CAPTURE = "neither a capture nor a score"
 
 
-class Ingest:
+class Ingest(Told[IngestJob]):
     """Captures that are read into the library; `left` are files that were sent for nothing."""
 
     def __init__(self, site: Site, job: IngestJob, sent: Sequence[str], left: list[str]) -> None:
-        self.job, self.left = job, left
+        super().__init__(job)
+        self.left = left
         self._site, self._sent = site, sent
         self._tidied = Thread(target=self._tidy, daemon=True)
         self._tidied.start()
@@ -43,25 +44,18 @@ class Ingest:
         """As of the job that reads; it runs until what is of no use has gone."""
         return "running" if self._tidied.is_alive() else self.job.state
 
-    def cancel(self) -> None:
-        """Break it off behind the file that is being read."""
-        self.job.cancel()
-
     def told(self) -> dict[str, Any]:
         """Return how far it is."""
         state = self.state
         _, done, total = self.job.progress
         counts = Counter(it.status for it in self.job.outcomes)
-        error = self.job.error
-        if error is not None and not isinstance(error, LanindexError):
-            error = LanindexError(f"the server failed at this ({type(error).__name__})")
         return {
             "state": state,
             "done": done,
             "total": total,
             "counts": counts,
             "labelled": sum(it.labelled for it in self.job.outcomes),
-            "error": error and of_error(error),
+            "error": trouble(self.job.error),
         }
 
     def _tidy(self) -> None:

@@ -5,24 +5,30 @@ from __future__ import annotations
 import asyncio
 import json
 import secrets
+from abc import ABC, abstractmethod
 from collections import OrderedDict
 from collections.abc import AsyncIterator, Callable, Hashable
 from dataclasses import dataclass, field
 from threading import Lock
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 
-from lanindex.errors import LanindexError, UsageError
-from lanindex.web.routes import Call, failed
+from lanindex.errors import LanindexError
+from lanindex.records import of_error
+from lanindex.web.routes import Call, Gone, failed
 
 if TYPE_CHECKING:
+    from lanindex.pipeline.jobs import Job as LibraryJob
     from lanindex.web.server import Site
 
 MOST = 100
 """Jobs that are kept: of more, those go that have ended and nobody has asked for the longest."""
+
+MOST_HITS = 500_000
+"""Hits that jobs which have ended keep together; some 200 bytes each."""
 
 RUNNING = 8
 """Jobs that run at once."""
@@ -37,6 +43,9 @@ LEFT = 60.0
 """Seconds after which a job that nobody follows is broken off: its tab was closed."""
 
 
+Own = TypeVar("Own", bound="LibraryJob[Any]")
+
+
 class Job(Protocol):
     """What all jobs have."""
 
@@ -49,6 +58,35 @@ class Job(Protocol):
 
     def told(self) -> dict[str, Any]:
         """Return what the page is told of it."""
+
+
+class Told(Generic[Own], ABC):
+    """A job of the library, as the page is told of it."""
+
+    def __init__(self, job: Own) -> None:
+        self.job = job
+
+    @property
+    def state(self) -> str:
+        """As of the job."""
+        return self.job.state
+
+    def cancel(self) -> None:
+        """Break it off: what is stored by then stays."""
+        self.job.cancel()
+
+    @abstractmethod
+    def told(self) -> dict[str, Any]:
+        """Return how far it is."""
+
+
+def trouble(error: Exception | None) -> dict[str, Any] | None:
+    """Return what the page is told of the error of a job."""
+    if error is None:
+        return None
+    if isinstance(error, LanindexError):
+        return of_error(error)
+    return {"found": f"the server failed at this ({type(error).__name__})"}
 
 
 @dataclass(slots=True)
@@ -84,16 +122,23 @@ class Jobs:
                 )
             number = secrets.token_hex(6)
             self._jobs[number] = _Kept(make(), key, goes_on)
-            ended = [it for it, kept in self._jobs.items() if kept.job.state != "running"]
-            for old in ended[: max(0, len(self._jobs) - MOST)]:
-                del self._jobs[old]
+            self._forget()
             return number
+
+    def _forget(self) -> None:
+        """Let go of jobs that have ended, but for the one that was asked for last."""
+        ended = [it for it, kept in self._jobs.items() if kept.job.state != "running"]
+        hits = sum(getattr(self._jobs[it].job, "found", 0) for it in ended)
+        for number in ended[:-1]:
+            if len(self._jobs) <= MOST and hits <= MOST_HITS:
+                break
+            hits -= getattr(self._jobs.pop(number).job, "found", 0)
 
     def get(self, number: str) -> Any:
         """Return a job."""
         with self._lock:
             if number not in self._jobs:
-                raise UsageError("this job is not kept any more", remedy="Begin it again.")
+                raise Gone("what was found here is not kept any more", remedy="Ask for it again.")
             return self._touch(number).job
 
     def _touch(self, number: str) -> _Kept:
@@ -109,7 +154,7 @@ class Jobs:
                 self._touch(number)
 
     async def watch(self) -> None:
-        """Break off, for ever and ever, jobs that nobody follows any more."""
+        """Break off, for ever and ever, jobs that nobody follows any more; forget old ones."""
         while True:
             await asyncio.sleep(LEFT / 12)
             before = monotonic() - LEFT
@@ -117,6 +162,7 @@ class Jobs:
                 for kept in self._jobs.values():
                     if kept.asked < before and not kept.goes_on and kept.job.state == "running":
                         kept.job.cancel()
+                self._forget()
 
     def close(self) -> None:
         """Break off all jobs."""

@@ -36,7 +36,18 @@ if TYPE_CHECKING:
 LARGEST_BODY = 1 << 20
 """Bytes of a request, but for uploads."""
 
+
+class Refused(LanindexError):
+    """The server does not do this for this caller."""
+
+
+class Gone(LanindexError):
+    """The server had this, and does not keep it any more."""
+
+
 _STATUS = {
+    Refused: 403,
+    Gone: 404,
     AbsentError: 404,
     LibraryBusyError: 503,
     LibraryError: 409,
@@ -79,10 +90,6 @@ class Call:
 
 
 Work = Callable[[Call], Any]
-
-
-class Refused(LanindexError):
-    """The server does not do this for this caller."""
 
 
 def refused_when_read_only(work: Work) -> Work:
@@ -149,7 +156,6 @@ def failed(error: Exception, path: str) -> Response:
     """Return what a caller is told of an error; one that nobody expected is logged, too."""
     if isinstance(error, LanindexError):
         status = next((it for kind, it in _STATUS.items() if isinstance(error, kind)), 422)
-        status = 403 if isinstance(error, Refused) else status
         return JSONResponse({"error": records.of_error(error)}, status)
     _log.exception("%s failed", path)
     found = f"the server failed at this ({type(error).__name__})"

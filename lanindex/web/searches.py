@@ -21,6 +21,7 @@ from lanindex.pipeline.search import query_of
 from lanindex.search.hits import Counts, Hits, counted
 from lanindex.search.language.clauses import CLIP, Reference
 from lanindex.search.language.written import pattern_text
+from lanindex.web.jobs import Told, trouble
 from lanindex.web.routes import Call
 
 _PAGE = 100  # hits in an answer, at most
@@ -87,21 +88,17 @@ class Asked:
         return {"near": self.near, "fuzzy": self.fuzzy, "overlaps": self.overlaps}
 
 
-@dataclass(slots=True)
-class Search:
+class Search(Told[SearchJob]):
     """A search by pattern."""
 
-    asked: Asked
-    job: SearchJob
+    def __init__(self, asked: Asked, job: SearchJob) -> None:
+        super().__init__(job)
+        self.asked = asked
 
     @property
-    def state(self) -> str:
-        """As of the job."""
-        return self.job.state
-
-    def cancel(self) -> None:
-        """Break it off."""
-        self.job.cancel()
+    def found(self) -> int:
+        """How many hits it has found so far, and keeps."""
+        return self.job.found
 
     def told(self) -> dict[str, Any]:
         """Return how far it is, and what it has found so far."""
@@ -109,7 +106,7 @@ class Search:
         told: dict[str, Any] = {
             "state": state,
             "progress": job.progress,
-            "found": job.found,
+            "found": self.found,
             "captures": job.captures,
             "notes": [*job.notes, *map(str, job.refused[:5])],
             "stamp": job.stamp,
@@ -117,7 +114,7 @@ class Search:
         if state == "done" and isinstance(job.result, Counts):
             told["counts"] = job.result.dicts()
         if job.error is not None:
-            told["error"] = _problem(job.error)
+            told["error"] = trouble(job.error)
         return told
 
     def page(self, at: int, n: int, order: str) -> list[Hit]:
@@ -159,7 +156,7 @@ class Example(Job[Hits]):
             "found": len(hits),
             "captures": len({hit.capture.id for hit in hits}),
             "notes": self._notes,
-            **({"error": _problem(self.error)} if self.error else {}),
+            **({"error": trouble(self.error)} if self.error else {}),
         }
 
     def page(self, at: int, n: int, order: str) -> Sequence[Hit]:
@@ -170,12 +167,6 @@ class Example(Job[Hits]):
         """Count the hits by a column of their captures."""
         hits = [self.result] if self.state == "done" else []
         return counted(hits, "", Reference(CLIP, column.lower()))
-
-
-def _problem(error: Exception) -> dict[str, Any]:
-    if isinstance(error, LanindexError):
-        return records.of_error(error)
-    return {"found": f"the search failed ({type(error).__name__})"}
 
 
 def begin(call: Call) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from io import BytesIO
 from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs, urlsplit
 from zipfile import ZipFile
@@ -365,6 +366,39 @@ def test_a_job_that_nobody_follows_is_broken_off_and_one_that_goes_on_is_not(
 
     asyncio.run(follow())
     assert [it.state for it in (left, followed, ingest)] == ["cancelled", "running", "running"]
+
+
+def _ended(found: int) -> Any:
+    return SimpleNamespace(state="done", found=found)
+
+
+def test_searches_that_have_ended_keep_so_many_hits_and_the_last_one_all(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("lanindex.web.jobs.MOST_HITS", 100)
+    jobs = Jobs()
+    first, second = (jobs.begin(name, lambda: _ended(40)) for name in ("first", "second"))
+    assert jobs.begin("first", lambda: _ended(40)) == first
+    large = jobs.begin("large", lambda: _ended(60))
+    assert [jobs.get(it).found for it in (first, large)] == [40, 60]
+    with pytest.raises(lanindex.LanindexError, match="not kept any more"):
+        jobs.get(second)
+    assert jobs.begin("second", lambda: _ended(1000)) != second
+    with pytest.raises(lanindex.LanindexError, match="Ask for it again"):
+        jobs.get(large)
+    assert len(jobs._jobs) == 1
+
+
+def test_so_many_jobs_run_at_once_and_one_more_is_told_why_not() -> None:
+    jobs = Jobs()
+    running: Any = SimpleNamespace(state="running")
+    for number in range(8):
+        jobs.begin(number, lambda: running)
+    with pytest.raises(lanindex.LanindexError, match="8 jobs are running already") as error:
+        jobs.begin("more", lambda: running)
+    assert error.value.remedy == "Wait until one of them ends."
+    running.state = "done"
+    assert jobs.begin("more", lambda: running)
 
 
 def test_who_asks_for_nothing_is_hung_up_on(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import expect
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Page
+    from playwright.sync_api import Browser, Page
 
 Opened = Callable[..., "Page"]
 
@@ -49,6 +49,18 @@ def test_what_is_offered_is_taken_and_what_is_wrong_is_marked(opened: Opened) ->
     expect(page.locator(".said.wrong")).to_contain_text("high")
     expect(page.locator(".mirror mark")).to_have_text("higgh")
     expect(line).to_have_attribute("aria-invalid", "true")
+
+
+def test_a_search_that_is_not_kept_any_more_is_made_again(browser: "Browser", link: str) -> None:
+    page = browser.new_page()
+    forgotten: dict[str, Any] = {"status": 404, "json": {"error": {"found": "not kept any more"}}}
+    page.route("**/hits?*", lambda route: route.fulfill(**forgotten), times=1)
+    page.goto(link)
+    with page.expect_response(lambda it: it.status == 404):
+        page.goto(link.partition("/?")[0] + "/search?q=arms+place+high")
+    expect(page.locator(".hit").first).to_be_visible()
+    expect(page.locator(".trouble")).to_have_count(0)
+    page.context.close()
 
 
 def test_a_link_shows_the_same_in_another_browser(opened: Opened) -> None:

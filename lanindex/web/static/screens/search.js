@@ -1,6 +1,6 @@
 // The screen of the search: the line, what it finds, and what can be done with that.
 
-import { address, follow, get, isAbort, problemOf, send } from "../api.js";
+import { ApiError, address, follow, get, isAbort, problemOf, send } from "../api.js";
 import { counted, el, readOut, trouble } from "../dom.js";
 import { Basket } from "../basket.js";
 import { copies } from "../copied.js";
@@ -24,6 +24,7 @@ import { QueryStaff } from "../query_staff.js";
  * @property {{value: string | number | null, count: number}[]} [counts] of a pattern that ends in `| count`
  */
 
+const GONE = 404; // the status of what the server does not keep any more
 const PAGE = 24;
 const LONG = 300; // characters of a pattern that gets a name in addresses
 const SOON = 150; // milliseconds after the last key, in which nobody wants hits
@@ -203,7 +204,8 @@ export function show(app) {
       list.add(hits, (index) => `/api/searches/${own}/hits/${index}/card?order=${by}`, (hit) => watching(hit, line.text), by === "capture");
       more.hidden = list.length >= all;
     } catch (error) {
-      if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
+      if (error instanceof ApiError && error.status === GONE) ran ? again() : clip && like(clip);
+      else if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
     } finally {
       if (loading === now) loading = -1;
     }
