@@ -13,7 +13,7 @@ from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from anyio import to_thread
+from anyio import fail_after, to_thread
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
@@ -54,6 +54,9 @@ _STATUS = {
     PatternError: 400,
     UsageError: 400,
 }
+PATIENCE = 30.0
+"""Seconds within which a request must have come, but for uploads."""
+
 _log = logging.getLogger("lanindex.web")
 
 
@@ -165,11 +168,16 @@ def failed(error: Exception, path: str) -> Response:
 async def _body(request: Request) -> dict[str, Any]:
     """Return the JSON object of a request; nothing where it has none."""
     parts, size = [], 0
-    async for part in request.stream():
-        size += len(part)
-        if size > LARGEST_BODY:
-            raise UsageError("a request that is too long", wanted=f"{LARGEST_BODY:,} bytes at most")
-        parts.append(part)
+    try:
+        with fail_after(PATIENCE):
+            async for part in request.stream():
+                size += len(part)
+                if size > LARGEST_BODY:
+                    wanted = f"{LARGEST_BODY:,} bytes at most"
+                    raise UsageError("a request that is too long", wanted=wanted)
+                parts.append(part)
+    except TimeoutError as error:
+        raise LanindexError("the request came too slowly", remedy="Send it again.") from error
     if not size:
         return {}
     try:

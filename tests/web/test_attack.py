@@ -27,7 +27,7 @@ import pytest
 from page_client import serving
 
 import lanindex
-from lanindex.web import uploads
+from lanindex.web import routes, uploads
 from lanindex.web.jobs import Jobs
 
 if TYPE_CHECKING:
@@ -336,6 +336,15 @@ def test_a_file_without_a_length_is_stopped_at_the_limit(
 def test_a_file_that_trickles_is_given_up(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(uploads, "PATIENCE", 0.05)
     assert _written(own, Sent([b"x"] * 9, wait=5)) == ["the file came too slowly"]
+
+
+def test_a_request_that_trickles_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(routes, "PATIENCE", 0.05)
+    trickle: Any = Sent([b"{", *[b" "] * 9], wait=0.02)
+    with pytest.raises(lanindex.LanindexError, match="came too slowly"):
+        asyncio.run(routes._body(trickle))
+    whole: Any = Sent([b'{"text":', b'"r_arm"}'])
+    assert asyncio.run(routes._body(whole)) == {"text": "r_arm"}
 
 
 def test_a_job_that_nobody_follows_is_broken_off_and_one_that_goes_on_is_not(
