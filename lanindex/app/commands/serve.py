@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import sys
 import webbrowser
+from html import escape
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import lanindex
 from lanindex.app import options
@@ -33,10 +36,27 @@ def serve(
         out.line(link)
         sys.stdout.flush()
         if not no_open and out.terminal:
-            webbrowser.open(link)
+            webbrowser.open(_page_to(link, folder))
 
-    with lanindex.open_library(
-        library, create=not read_only, readonly=read_only, words=words, note=out.note
-    ) as opened:
+    with (
+        TemporaryDirectory(prefix="lanindex-") as folder,
+        lanindex.open_library(
+            library, create=not read_only, readonly=read_only, words=words, note=out.note
+        ) as opened,
+    ):
         serve(opened, host=host, port=port, readonly=read_only, ready=ready)
     return 0
+
+
+def _page_to(link: str, folder: str) -> str:
+    """Return the address of a page that leads to a link, and that nobody else can read.
+
+    All who use the machine can read a browser's command line; with the link they would be let in.
+    """
+    page = Path(folder, "open.html")
+    page.touch(mode=0o600)
+    page.write_text(
+        f'<!doctype html><meta http-equiv="refresh" content="0; url={escape(link)}">'
+        f'<title>LanIndex</title><a href="{escape(link)}">Open LanIndex</a>\n'
+    )
+    return page.as_uri()
