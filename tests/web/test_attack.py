@@ -12,14 +12,15 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import AsyncIterator, Iterable, Iterator
+from collections.abc import AsyncIterator, Coroutine, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import BytesIO
 from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import parse_qs, urlsplit
 from zipfile import ZipFile
 
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from playwright.sync_api import Page
+
+
+T = TypeVar("T")
 
 
 class Caller:
@@ -315,11 +319,17 @@ class Sent:
             await asyncio.sleep(self.wait)
 
 
+def _ran(work: Coroutine[Any, Any, T]) -> T:
+    """Return what work comes to; in a thread, since a browser may have a loop in this one."""
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(asyncio.run, work).result()
+
+
 def _written(own: Path, sent: Sent) -> list[str]:
     """Return what is left in the folder of uploads of a body that must be refused."""
     folder = own.with_name("own-captures")
     with pytest.raises(lanindex.LanindexError) as error:
-        asyncio.run(uploads._written(sent, folder))  # type: ignore[arg-type]
+        _ran(uploads._written(sent, folder))  # type: ignore[arg-type]
     return [error.value.found, *_tail(folder)]
 
 
@@ -342,9 +352,9 @@ def test_a_request_that_trickles_is_given_up(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(routes, "PATIENCE", 0.05)
     trickle: Any = Sent([b"{", *[b" "] * 9], wait=0.02)
     with pytest.raises(lanindex.LanindexError, match="came too slowly"):
-        asyncio.run(routes._body(trickle))
+        _ran(routes._body(trickle))
     whole: Any = Sent([b'{"text":', b'"r_arm"}'])
-    assert asyncio.run(routes._body(whole)) == {"text": "r_arm"}
+    assert _ran(routes._body(whole)) == {"text": "r_arm"}
 
 
 def test_a_job_that_nobody_follows_is_broken_off_and_one_that_goes_on_is_not(
@@ -373,7 +383,7 @@ def test_a_job_that_nobody_follows_is_broken_off_and_one_that_goes_on_is_not(
             await asyncio.sleep(0.01)
         watch.cancel()
 
-    asyncio.run(follow())
+    _ran(follow())
     assert [it.state for it in (left, followed, ingest)] == ["cancelled", "running", "running"]
 
 
@@ -440,8 +450,8 @@ def test_who_asks_for_nothing_is_hung_up_on(monkeypatch: pytest.MonkeyPatch) -> 
         return found
 
     request = b"GET / HTTP/1.1\r\nHost: x\r\n"
-    assert asyncio.run(said(request, *[b"X: y\r\n"] * 3)) == b""
-    assert b"answer" in asyncio.run(said(request, b"\r\n", request))
+    assert _ran(said(request, *[b"X: y\r\n"] * 3)) == b""
+    assert b"answer" in _ran(said(request, b"\r\n", request))
 
 
 def test_a_thousand_connections_and_streams_do_not_keep_others_out(own: Path) -> None:
