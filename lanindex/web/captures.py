@@ -193,12 +193,11 @@ def numbers(call: Call) -> dict[str, Any]:
 
 
 def one(call: Call) -> dict[str, Any]:
-    """Return a capture with the parts that it has symbols of."""
+    """Return a capture with the parts that it has symbols of, of those that have a column."""
     capture = call.site.library.capture(call.path["number"])
     _, tracks = next(call.site.library.tracks([capture.id]))
-    counts = {part: len(track) for part, track in tracks.items() if len(track)}
-    usual = [part for part in usual_tracks(counts) if has_column(part)]
-    return {**records.of_capture(capture), "parts": counts, "usual": usual}
+    counts = {part: len(it) for part, it in tracks.items() if len(it) and has_column(part)}
+    return {**records.of_capture(capture), "parts": counts, "usual": usual_tracks(counts)}
 
 
 def change(call: Call) -> dict[str, Any]:

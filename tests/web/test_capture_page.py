@@ -104,6 +104,46 @@ def test_curves_move_with_the_player(opened: Callable[..., Page], jacks: str) ->
     assert page.get_by_label("Limb").input_value() == "l_leg"
 
 
+def test_all_columns_can_be_read_on_a_phone(
+    opened: Callable[..., Page], ask: TestClient, jacks: str
+) -> None:
+    parts = [*ask.get(f"/api{jacks}").json()["parts"]]
+    assert "step" not in parts  # it has no column
+    assert len(parts) > 25
+    page = opened(f"{jacks}?t=2.4&parts={','.join(parts)}", viewport={"width": 400, "height": 800})
+    page.locator(".staff g[data-part=r_arm]").first.wait_for()
+    staff = page.locator(".staff")
+    wide, across, at = staff.evaluate("(it) => [it.clientWidth, it.scrollWidth, it.scrollLeft]")
+    assert across > wide
+    assert at == pytest.approx((across - wide) / 2, abs=1)  # its centre is seen
+    for name in ("line", "layer", "names"):
+        assert page.locator(f".staff-{name}").evaluate("(it) => it.offsetWidth") == across
+    staff.focus()
+    for way in ("Left", "Right"):
+        for _ in range(len(parts)):
+            page.keyboard.press(f"Arrow{way}")
+        chosen, box = page.locator(".staff g.chosen").bounding_box(), staff.bounding_box()
+        assert chosen
+        assert box
+        assert box["x"] <= chosen["x"] < chosen["x"] + chosen["width"] <= box["x"] + box["width"]
+    assert page.evaluate("document.documentElement.scrollWidth") == 400
+
+
+def test_the_line_of_curves_stays_in_sight_on_a_phone(
+    opened: Callable[..., Page], jacks: str
+) -> None:
+    page = opened(f"{jacks}?t=0&curve=r_arm", viewport={"width": 400, "height": 800})
+    page.locator("svg.curves .candidate").first.wait_for()
+    box, line = page.locator(".curve-panel .scrolled"), page.locator("svg.curves .now")
+    for seconds in range(1, 5):
+        page.locator("body").press("ArrowRight")
+        page.locator(".said-now", has_text=re.compile(rf"^{seconds}\.00 s: ")).wait_for()
+        there, inside = line.bounding_box(), box.bounding_box()
+        assert there
+        assert inside
+        assert inside["x"] <= there["x"] <= inside["x"] + inside["width"]
+
+
 def test_a_symbol_is_told_and_searched_for(opened: Callable[..., Page], jacks: str) -> None:
     page = opened(f"{jacks}?t=2.4&parts=r_arm")
     page.locator(".staff g[data-symbol]").first.wait_for()

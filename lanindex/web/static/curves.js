@@ -181,12 +181,20 @@ export class CurveView {
     const it = this.#shown, x = this.#x(this.#time);
     this.#line.setAttribute("x1", String(x));
     this.#line.setAttribute("x2", String(x));
+    this.#reveal(x);
     if (!it) return;
     const at = nearest(it.times, this.#time), known = at < it.times.length && Math.abs(it.times[at] - this.#time) < 1.5 / it.rate;
     const text = known
       ? `${this.#time.toFixed(2)} s: ${Math.round(it.speed[at])} mm/s, ${Math.round(it.distance[at])} mm from where it rested, azimuth ${Math.round(it.azimuth[at])}\u00b0, elevation ${Math.round(it.elevation[at])}\u00b0: ${it.cells[at]}`
       : `${this.#time.toFixed(2)} s: ${it.part} is not known here`;
     if (this.#said.textContent !== text) this.#said.textContent = text;
+  }
+
+  /** Scroll to where the line is, on a page that is narrower than the plot. @param {number} x */
+  #reveal(x) {
+    const box = /** @type {HTMLElement} */ (this.#plot.parentElement), { scrollLeft, clientWidth } = box;
+    const at = x / WIDE * this.#plot.clientWidth;
+    if (at < scrollLeft || at > scrollLeft + clientWidth) box.scrollLeft = at - clientWidth / 4; // it goes to the right
   }
 }
 

@@ -18,6 +18,7 @@
  */
 
 const LINE = 1 / 4; // of the height above the names is below the line
+const LARGEST = 0.1, LEAST = 0.08; // pixels of a unit of the drawing: a wider staff is scrolled aside
 const KEPT = 24; // pieces, at most
 const ZOOMS = [0.25, 0.5, 1, 2, 4];
 const STEP = 0.25; // seconds of an arrow key
@@ -122,6 +123,7 @@ export class StaffView {
     signal.addEventListener("abort", () => sizes.disconnect());
     root.addEventListener("keydown", (event) => this.#key(event), { signal });
     root.addEventListener("wheel", (event) => {
+      if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) return; // it is scrolled aside
       event.preventDefault();
       if (event.ctrlKey) this.#larger(-Math.sign(event.deltaY));
       else this.#go(this.#secondsAt(this.#lineAt() + Math.max(-200, Math.min(200, event.deltaY)) / 2));
@@ -226,6 +228,8 @@ export class StaffView {
     symbol.classList.add("chosen");
     const said = symbol.querySelector("title")?.textContent ?? "";
     this.#state.textContent = said;
+    const { root } = this, inside = root.getBoundingClientRect(), { left, right } = symbol.getBoundingClientRect();
+    if (left < inside.left || right > inside.left + root.clientWidth) root.scrollLeft += (left + right) / 2 - inside.left - root.clientWidth / 2;
     if (pick) this.#options.pick(symbol);
   }
 
@@ -349,7 +353,9 @@ export class StaffView {
         names.style.height = `${scale * height}px`;
       }
     }
-    this.#layer.style.width = this.#names.style.width = `${clientWidth}px`;
+    const across = Math.max(here ? Math.floor(this.#scale(here) * here.wide) : 0, clientWidth), before = this.#layer.clientWidth;
+    for (const it of [this.#layer, this.#names, this.#line, this.#mark]) it.style.width = `${across}px`;
+    if (across !== before) this.root.scrollLeft = (across - clientWidth) / 2;
     for (const [at, held] of this.#stale) {
       if (shown.has(held)) continue;
       held.node.remove();
@@ -371,7 +377,7 @@ export class StaffView {
    * @param {Held} held
    */
   #scale(held) {
-    return Math.min(this.root.clientWidth / held.wide, 0.1);
+    return Math.min(Math.max(this.root.clientWidth / held.wide, LEAST), LARGEST);
   }
 
   /** Return pixels of a second, about, where no piece tells. */
