@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 WAIT = 240  # seconds for the registry of npm, at most
+PATIENCE = 60_000  # milliseconds that a page may take for anything, on a machine that does more
 ARGUMENTS = (
     "--headless",
     "--no-sandbox",
@@ -84,9 +85,10 @@ def browser() -> Iterator[Browser]:
     if path is None:
         missing("Chromium is not installed: apt-get install chromium")
     try:
-        from playwright.sync_api import sync_playwright
+        from playwright.sync_api import expect, sync_playwright
     except ImportError as error:
         missing(f"{error}: pip install playwright")
+    expect.set_options(timeout=PATIENCE)
     with sync_playwright() as playwright:
         found = playwright.chromium.launch(executable_path=path, args=list(ARGUMENTS))
         yield found
@@ -142,7 +144,7 @@ def pages(browser: Browser) -> Iterator[Callable[..., Page]]:
 
     def opened(link: str, address: str = "", **options: object) -> Page:
         context = browser.new_context(**options)  # type: ignore[arg-type]
-        context.set_default_timeout(15_000)
+        context.set_default_timeout(PATIENCE)
         contexts.append(context)
         page = context.new_page()
         page.on("pageerror", lambda error: said.append(str(error)))

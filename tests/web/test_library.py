@@ -50,10 +50,10 @@ def names(page: Page) -> list[str]:
 
 def soon(page: Page, holds: Callable[[], object]) -> None:
     """Wait until something holds."""
-    for _ in range(100):
+    for _ in range(600):
         if holds():
             return
-        page.wait_for_timeout(50)
+        page.wait_for_timeout(100)
     assert holds()
 
 

@@ -17,9 +17,14 @@ if TYPE_CHECKING:
 SECOND = 56  # pixels of a second on a staff, as drawn by default
 
 
+def drawn(page: Page) -> None:
+    """Wait until what was asked for is drawn."""
+    page.evaluate("new Promise((it) => requestAnimationFrame(() => requestAnimationFrame(it)))")
+
+
 def now(page: Page) -> float:
     """Return the seconds of the player, after a frame."""
-    page.wait_for_timeout(60)
+    drawn(page)
     seconds: float = page.evaluate("player.seconds")
     return seconds
 
@@ -122,9 +127,9 @@ def test_symbols_are_as_far_from_the_line_as_in_time(played: Any, seconds: float
     page = played()
     page.locator(".staff-layer > svg").first.wait_for()
     page.evaluate(f"player.seek({seconds})")
-    page.wait_for_timeout(200)
+    page.wait_for_function(f"() => ({DRAWN})().symbols.length > 5")
+    drawn(page)
     found = page.evaluate(DRAWN)
-    assert len(found["symbols"]) > 5
     for start, end, bottom, top in found["symbols"]:
         assert found["middle"] - bottom == pytest.approx(SECOND * (start - seconds), abs=4)
         assert found["middle"] - top == pytest.approx(SECOND * (end - seconds), abs=4)
@@ -133,8 +138,8 @@ def test_symbols_are_as_far_from_the_line_as_in_time(played: Any, seconds: float
 def test_a_symbol_is_picked_and_a_blank_place_sought(played: Any) -> None:
     page = played()
     page.evaluate("player.seek(5)")
-    page.wait_for_timeout(200)
-    box = page.evaluate(
+    drawn(page)
+    found = page.wait_for_function(
         """() => {
       const line = document.querySelector('.staff-line').getBoundingClientRect().top;
       for (const it of document.querySelectorAll('g[data-part=r_support]')) {
@@ -145,7 +150,7 @@ def test_a_symbol_is_picked_and_a_blank_place_sought(played: Any) -> None:
       }
     }"""
     )
-    page.mouse.click(*box)
+    page.mouse.click(*found.json_value())
     assert page.evaluate("said.picked") == ["r_support"]
     assert page.locator(".staff g.chosen").count() == 1
     staff = page.locator("#staff").bounding_box()
@@ -156,7 +161,7 @@ def test_a_symbol_is_picked_and_a_blank_place_sought(played: Any) -> None:
 def test_a_stretch_is_selected_by_dragging(played: Any) -> None:
     page = played()
     page.evaluate("player.seek(5)")
-    page.wait_for_timeout(200)
+    drawn(page)
     staff = page.locator("#staff").bounding_box()
     line = page.locator(".staff-line").bounding_box()["y"] + 1
     x = staff["x"] + 3
@@ -196,11 +201,11 @@ def test_the_staff_is_used_by_keys(played: Any) -> None:
     assert page.locator(".staff-state").inner_text() != first
     page.keyboard.press("Enter")
     assert len(page.evaluate("said.picked")) == 1
-    before = page.locator(".staff-layer > svg").first.bounding_box()["height"]
+    height = "document.querySelector('.staff-layer > svg').getBoundingClientRect().height"
+    before = page.evaluate(height)
     page.keyboard.press("+")
-    page.wait_for_timeout(500)
-    after = page.locator(".staff-layer > svg").first.bounding_box()["height"]
-    assert 1.8 * before < after <= 2 * before
+    page.wait_for_function(f"() => {height} > {1.8 * before}")
+    assert page.evaluate(height) <= 2 * before
 
 
 def test_nobody_is_shut_out(played: Any, violations: Any) -> None:
