@@ -239,7 +239,80 @@ def frames(_: argparse.Namespace) -> None:
         browser.close()
 
 
-ROWS = {"start": start, "weight": weight, "keys": keys, "many": many, "frames": frames}
+LONG = 1800
+"""Seconds of a capture from which on it is a long one."""
+
+SHOWN = """() => {
+  const line = document.querySelector(".staff-line")?.getBoundingClientRect();
+  const here = (it) => it.style.display !== "none" && it.getBoundingClientRect().top <= line.top
+    && it.getBoundingClientRect().bottom >= line.top;
+  const told = document.querySelector("input.time")?.getAttribute("aria-valuetext");
+  const staff = line && [...document.querySelectorAll(".staff-layer svg")].some(here);
+  const waits = document.querySelector(".state")?.textContent !== "";
+  return { staff: Boolean(staff), figure: Boolean(told) && !waits, told };
+}"""
+"""Whether a page of a capture shows figure and staff, and of which time."""
+
+UNTIL = f"""(wanted) => new Promise((done) => {{
+  const shown = {SHOWN}, begun = wanted === null ? 0 : performance.now(), found = {{}};
+  if (wanted !== null) {{
+    const time = document.querySelector("input.time");
+    time.value = String(wanted);
+    time.dispatchEvent(new Event("input"));
+  }}
+  const look = () => {{
+    const now = shown(), slid = document.querySelector("input.time")?.value;
+    const there = wanted === null || slid === String(wanted);
+    const spent = performance.now() - begun;
+    for (const it of ["staff", "figure"]) if (now[it] && there) found[it] ??= spent;
+    if (found.staff && found.figure) done(found);
+    else requestAnimationFrame(look);
+  }};
+  requestAnimationFrame(look);
+}})"""
+"""Goes to a place of the slider; returns after how many milliseconds staff and figure show it."""
+
+
+def renderer() -> float:
+    """Return the megabytes of the largest process that draws a page of ours."""
+    ours = psutil.Process().children(recursive=True)
+    pages = (it for it in ours if "--type=renderer" in it.cmdline())
+    return max(it.memory_info().rss for it in pages) / 1e6
+
+
+def hour(names: argparse.Namespace) -> None:
+    with served(names.library) as server, opened(server) as page:
+        ask, dice = server.client(), random.Random(0)
+        every = json.loads(ask("/api/captures?n=60&sort=-length"))["captures"]
+        for capture in (it for it in every if it["seconds"] > LONG):
+            page.goto(f"{server.site}/captures/{capture['capture_id']}", wait_until="commit")
+            begun = page.evaluate(UNTIL, None)
+            jumps = [page.evaluate(UNTIL, dice.randrange(10_000)) for _ in range(30)]
+            what = f"{capture['seconds'] / 60:.0f} min of {capture['format']}"
+            row(
+                f"{what}: open: staff, figure",
+                " ms, ".join(f"{begun[it]:.0f}" for it in ("staff", "figure")) + " ms",
+            )
+            for it in ("staff", "figure"):
+                spent = sorted(jump[it] for jump in jumps)
+                found = f"{median(spent):.0f} ms, p95 {spent[int(len(spent) * 0.95)]:.0f} ms"
+                row(f"{what}: to 30 random times: {it}", found)
+            heap = page.evaluate("performance.memory.usedJSHeapSize") / 1e6
+            row(
+                f"{what}: memory of the page",
+                f"{heap:.0f} MB of JavaScript, its process {renderer():.0f} MB",
+            )
+        row("memory of the server then", f"{server.memory():.0f} MB")
+
+
+ROWS = {
+    "start": start,
+    "weight": weight,
+    "keys": keys,
+    "many": many,
+    "frames": frames,
+    "hour": hour,
+}
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
