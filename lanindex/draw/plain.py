@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.alphabet import HIGH, LOW, MID, PLACE, SIXTHS, group_of, kind_of
-from lanindex.draw.staff import Key, keys_of, turns
+from lanindex.draw.staff import Key, has_column, keys_of, turns, usual_tracks
 from lanindex.model import Score, Symbol, Track
 from lanindex.model.derived import STEP, degree_of
 from lanindex.model.score import rows_of
@@ -46,9 +46,40 @@ _FINER = {
 _IN_DEGREES = {"torso": "torso_incline", "head": "head_incline"}
 
 
-def plain(score: Score, marked: Iterable[Symbol] = ()) -> Score:
-    """Return a score with what a reader expects, and with symbols that are marked."""
-    keys, found = keys_of(score, marked), dict[str, Track]()
+def plain(
+    score: Score, marked: Iterable[Symbol] = (), columns: Collection[str] | None = None
+) -> Score:
+    """Return a score with what a reader expects, and with symbols that are marked.
+
+    `columns` are those of the staff, if other stretches of it are in the same.
+    """
+    keys = keys_of(score, marked)
+    found = _reduced(score, keys)
+    if columns is None:
+        left_out = {part for part, track in found.items() if not len(track)}
+        left_out |= _told_otherwise(found, _walks(score))
+    else:
+        left_out = {part for part in found if has_column(part) and part not in columns}
+    left_out -= {part for part, *_ in keys}
+    kept = {it: found[it] for it in found if it not in left_out}
+    for part, track in kept.items():
+        if kind_of(part) == "gesture":
+            rows = _again(score, track.symbols, _lit(part, track.symbols, keys))
+            kept[part] = replace(track, symbols=rows)
+    return replace(score, tracks=kept or score.tracks)
+
+
+def usual_columns(score: Score, tracks: Collection[str]) -> list[str]:
+    """Return which of some tracks have columns, as far as samples of them in a score tell."""
+    left_out = _told_otherwise(_reduced(score, frozenset()), _walks(score))
+    return [
+        it for it in usual_tracks([it for it in tracks if it not in left_out]) if has_column(it)
+    ]
+
+
+def _reduced(score: Score, keys: Collection[Key]) -> dict[str, Track]:
+    """Return what is drawn of each track that has a column."""
+    found = dict[str, Track]()
     for part, track in score.tracks.items():
         rows = rows_of(score, part)
         lit, rule = _lit(part, rows, keys), _RULES.get(group_of(part))
@@ -59,13 +90,7 @@ def plain(score: Score, marked: Iterable[Symbol] = ()) -> Score:
         elif kind_of(part) == "travel":
             rows = _straight(rows, lit[told])
         found[part] = replace(track, symbols=rows)
-    left_out = _left_out(found, _walks(score)) - {part for part, *_ in keys}
-    kept = {it: found[it] for it in found if it not in left_out}
-    for part, track in kept.items():
-        if kind_of(part) == "gesture":
-            rows = _again(score, track.symbols, _lit(part, track.symbols, keys))
-            kept[part] = replace(track, symbols=rows)
-    return replace(score, tracks=kept or score.tracks)
+    return found
 
 
 def _lit(part: str, rows: Rows, keys: Collection[Key]) -> Mask:
@@ -75,10 +100,9 @@ def _lit(part: str, rows: Rows, keys: Collection[Key]) -> Mask:
     return np.array([span in own for span in spans] if own else np.zeros(len(rows)), bool)
 
 
-def _left_out(tracks: Mapping[str, Track], walks: Rows) -> set[str]:
-    """Return tracks without a column: they are empty, or others say the same in fewer signs."""
-    rows = {part: track.symbols for part, track in tracks.items()}
-    left_out = {part for part in rows if not len(rows[part])}
+def _told_otherwise(tracks: Mapping[str, Track], walks: Rows) -> set[str]:
+    """Return tracks without a column, as others say the same in fewer signs."""
+    rows, left_out = {part: track.symbols for part, track in tracks.items()}, set[str]()
     for side in ("r_", "l_"):
         alone = {it for it in _FINER if _moves_alone(rows, side, it, walks)}
         left_out |= {side + it for it in ("hand", "palm") if it not in alone}
@@ -90,7 +114,7 @@ def _left_out(tracks: Mapping[str, Track], walks: Rows) -> set[str]:
             knee = lifted >= max(_KNEES, len(rows[f"{side}leg"]) + 1)  # it is lifted bent
             left_out |= {side + it for it in ("leg" if knee else "thigh", "shank", "foot")}
     for part, incline in _IN_DEGREES.items():
-        both = [it for it in (incline, part) if it in rows and it not in left_out]
+        both = [it for it in (incline, part) if len(rows.get(it, ()))]
         left_out |= {*sorted(both, key=lambda it: len(rows[it]))[1:]}
     return left_out
 

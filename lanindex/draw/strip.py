@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -85,6 +85,10 @@ class Staff:
         How many times as high a second is, beside signs of the same width.
     title : str
         What it shows.
+    columns : collection of str, optional
+        Its columns, drawn as a reader expects; else those that this score needs.
+    firsts : mapping of str to int, optional
+        By track the ordinal of its first row, where the score is a stretch of a longer one.
 
     Attributes
     ----------
@@ -129,6 +133,8 @@ class Staff:
         scale: float = 1.0,
         stretch: float = 1.0,
         title: str = "",
+        columns: Collection[str] | None = None,
+        firsts: Mapping[str, int] | None = None,
     ) -> None:
         if detail not in ("plain", "full"):
             raise UsageError(f'"{detail}"', wanted="plain or full")
@@ -138,23 +144,27 @@ class Staff:
             raise UsageError(f"stretched {stretch:g} times", wanted="0.1 to 10 times")
         self.score, self.title, self.scale = score, title or "score", scale
         marks = list(settled(score, marked))
-        self.drawn = score if parts is not None or detail == "full" else plain(score, marks)
+        full = parts is not None or detail == "full"
+        self.drawn = score if full else plain(score, marks, columns)
+        if columns is not None:
+            parts = [part for part in self.drawn.tracks if part in columns]
         self.tracks, missing = chosen(self.drawn, parts, {it.part for it in marks})
+        self._firsts = firsts or {}
         self.warnings = tuple(missing)
         self.duration = float(score.frames / score.rate)
         self.window = start, last_second(self.duration, start, stop)
         clock = TimeAxis(self.drawn, seconds)
         self._times, self._counts = self._knots(TimeAxis(score, seconds))
-        end, columns = float(self._counts[-1]), staff_columns(self.tracks)
+        end, placed = float(self._counts[-1]), staff_columns(self.tracks)
         self._beat = round(BEAT * stretch)
         self._whole = max(round(end * self._beat), self._beat)  # units
         edges = 0, self._whole
-        self._layout = PageLayout(clock, 0.0, max(end, 1.0), edges, columns, 0, self._beat, 0, 1)
+        self._layout = PageLayout(clock, 0.0, max(end, 1.0), edges, placed, 0, self._beat, 0, 1)
         self._painter = SymbolPainter(self._layout, keys_of(score, marks))
         centre, pixel = self._layout.centre(0), scale / PIXEL
         self.columns = {
             part: Column((centre + at - half) * pixel, (centre + at + half) * pixel)
-            for part, at in columns.places.items()
+            for part, at in placed.places.items()
             for half in [PITCHES.get(kind_of(part), PITCH) // 2]
         }
         self.width, self.height = self._layout.size[0] * pixel, self._whole * pixel
@@ -319,7 +329,8 @@ class Staff:
         return {
             part: (
                 self._painter.heights(part),
-                _ordinals(part, self.score.tracks[part].symbols, rows_of(self.drawn, part)),
+                self._firsts.get(part, 0)
+                + _ordinals(part, self.score.tracks[part].symbols, rows_of(self.drawn, part)),
             )
             for part in self.tracks
         }

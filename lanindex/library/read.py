@@ -4,6 +4,7 @@ All functions run inside a transaction that the caller has begun.
 """
 
 import json
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -307,6 +308,52 @@ def tracks_of(tracks: TrackRows, symbols: NDArray[Any]) -> dict[int, dict[str, T
         except _NONSENSE as error:
             raise damaged(capture.id, capture.location, f"its track {part} ({error})") from error
     return by_capture
+
+
+def read_stretch(
+    connection: Link, one: Stored, frames: Span, parts: Sequence[str] | None = None
+) -> tuple[dict[str, Track], dict[str, int]]:
+    """Return what tracks of a capture hold in a stretch, and which of their rows is the first.
+
+    Rows follow each other by their ends, so those of a stretch are found without all others. They
+    are looked at, but not their checksums, which are over whole tracks.
+    """
+    tracks, firsts = dict[str, Track](), dict[str, int]()
+    found = read_track_rows(connection, [one], parts)
+    columns = (found.ordinal, found.part, found.kind, found.known, found.symbols)
+    for track, part, kind, spans, count in zip(*columns, strict=True):
+        try:
+            first, packed = _stretch(connection, (one.capture.id, track), count, frames)
+            symbols = rows.unpack(packed)
+            whole = (rows.pack(symbols) == packed).all()
+            if not whole or rows.wrong(symbols, one.capture.frames).any():
+                raise ValueError("rows that no symbols have")
+            known = known_of(one.capture, part, spans)
+            tracks[part], firsts[part] = Track(part, symbols, known, KIND_NAMES[kind]), first
+        except _NONSENSE as error:
+            what = f"its track {part} ({error})"
+            raise damaged(one.capture.id, one.capture.location, what) from error
+    return tracks, firsts
+
+
+def _stretch(
+    connection: Link, track: tuple[int, int], count: int, frames: Span
+) -> tuple[int, NDArray[np.int64]]:
+    """Return the first row of a track that tells of a stretch, and the fields of all: (S, C)."""
+    values = dict(zip(("number", "track"), track, strict=True))
+    where = "FROM symbol_code WHERE capture_id = :number AND track = :track AND ordinal"
+
+    def end(row: int) -> int:
+        asked = f"SELECT start + length {where} = :row"
+        return int(ask(connection, asked, {**values, "row": row}).fetchone()[0])
+
+    first = max(bisect_right(range(count), frames.start, key=end) - 1, 0)
+    last = min(bisect_left(range(count), frames.stop, lo=first, key=end), count - 1)
+    asked = f"SELECT {', '.join(COLUMNS)} {where} BETWEEN :first AND :last ORDER BY ordinal"
+    held = ask(connection, asked, {**values, "first": first, "last": last}).fetchall()
+    if len(held) != last + 1 - first:
+        raise ValueError(f"{len(held)} rows in place of {last + 1 - first}")
+    return first, np.array(held, np.int64).reshape(-1, len(COLUMNS))
 
 
 def known_of(capture: Capture, part: str, known: str | None) -> tuple[Span, ...]:

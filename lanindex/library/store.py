@@ -45,7 +45,7 @@ from lanindex.library.selection import (
     texts_needed,
 )
 from lanindex.library.stats import Stats, count
-from lanindex.model import Capture, Score, Track
+from lanindex.model import Capture, Score, Span, Track
 from lanindex.model.columns import Columns, Roster
 
 _BATCH = 256
@@ -312,6 +312,25 @@ class Store:
             tracks = read.read_tracks(connection, [stored])[stored.capture.id]
         rate, frames, meter = stored.capture.rate, stored.capture.frames, stored.capture.meter
         return Score(rate, frames, meter, tracks, heading, other)
+
+    def stretch(
+        self, which: int | str, frames: Span, parts: Sequence[str] | None = None
+    ) -> tuple[Score, dict[str, int]]:
+        """Return what a score holds in a stretch, and by track which of its rows is the first.
+
+        It has the frames of the whole, and no heading.
+        """
+        with self.session.reading() as connection:
+            stored = self._stored(connection, which)
+            tracks, firsts = read.read_stretch(connection, stored, frames, parts)
+        capture = stored.capture
+        return Score(capture.rate, capture.frames, capture.meter, tracks), firsts
+
+    def counts(self, which: int | str) -> dict[str, int]:
+        """Return how many rows each track of a capture has."""
+        with self.session.reading() as connection:
+            rows = read.read_track_rows(connection, [self._stored(connection, which)])
+        return dict(zip(rows.part, rows.symbols, strict=True))
 
     def parts(self, *, checked: bool = True, tick: Callable[[], None] = no_tick) -> list[str]:
         """Return the parts that any capture has, in the order of the alphabet."""

@@ -1088,6 +1088,7 @@ class Library:
         marked: Iterable[Symbol] = (),
         scale: float = 1.0,
         stretch: float = 1.0,
+        near: bool = False,
     ) -> Staff:
         """Return the staff of a capture, of which windows are drawn that fit together.
 
@@ -1108,6 +1109,9 @@ class Library:
         scale, stretch : float
             1: 56 pixels a second or beat; and how many times as high that is, beside signs of the
             same width.
+        near : bool
+            Of a capture of more than five minutes read what the window needs alone: other windows
+            of this staff lack symbols.
 
         Returns
         -------
@@ -1133,7 +1137,8 @@ class Library:
         from lanindex.pipeline.staves import staff
 
         how: dict[str, Any] = {"parts": parts, "detail": detail, "marked": marked}
-        return staff(self.store, which, start, stop, **how, scale=scale, stretch=stretch)
+        how |= {"scale": scale, "stretch": stretch, "near": near}
+        return staff(self.store, which, start, stop, **how)
 
     def pattern_of(
         self, which: int | str, start: float, stop: float, parts: Sequence[str] | None = None

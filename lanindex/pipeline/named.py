@@ -53,7 +53,7 @@ class Named:
         return float(self.span.start / rate), float(self.span.stop / rate)
 
 
-def counts_beats(form: str, score: Score) -> bool:
+def counts_beats(form: str, score: Score | Capture) -> bool:
     """Return whether a score of a format counts beats that somebody told, and not seconds."""
     return form == "lnd" or score.meter.speed != 60  # LND counts beats, whatever their tempo
 

@@ -195,8 +195,8 @@ def numbers(call: Call) -> dict[str, Any]:
 def one(call: Call) -> dict[str, Any]:
     """Return a capture with the parts that it has symbols of, of those that have a column."""
     capture = call.site.library.capture(call.path["number"])
-    _, tracks = next(call.site.library.tracks([capture.id]))
-    counts = {part: len(it) for part, it in tracks.items() if len(it) and has_column(part)}
+    every = call.site.library.store.counts(capture.id)
+    counts = {part: count for part, count in every.items() if count and has_column(part)}
     return {**records.of_capture(capture), "parts": counts, "usual": usual_tracks(counts)}
 
 

@@ -95,7 +95,8 @@ def _motifs(
         drawn = ""
         if has_column(motif.part):
             scale = min(_HEIGHT / (stop - start), 3.0)
-            drawn = library.staff(own.id, start, stop, parts=[motif.part], scale=scale).svg()
+            how: dict[str, Any] = {"parts": [motif.part], "scale": scale, "near": True}
+            drawn = library.staff(own.id, start, stop, **how).svg()
         rows.append(
             {
                 "pattern": motif.pattern,

@@ -238,7 +238,7 @@ def card(call: Call) -> dict[str, Any]:
     start, stop, begin, end = _times(hit)
     if columns := [it for it in parts if has_column(it)]:
         stretch = min(max(_STRIP / (end - begin), 0.1), 10.0)
-        staff = library.staff(hit, begin, end, parts=columns, stretch=stretch)
+        staff = library.staff(hit, begin, end, parts=columns, stretch=stretch, near=True)
         answer["staff"] = staff.svg()
     try:
         body = library.motion(hit.capture.id, begin, end, _RATE)

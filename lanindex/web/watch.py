@@ -103,7 +103,8 @@ def staff(call: Call) -> dict[str, Any]:
     start = call.number("from", 0.0, 0, seconds)
     stop = min(call.number("to", start + tiles.SECONDS, start, start + MOST), seconds)
     parts = [it for it in call.text("parts").split(",") if it]
-    whole = library.staff(number, parts=parts or None, stretch=call.number("zoom", 1, 0.1, 10))
+    zoom = call.number("zoom", 1, 0.1, 10)
+    whole = library.staff(number, start, stop, parts=parts or None, stretch=zoom, near=True)
     symbols = {
         name: {"words": it["words"], "pattern": pattern_of_symbol(it)}
         for name, it in whole.symbols(start, stop).items()

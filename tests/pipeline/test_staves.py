@@ -1,16 +1,27 @@
 """The staves of a library's captures."""
 
+import shutil
+import sqlite3
 import threading
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from dances import BOW, RAISE, dance
 
+import lanindex
 from lanindex.draw import strip
-from lanindex.errors import ExportError
+from lanindex.draw.strip import Staff
+from lanindex.errors import ExportError, LibraryError
+from lanindex.model import Span, Track
+from lanindex.model.symbol import joined
 from lanindex.pipeline import staves
 from lanindex.pipeline.kept import Latest
 from lanindex.pipeline.library import Library, open_library
+
+CORPUS = Path(__file__).parents[2] / "corpus"
 
 
 @pytest.fixture
@@ -90,3 +101,68 @@ def test_a_hit_of_another_library_is_refused(library: Library, tmp_path: Path) -
         other.ingest(tmp_path / "bow.bvh")
         with pytest.raises(ExportError, match="Search this library again"):
             other.staff(hit)
+
+
+DANCES = ("marching", "greetings", "radio_gymnastics", "port_de_bras", "traffic_police", "compass")
+
+
+@pytest.fixture(scope="module")
+def long_library(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Library]:
+    """Yield a library of one capture, several dances one after the other."""
+    scores = [lanindex.encode(lanindex.read(CORPUS / f"{it}.bvh")) for it in (*DANCES, *DANCES)]
+    assert {it.rate for it in scores} == {30}
+    rows, frames = {part: list[Any]() for part in scores[0].tracks}, 0
+    for score in scores:
+        for part, track in score.tracks.items():
+            own = track.symbols.copy()
+            own["start"] += frames
+            own["stop"] += frames
+            rows[part].append(own)
+        frames += score.frames
+    known = (Span(0, frames),)
+    tracks = {part: Track(part, joined(it), known) for part, it in rows.items()}
+    whole = replace(scores[0], frames=frames, tracks=tracks)
+    with lanindex.open_library(tmp_path_factory.mktemp("long") / "l.db", create=True) as library:
+        library.store.add("long.bvh", whole, format="bvh", sha256="0" * 64)
+        yield library
+
+
+def test_windows_of_a_long_capture_are_those_of_the_whole(long_library: Library) -> None:
+    usual = long_library.staff(1)
+    assert usual.duration > staves.LONG
+    columns = long_library.staff(1, 0, 10, near=True).tracks
+    assert {*usual.tracks} <= {*columns}
+    drawn = Staff(long_library.score(1), seconds=True, title="long.bvh", columns=columns)
+    for start in range(0, int(usual.duration) - 7, 7):
+        near = long_library.staff(1, start, start + 7, near=True)
+        assert 0 < len(near.score.symbols("r_arm")) < len(drawn.score.symbols("r_arm")) / 3
+        assert near.symbols(start, start + 7) == drawn.symbols(start, start + 7)
+        assert near.tile(start, start + 7) == drawn.tile(start, start + 7)
+
+
+def test_windows_of_a_long_capture_show_all_of_chosen_parts(long_library: Library) -> None:
+    hit = long_library.search("r_arm place high -> right mid")[-1]
+    for which, parts in ((1, ["r_arm", "r_support", "r_stance", "l_support"]), (hit, ["r_arm"])):
+        window = {} if which is hit else {"start": 200, "stop": 207}
+        near, whole = (
+            long_library.staff(which, **window, parts=parts, near=it) for it in (True, False)
+        )
+        assert near.window == whole.window
+        assert near.score is not whole.score
+        assert near.svg() == whole.svg()
+        assert [*near.symbols()] == [*whole.symbols()]
+
+
+def test_a_stretch_that_is_damaged_is_refused(long_library: Library, tmp_path: Path) -> None:
+    before = long_library.staff(1, 0, 7, parts=["r_arm"], near=True)
+    copy = tmp_path / "copy.db"
+    shutil.copy(long_library.store.place, copy)
+    for change in ("start = 'x'", "length = 1 << 40", "sign = 15"):
+        with sqlite3.connect(copy) as connection:
+            connection.execute(f"UPDATE symbol_code SET {change} WHERE ordinal = 3")
+        connection.close()
+        with open_library(copy) as library, pytest.raises(LibraryError, match="is damaged"):
+            library.staff(1, 0, 7, parts=["r_arm"], near=True)
+        shutil.copy(long_library.store.place, copy)
+    with open_library(copy) as library:
+        assert library.staff(1, 0, 7, parts=["r_arm"], near=True).svg() == before.svg()
