@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex import formats
-from lanindex.alphabet import JOINT_CODES, kind_of
+from lanindex.alphabet import kind_of
 from lanindex.encoding.profile import load
 from lanindex.errors import AbsentError, LanindexError, NotationError, UsageError, shown
 from lanindex.library.connect import Progress
@@ -25,6 +25,7 @@ from lanindex.model.columns import Roster, columns_of
 from lanindex.notation import notation_of
 from lanindex.pipeline.named import Named, from_file, ranged, stored
 from lanindex.pipeline.prepare import as_ingested
+from lanindex.pipeline.warping import Floats, normalised, warped
 from lanindex.search.example.likeness import (
     Clips,
     ClipSource,
@@ -37,13 +38,8 @@ from lanindex.search.example.likeness import (
 )
 from lanindex.search.hits import Hits, ListedHits
 
-Floats = NDArray[np.float32]
-
 RERANKED = 100
 """Hits of which files are read."""
-
-RATE = 30
-"""Frames a second that are compared at the most."""
 
 ALIKE = 0.4
 """The mean likeness down to which groups are joined by default."""
@@ -207,66 +203,6 @@ def _joints(
     joints = np.asarray(motion.positions[max(span.start, motion.first) : span.stop])[:, body]
     joints[:, body < 0] = np.nan
     return normalised(joints, float(motion.rate))
-
-
-def normalised(joints: NDArray[np.float32], rate: float) -> Floats:
-    """Return joints (T, 20, 3), mm, as any body would move anywhere: (U, 20, 3) in leg lengths.
-
-    At most `RATE` frames a second, seen from between the hips, which are turned to lie along z.
-    """
-    step = max(1.0, rate / RATE)
-    kept = joints[np.floor(np.arange(0, len(joints), step)).astype(np.int64)].astype(np.float64)
-    right, left = kept[:, JOINT_CODES["RHip"]], kept[:, JOINT_CODES["LHip"]]
-    kept -= ((right + left) / 2)[:, None]
-    across = right - left
-    turn = np.arctan2(across[:, 0], across[:, 2])[:, None]
-    x, z = kept[..., 0].copy(), kept[..., 2].copy()
-    kept[..., 0] = np.cos(turn) * x - np.sin(turn) * z
-    kept[..., 2] = np.sin(turn) * x + np.cos(turn) * z
-    chain = kept[:, [JOINT_CODES[name] for name in ("RHip", "RKnee", "RAnkle")]]
-    leg = np.linalg.norm(np.diff(chain, axis=1), axis=2).sum(axis=1)
-    known = leg[np.isfinite(leg)]
-    kept /= np.median(known) if len(known) else np.nan
-    return np.asarray(kept, np.float32)
-
-
-def warped(one: Floats, two: Floats) -> float:
-    """Return how far joints lie apart on the cheapest way through two `normalised` clips.
-
-    In leg lengths, the mean over joints and frames of both; infinity where no joint is known in all
-    frames of both.
-    """
-    known = np.isfinite(one).all(axis=(0, 2)) & np.isfinite(two).all(axis=(0, 2))
-    if not known.any() or not len(one) or not len(two):
-        return float("inf")
-    apart = _mean_distances(one[:, known], two[:, known])
-    return _cheapest_cost(apart) / (len(one) + len(two))
-
-
-def _mean_distances(one: Floats, two: Floats) -> NDArray[np.float64]:
-    """Return the mean distance of joints for each pair of frames: (T, U)."""
-    total: NDArray[np.float64] = np.zeros((len(one), len(two)))
-    for joint in range(one.shape[1]):
-        first, second = one[:, joint].astype(np.float64), two[:, joint].astype(np.float64)
-        squares = np.square(first).sum(axis=1)[:, None] + np.square(second).sum(axis=1)
-        squares -= 2 * first @ second.T
-        total += np.sqrt(np.maximum(squares, 0, out=squares), out=squares)
-    total /= one.shape[1]
-    return total
-
-
-def _cheapest_cost(distances: NDArray[np.float64]) -> float:
-    """Return the cost of the cheapest way, in which a step forward in both counts twice."""
-    first, *rows = distances
-    cost = np.cumsum(first)
-    cost += first[0]
-    for row in rows:
-        reach = np.cumsum(row)
-        arrived = cost + row
-        arrived[1:] = np.minimum(arrived[1:], cost[:-1] + 2 * row[1:])
-        # A way along the row adds up what it passes: a running minimum of what is left without.
-        cost = np.minimum.accumulate(arrived - reach) + reach
-    return float(cost[-1])
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,9 @@ from lanindex.search.hits import Found, Hits, piped
 from lanindex.search.limits import deadline, running
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from lanindex.draw.strip import Staff
     from lanindex.encoding.profile import Profile
     from lanindex.film.figure import Figure
@@ -754,6 +757,41 @@ class Library:
             return similar(
                 self.store, numbers, least=alike, wanted=groups, sample=sample, watch=watch
             )
+
+    def in_step(self, one: int | str, other: int | str) -> NDArray[np.float64]:
+        """Return at which seconds two captures do the same.
+
+        Joints are compared as any body would move anywhere, at most 30 frames a second and 1,500 of
+        a capture (dynamic time warping); both begin together and end together.
+
+        Parameters
+        ----------
+        one, other : int or str
+            Their numbers or paths. A score is performed by the standard body.
+
+        Returns
+        -------
+        numpy.ndarray
+            (N, 2) float64, seconds of one and of the other; neither ever falls.
+
+        Raises
+        ------
+        ExportError
+            Where a source is gone or has changed since it was ingested.
+        UsageError
+            Where no joint is known in all frames of both.
+
+        Examples
+        --------
+        >>> import lanindex
+        >>> with lanindex.open_library("dance.db") as library:
+        ...     seconds = library.in_step("conductor_three.bvh", "conductor_four.bvh")
+        >>> seconds.shape, seconds[150].round(2).tolist()
+        ((643, 2), [5.0, 8.35])
+        """
+        from lanindex.pipeline.warping import in_step
+
+        return in_step(self.store, self.capture(one), self.capture(other))
 
     def motifs(
         self,

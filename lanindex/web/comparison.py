@@ -11,9 +11,21 @@ from lanindex.web.routes import Call
 _MOST = 1000  # differences that are listed
 
 
+def _pair(call: Call) -> tuple[int, int]:
+    one, other = (int(call.number(name, 0, 1, 1 << 53)) for name in ("a", "b"))
+    return one, other
+
+
+def in_step(call: Call) -> dict[str, list[list[float]]]:
+    """Return at which seconds two captures do the same."""
+    pair = _pair(call)
+    times = call.site.kept(("step", *pair), lambda: call.site.library.in_step(*pair))
+    return {"times": times.T.round(4).tolist()}
+
+
 def compared(call: Call) -> dict[str, Any]:
     """Return the differences of two captures, and the columns in which both are drawn."""
-    one, other = (int(call.number(name, 0, 1, 1 << 53)) for name in ("a", "b"))
+    one, other = _pair(call)
     found: dict[str, Any] = call.site.kept(
         ("compare", one, other), lambda: _compared(call, one, other)
     )

@@ -67,8 +67,8 @@ from rapidfuzz.distance import Levenshtein
 from lanindex.alphabet import PARTS
 from lanindex.encoding import encode
 from lanindex.formats import read
-from lanindex.pipeline.example import normalised, warped
 from lanindex.pipeline.ingest import read_labels
+from lanindex.pipeline.warping import normalised, warped
 from lanindex.search import sphere
 from lanindex.search.example import likeness
 from lanindex.search.example.likeness import Clips, ClipSource

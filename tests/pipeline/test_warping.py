@@ -1,5 +1,7 @@
 """Warping of joint positions against its plain twin, and its laws."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from effort import examples
@@ -7,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from plain_example import warped as plainly
 
+import lanindex
 from lanindex.alphabet import JOINT_CODES
-from lanindex.pipeline.example import normalised, warped
+from lanindex.pipeline.warping import cheapest_way, normalised, warped
 
 
 def body(seed, frames):
@@ -22,6 +25,45 @@ def test_it_is_what_the_plain_one_says(seed, one, two) -> None:
     assert warped(a, b) == pytest.approx(plainly(a, b), rel=1e-5)
     assert warped(a, a) == pytest.approx(0, abs=1e-3)
     assert warped(a, b) == pytest.approx(warped(b, a), rel=1e-5)
+
+
+@examples(40)
+@given(st.integers(0, 99), st.integers(1, 7), st.integers(1, 7))
+def test_the_cheapest_way_costs_what_is_told(seed, one, two) -> None:
+    a, b = body(seed, one) / 400, body(seed + 100, two) / 400
+    way = cheapest_way(a, b)
+    steps = np.diff(way, axis=0, prepend=[[-1, -1]])
+    assert way[[0, -1]].tolist() == [[0, 0], [one - 1, two - 1]]
+    assert ((steps >= 0) & (steps <= 1)).all()
+    apart = np.linalg.norm(a[way[:, 0]] - b[way[:, 1]], axis=2).mean(axis=1)
+    cost = (apart * steps.sum(axis=1)).sum() / (one + two)
+    assert cost == pytest.approx(warped(a, b), rel=1e-5)
+
+
+CORPUS = Path(__file__).parents[2] / "corpus"
+
+
+@pytest.mark.parametrize("name", ["radio_gymnastics", "port_de_bras", "conductor_three"])
+def test_a_copy_that_is_now_faster_now_slower_comes_into_step(name, tmp_path) -> None:
+    head, _, rows = (CORPUS / f"{name}.bvh").read_text().partition("Frame Time:")
+    time, *frames = rows.strip().splitlines()
+    frames = frames[:600]
+    # 1.5 times as long, now half and now twice as fast as that
+    pace = np.exp(0.7 * np.sin(np.linspace(0, 14, round(1.5 * len(frames)))))
+    taken = np.round((np.cumsum(pace) - pace[0]) / (pace.sum() - pace[0]) * (len(frames) - 1))
+    for file, own in (("one", np.arange(len(frames))), ("two", taken.astype(int))):
+        text = f"{head.rpartition('Frames:')[0]}Frames: {len(own)}\nFrame Time: {time}\n"
+        (tmp_path / f"{file}.bvh").write_text(text + "\n".join(frames[it] for it in own) + "\n")
+    with lanindex.open_library(tmp_path / "own.db", create=True) as library:
+        library.ingest(tmp_path)
+        seconds = library.in_step(1, 2)
+        joints = normalised(library.motion(1).places[:, :20], 30)
+    assert (np.diff(seconds, axis=0) >= 0).all()
+    assert seconds[-1] == pytest.approx([len(frames) / 30, len(taken) / 30], rel=1e-4)
+    wanted = np.interp(seconds[:-1, 0] * 30, taken, np.arange(len(taken)))
+    moves = np.linalg.norm(np.gradient(joints, axis=0), axis=2).max(axis=1) > 0.01
+    apart = abs(seconds[:-1, 1] * 30 - wanted)[moves[:-1]]
+    assert apart.max() <= 2  # frames: where it moves, all is where it belongs
 
 
 def test_place_facing_size_and_rate_make_no_difference() -> None:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 from page_client import asking
 
@@ -76,6 +77,27 @@ def test_two_captures_play_in_step(
     page.locator(".clock", has_text="0:20.").wait_for()
     page.wait_for_url("**&t=20.*")
     assert page.locator(".pair canvas").count() == 2
-    page.get_by_label("B takes as long as A").check()
-    page.wait_for_url("**&stretch=true**")
+    way = page.get_by_label("In step")
+    way.select_option("by length")
+    page.wait_for_url("**&step=length**")
+    way.select_option("by movement")
+    page.wait_for_url("**&step=movement**")
+    seconds = library.in_step(*pair)
+    there = page.locator(".differences tr td:nth-child(5) button").filter(
+        has_text=re.compile(r"^2\d")
+    )
+    told = float(there.first.inner_text().partition("\u2013")[0])
+    there.first.click()
+    wanted = float(np.interp(told, seconds[:, 1], seconds[:, 0]))
+    page.wait_for_url(lambda url: abs(float(re.findall(r"&t=([\d.]+)", url)[0]) - wanted) < 0.05)
+    page.reload()
+    page.get_by_text("differences in").first.wait_for()
+    assert way.input_value() == "movement"
     assert violations(page) == []
+
+
+def test_they_are_in_step_as_the_library_says(library: lanindex.Library, pair: list[int]) -> None:
+    with asking(library) as ask:
+        told = ask.get("/api/compare/step", params=dict(zip("ab", pair, strict=True))).json()
+        assert told["times"] == library.in_step(*pair).T.round(4).tolist()
+        assert ask.get(f"/api/compare/step?a={pair[0]}&b=999999").status_code == 404

@@ -5,7 +5,7 @@ import { announce, counted, duration, el, readOut, svg, trouble } from "../dom.j
 import { Figure } from "../figure.js";
 import { Motion } from "../motion.js";
 import { Player, playerBar, playerKeys } from "../player.js";
-import { StaffView } from "../staff.js";
+import { StaffView, along } from "../staff.js";
 
 /**
  * @typedef {import("../app.js").App} App
@@ -17,19 +17,22 @@ import { StaffView } from "../staff.js";
  */
 
 const NAMES = ["A", "B"];
+const WAYS = { "": "from the beginning", length: "by length", movement: "by movement" }; // in which B is in step with A
 
 /** @param {App} app */
 export async function show(app) {
   const { main, url, signal } = app, given = url.searchParams;
   const numbers = ["a", "b"].map((name) => given.get(name) ?? "");
-  const stretch = el("input", { type: "checkbox", checked: given.has("stretch") });
+  const way = el("select", {}, ...Object.entries(WAYS).map(([value, text]) => el("option", { value, selected: value === given.get("step") }, text)));
+  /** @type {[number[], number[]] | null} seconds of A, and those of B that belong to them; null: the same */
+  let times = null;
   const out = el("div", {});
   /** @type {Player | null} */
   let player = null;
   let first = Number(given.get("t")) || 0; // where it begins
   main.append(
     el("h1", {}, "Compare"),
-    el("div", { class: "row" }, ...numbers.map((_, at) => picker(at)), el("label", {}, stretch, " B takes as long as A")),
+    el("div", { class: "row" }, ...numbers.map((_, at) => picker(at)), el("label", {}, "In step ", way)),
     out);
   if (!numbers.every(Boolean)) {
     out.append(el("p", { class: "soft" }, "Choose two captures or scores: they play in step, and what differs is listed."));
@@ -75,7 +78,7 @@ export async function show(app) {
   function choose(at, number) {
     if (String(number) === numbers[at]) return;
     numbers[at] = String(number);
-    app.go(address("/compare", { a: numbers[0], b: numbers[1], stretch: stretch.checked }));
+    app.go(address("/compare", { a: numbers[0], b: numbers[1], step: way.value }));
   }
 
   /** @param {Comparison} found */
@@ -84,12 +87,12 @@ export async function show(app) {
     const stage = el("div", { class: "pair" }), bars = el("div", {});
     const root = el("div", {}, stage, bars);
     out.replaceChildren(root, listed(found));
+    await step(found, bars);
     const sides = await Promise.all(found.captures.map((capture, at) => side(found, capture, at, stage)));
     const [one, two] = sides;
-    const share = () => stretch.checked ? two.capture.seconds / one.capture.seconds : 1;
-    const seconds = () => stretch.checked ? one.capture.seconds : Math.max(one.capture.seconds, two.capture.seconds);
+    const seconds = () => times ? one.capture.seconds : Math.max(one.capture.seconds, two.capture.seconds);
     /** @type {(at: number, of: number) => number} */
-    const own = (at, of) => Math.min(at * (of ? share() : 1), sides[of].capture.seconds);
+    const own = (at, of) => Math.min(of && times ? along(at, ...times) : at, sides[of].capture.seconds);
     const moving = sides.map((it) => it.motion);
     const clock = player = new Player({
       get seconds() { return seconds(); },
@@ -110,12 +113,14 @@ export async function show(app) {
         tell();
       }
     });
-    sides.forEach((it, of) => { it.staff.seek = (at) => clock.seek(of ? at / share() : at); });
-    stretch.addEventListener("change", () => {
+    sides.forEach((it, of) => { it.staff.seek = (at) => clock.seek(of ? there(at) : at); });
+    way.addEventListener("change", () => step(found, bars).then(() => {
       clock.range = null;
       clock.seek(Math.min(clock.seconds, seconds()));
       tell();
-    });
+    }).catch((error) => {
+      if (!isAbort(error)) throw error;
+    }));
     bars.append(playerBar(clock));
     playerKeys(root, clock);
     clock.seek(first);
@@ -130,8 +135,26 @@ export async function show(app) {
     });
 
     function tell() {
-      app.replace(address("/compare", { a: numbers[0], b: numbers[1], stretch: stretch.checked, t: told ? told.toFixed(3) : "" }));
+      app.replace(address("/compare", { a: numbers[0], b: numbers[1], step: way.value, t: told ? told.toFixed(3) : "" }));
     }
+  }
+
+  /** Find which seconds belong together, or say in `bars` why that is not known. @param {Comparison} found @param {HTMLElement} bars */
+  async function step({ captures: [one, two] }, bars) {
+    bars.querySelector(".trouble")?.remove();
+    times = way.value === "length" ? [[0, one.seconds], [0, two.seconds]] : null;
+    if (way.value !== "movement") return;
+    try {
+      times = (await get(address("/api/compare/step", { a: numbers[0], b: numbers[1] }), signal)).times;
+    } catch (error) {
+      if (isAbort(error)) throw error;
+      bars.append(trouble(problemOf(error)));
+    }
+  }
+
+  /** Return where in A something of B is. @param {number} at seconds of B */
+  function there(at) {
+    return times ? along(at, times[1], times[0]) : at;
   }
 
   /**
@@ -188,16 +211,16 @@ export async function show(app) {
       found.differences.length > 0 && el("div", { class: "scrolled", tabindex: 0, role: "group", "aria-label": "Differences" }, el("table", {},
         el("thead", {}, el("tr", {}, ...["part", "A", "seconds", "B", "seconds", "B is"].map((it) => el("th", { scope: "col" }, it)))),
         el("tbody", {}, ...found.differences.map((it) => el("tr", {},
-          el("td", {}, it.part), ...cells(it.one, (at) => at), ...cells(it.other, (at) => stretch.checked ? at * found.captures[0].seconds / found.captures[1].seconds : at), el("td", {}, it.change)))))),
+          el("td", {}, it.part), ...cells(it.one, (at) => at), ...cells(it.other, there), el("td", {}, it.change)))))),
       more > 0 && el("p", { class: "soft" }, `and ${more.toLocaleString("en")} more`));
   }
 
-  /** @param {Timed | null} timed @param {(at: number) => number} there */
-  function cells(timed, there) {
+  /** @param {Timed | null} timed @param {(at: number) => number} place where it is in A */
+  function cells(timed, place) {
     if (!timed) return [el("td", {}), el("td", {})];
     const words = [timed.direction, timed.level, timed.amount].filter((it) => it !== null && it !== undefined).join(" ") || "\u2014";
     return [el("td", {}, words), el("td", { class: "num" }, el("button", { type: "button", class: "plain", title: "Go there", onclick: () => {
-      first = there(timed.start);
+      first = place(timed.start);
       player?.pause();
       player?.seek(first);
     } }, `${timed.start.toFixed(2)}\u2013${timed.end.toFixed(2)}`))];
