@@ -9,10 +9,13 @@ from importlib.resources import files
 from typing import Any
 from urllib.parse import urlencode
 
+from starlette.responses import FileResponse, Response
+
 from lanindex.data import shipped
 from lanindex.draw import svg
 from lanindex.draw.staff import legend_signs
-from lanindex.errors import PatternError, UsageError, did_you_mean
+from lanindex.errors import AbsentError, PatternError, UsageError, did_you_mean
+from lanindex.pipeline.files import choreographies
 from lanindex.web import markdown
 from lanindex.web.routes import Call
 
@@ -40,6 +43,15 @@ def signs(call: Call) -> dict[str, Any]:
     return {"signs": [{"svg": svg.write(it), "means": it.title} for it in legend_signs()]}
 
 
+def picture(call: Call) -> Response:
+    """Return a picture of the guide: they lie beside the choreographies, which they show."""
+    name = call.path["name"]
+    pictures = {it.name: it for it in choreographies().glob("*.png")}
+    if name not in pictures:
+        raise AbsentError("the guide has no such picture", place=name[:60])
+    return FileResponse(pictures[name])
+
+
 @cache
 def _page(name: str) -> list[markdown.Node]:
     path = _TOPICS[name][0]
@@ -49,9 +61,11 @@ def _page(name: str) -> list[markdown.Node]:
 
 
 def _address(link: str, page: str) -> str:
-    """Return where a link of a page leads to: another topic, a heading, another site."""
+    """Return where a link of a page leads to: another topic, a heading, a picture, another site."""
     if link.startswith(("http:", "https:", "#")):
         return link
+    if link.endswith(".png"):
+        return f"/api/help/pictures/{posixpath.basename(link)}"
     path, mark, heading = link.partition("#")
     there = posixpath.normpath(posixpath.join(posixpath.dirname(page), path))
     names = [name for name, (own, _) in _TOPICS.items() if own == there]

@@ -23,7 +23,7 @@ _CELL = re.compile(r"(?<!\\)\|")
 _SPAN = re.compile(
     r"<code>(?P<html>.*?)</code>"
     r"|(?P<ticks>`+)(?P<code>.+?)(?P=ticks)"
-    r"|!\[(?P<alt>[^\]]*)\]\([^)]*\)"
+    r"|!\[(?P<alt>[^\]]*)\]\((?P<picture>[^)]*)\)"
     r"|\[(?P<text>(?:`[^`]*`|[^\]`])*)\]\((?P<link>[^)]*)\)"
     r"|\*\*(?P<strong>.+?)\*\*"
     r"|(?<![\w*])\*(?P<em>[^*\s](?:[^*]*[^*\s])?)\*(?![\w*])"
@@ -138,6 +138,8 @@ def _spans(text: str, links: Links) -> list[Node]:
                 href = links(span["link"])
                 children = _spans(span["text"], links)
                 found += [["a", {"href": href}, *children]] if href else children
+            case "picture":
+                found.append(["img", {"src": links(span["picture"]), "alt": span["alt"]}])
             case "strong" | "em" as tag:
                 found.append([tag, {}, *_spans(span[tag], links)])
             case "plain":

@@ -21,6 +21,7 @@ from lanindex.web.routes import Call
 
 if TYPE_CHECKING:
     from lanindex.model import Capture
+    from lanindex.pipeline.library import Library
 
 RATE = 60
 """Frames a second that are played, at most."""
@@ -38,10 +39,20 @@ def rate_of(capture: Capture) -> Fraction:
 
 def figure(call: Call) -> dict[str, Any]:
     """Return the figure of a capture: its strokes, its rate, and how it is cut into tiles."""
-    capture = call.site.library.capture(call.path["number"])
+    return figure_of(call.site.library, call.path["number"])
+
+
+def motion(call: Call) -> Response:
+    """Return a tile of a capture's movement."""
+    return tile_of(call.site.library, call.path["number"], call.path["tile"])
+
+
+def figure_of(library: Library, number: int) -> dict[str, Any]:
+    """Return the figure of a capture of a library."""
+    capture = library.capture(number)
     rate, seconds = rate_of(capture), float(capture.frames / capture.rate)
     frames = ceil(seconds * float(rate) - 1e-6)
-    body = call.site.library.motion(capture.id, 0, min(seconds, tiles.SECONDS), RATE)
+    body = library.motion(capture.id, 0, min(seconds, tiles.SECONDS), RATE)
     known = body.places[np.isfinite(body.places).all(axis=2)]
     return {
         "rate": float(rate),
@@ -53,15 +64,15 @@ def figure(call: Call) -> dict[str, Any]:
     }
 
 
-def motion(call: Call) -> Response:
-    """Return a tile of a capture's movement."""
-    capture = call.site.library.capture(call.path["number"])
+def tile_of(library: Library, number: int, tile: int) -> Response:
+    """Return a tile of the movement of a library's capture."""
+    capture = library.capture(number)
     rate, seconds = rate_of(capture), float(capture.frames / capture.rate)
     length = float(round(tiles.SECONDS * rate) / rate)
-    start = call.path["tile"] * length
+    start = tile * length
     if start >= seconds:
-        raise UsageError(f"tile {call.path['tile']}", wanted=f"one of {ceil(seconds / length)}")
-    body = call.site.library.motion(capture.id, start, min(start + length, seconds), RATE)
+        raise UsageError(f"tile {tile}", wanted=f"one of {ceil(seconds / length)}")
+    body = library.motion(capture.id, start, min(start + length, seconds), RATE)
     kind = "application/octet-stream"
     return Response(tiles.packed(body.places), media_type=kind, headers=_STAMPED)
 

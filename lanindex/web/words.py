@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import atexit
+import shutil
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
 from typing import Any
+
+from starlette.responses import Response
 
 from lanindex import records
 from lanindex.model.capture import in_words
+from lanindex.pipeline.files import choreographies
+from lanindex.pipeline.library import Library
 from lanindex.search.dictionary import Entry, entries, entry_of, load, record
 from lanindex.search.hits import hits_in
+from lanindex.web import watch
 from lanindex.web.routes import Call
 
 _PATIENCE = 5.0  # seconds in which the hit of a word is looked for
@@ -33,16 +43,35 @@ def one(call: Call) -> dict[str, Any]:
 
 
 def example(call: Call) -> dict[str, Any]:
-    """Return the clearest hit of a word in the library; null where it has none."""
+    """Return the clearest hit of a word in the library, or else in the bundled choreographies."""
     entry = entry_of(load(call.site.library.words), call.path["word"])
-    found: dict[str, Any] = call.site.kept(("word", entry), lambda: _example(call, entry))
-    return found
-
-
-def _example(call: Call, entry: Entry) -> dict[str, Any]:
     library = call.site.library
+    own: dict[str, Any] | None = call.site.kept(("word", entry), lambda: _clearest(library, entry))
+    hit = own or _clearest(_bundled(), entry)
+    return {"hit": hit, "bundled": hit is not None and own is None}
+
+
+def figure(call: Call) -> dict[str, Any]:
+    """Return the figure of a bundled choreography."""
+    return watch.figure_of(_bundled(), call.path["number"])
+
+
+def motion(call: Call) -> Response:
+    """Return a tile of the movement of a bundled choreography."""
+    return watch.tile_of(_bundled(), call.path["number"], call.path["tile"])
+
+
+def _clearest(library: Library, entry: Entry) -> dict[str, Any] | None:
     found = hits_in(library.search(entry.pattern, best=1, timeout=_PATIENCE))
-    if not found:
-        return {"hit": None}
-    (hit,) = found
-    return {"hit": {**records.of_hit(hit), "words": in_words(hit.symbols)}}
+    return {**records.of_hit(found[0]), "words": in_words(found[0].symbols)} if found else None
+
+
+@cache
+def _bundled() -> Library:
+    """Return a library of the bundled choreographies: a temporary file, while the server runs."""
+    folder = mkdtemp(prefix="lanindex-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    library = Library.open(Path(folder) / "choreographies.db", create=True)
+    atexit.register(library.close)  # before the folder goes: the last one first
+    library.ingest(*sorted(choreographies().glob("*.bvh")))
+    return library

@@ -70,6 +70,8 @@ r_arm *
     head = ["thead", {}, ["tr", {}, ["th", {}, "a"], ["th", {}, "b"]]]
     body = ["tbody", {}, ["tr", {}, ["td", {}, "1"], ["td", {}, ["code", {}, "x|y"]]]]
     assert found[3] == ["table", {}, head, body]
+    shown = markdown.tree("![two *a*](../b.png)", lambda link: f"/to/{link}")
+    assert shown == [["p", {}, ["img", {"src": "/to/../b.png", "alt": "two *a*"}]]]
     assert found[4:] == [["pre", {"lang": "text"}, "r_arm *"], ["pre", {"lang": ""}, "indented"]]
 
 
@@ -98,6 +100,26 @@ def test_links_lead_somewhere(ask: TestClient, topic: str) -> None:
         elif not path.startswith("/search?"):
             assert not path
             assert heading in names
+
+
+def test_pictures_are_those_of_the_guide(ask: TestClient) -> None:
+    pictures = [it for topic in TOPICS for it in nodes_of(ask, topic) if it[0] == "img"]
+    assert len(pictures) >= 2
+    for _, attributes in pictures:
+        answer = ask.get(attributes["src"])
+        assert answer.headers["content-type"] == "image/png"
+        assert attributes["alt"]
+    for name in ("labels.csv", "compass.bvh", "none.png", "..%2fcorpus%2fsigns.png"):
+        assert ask.get(f"/api/help/pictures/{name}").status_code == 404
+
+
+def test_pictures_are_seen_on_a_phone(opened: Callable[..., "Page"]) -> None:
+    page = opened("/help/looking", viewport={"width": 400, "height": 800})
+    pictures = page.locator(".guide img")
+    for picture in (pictures.first, pictures.nth(1)):
+        picture.scroll_into_view_if_needed()
+        assert picture.evaluate("(it) => it.decode().then(() => it.naturalWidth)") > 400
+    assert page.evaluate("document.documentElement.scrollWidth") == 400
 
 
 def test_patterns_can_be_tried(ask: TestClient) -> None:

@@ -14,6 +14,7 @@ from lanindex.search.dictionary import entries, load
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
+CORPUS = Path(__file__).parents[2] / "corpus"
 OWN = 'reach = {pattern = "r_arm forward mid", sentence = "A hand goes forward."}'
 
 
@@ -54,7 +55,27 @@ def test_the_example_of_a_word_is_its_clearest_hit(library: lanindex.Library) ->
             *(best.capture.id, best.start, best.stop),
         )
         assert hit["words"]
-        assert ask.get("/api/words/kneel/example").json() == {"hit": None}
+        assert ask.get("/api/words/kneel/example").json() == {"hit": None, "bundled": False}
+
+
+def test_a_choreography_moves_where_the_library_has_nothing(
+    own_page: Callable[..., "Page"], tmp_path: Path
+) -> None:
+    path = tmp_path / "own.db"
+    with lanindex.open_library(path, create=True) as library:
+        library.ingest(CORPUS / "compass.bvh")
+        assert not [*library.search("wave")]
+        with asking(library) as ask:
+            found = ask.get("/api/words/wave/example").json()
+            assert (found["bundled"], Path(found["hit"]["capture"]).parent) == (True, CORPUS)
+            figure = f"/api/choreographies/{found['hit']['capture_id']}/figure"
+            assert ask.get(figure).json()["frames"] > 100
+            assert ask.get("/api/choreographies/99/figure").status_code == 404
+    page = own_page(path, "/words?word=wave")
+    page.get_by_text(
+        "This is a choreography that comes with LanIndex, traffic_police.bvh"
+    ).wait_for()
+    page.get_by_role("button", name="Pause").wait_for()
 
 
 def test_an_example_holds_until_the_library_changes(library: lanindex.Library) -> None:

@@ -12,8 +12,9 @@ const AROUND = 0.5; // seconds before and after it that are played, too
  * Return the figure of a stretch; it ends with a signal.
  * @param {AbortSignal} signal
  * @param {{capture: string, capture_id: number, start: number, end: number, parts: Iterable<string>}} stretch parts: those that are lit
+ * @param {string} [captures] where captures are
  */
-export function clip(signal, { capture, capture_id: number, start, end, parts }) {
+export function clip(signal, { capture, capture_id: number, start, end, parts }, captures = "/api/captures") {
   const canvas = el("canvas", { class: "figure" }), root = el("div", { class: "clip" }, el("div", { class: "stage" }, canvas));
   open().catch((error) => {
     if (!isAbort(error)) root.replaceChildren(trouble(problemOf(error)));
@@ -21,7 +22,7 @@ export function clip(signal, { capture, capture_id: number, start, end, parts })
   return root;
 
   async function open() {
-    const path = `/api/captures/${number}`, description = await get(`${path}/figure`, signal);
+    const path = `${captures}/${number}`, description = await get(`${path}/figure`, signal);
     const figure = new Figure(canvas, { label: `A figure of ${capture}`, kind: "canvas" });
     const motion = new Motion(path, description), player = new Player(motion, description.rate);
     const lit = new Set(parts), { strokes } = description, still = matchMedia("(prefers-reduced-motion: reduce)").matches;

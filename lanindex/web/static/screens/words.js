@@ -120,16 +120,18 @@ export async function show(app) {
 
   /** @param {Word} word @param {HTMLElement} place @param {AbortSignal} signal */
   async function exemplify(word, place, signal) {
-    const { hit } = await get(`/api/words/${word.name}/example`, signal);
+    const { hit, bundled } = await get(`/api/words/${word.name}/example`, signal);
     const said = place.lastElementChild;
     if (!hit) {
-      said?.replaceWith(el("p", { class: "soft" }, "No capture of this library has it."));
+      said?.replaceWith(el("p", { class: "soft" }, "No capture of this library has it, and no choreography that comes with LanIndex."));
       return;
     }
-    const link = address(`/captures/${hit.capture_id}`, { from: hit.start, to: hit.end });
+    const when = `, ${hit.start.toFixed(2)}\u2013${hit.end.toFixed(2)} s`, link = address(`/captures/${hit.capture_id}`, { from: hit.start, to: hit.end });
     said?.replaceWith(
-      el("p", {}, "The clearest hit of this library: ", el("a", { href: link, class: "path" }, hit.capture), `, ${hit.start.toFixed(2)}\u2013${hit.end.toFixed(2)} s`),
-      clip(signal, { ...hit, parts: hit.symbols.map((/** @type {{part: string}} */ it) => it.part) }),
+      bundled
+        ? el("p", {}, "No capture of this library has it. This is a choreography that comes with LanIndex, ", el("span", { class: "path" }, hit.capture.split("/").pop()), when)
+        : el("p", {}, "The clearest hit of this library: ", el("a", { href: link, class: "path" }, hit.capture), when),
+      clip(signal, { ...hit, parts: hit.symbols.map((/** @type {{part: string}} */ it) => it.part) }, bundled ? "/api/choreographies" : undefined),
       el("p", { class: "soft" }, hit.words.join(", ")));
   }
 }
