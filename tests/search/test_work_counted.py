@@ -1,5 +1,6 @@
 """The work of a search, counted and not timed."""
 
+import numpy as np
 import pytest
 from fast_search import find_fast
 from query_cases import recordings_of
@@ -56,24 +57,50 @@ def test_what_cannot_be_tried_is_said(pattern, monkeypatch):
         found(f"{wave}; {wave.replace('r_arm', 'l_arm')}; {wave.replace('r_arm', 'head')}", pattern)
 
 
-@pytest.mark.parametrize(
-    "pattern", ["r_arm any x3+ with l_arm any x3+", "r_arm any x1+ with l_arm any x1+"]
-)
-def test_lines_that_both_run_on_are_not_paired(pattern, monkeypatch):
-    """Each of them shares frames with all of the other: those are not listed."""
-    pairs = []
+@pytest.fixture
+def pairs(monkeypatch):
+    """Return how many pairs are made at once, again and again."""
+    made = []
 
     def counted(low, high):
         found = spread(low, high)
-        pairs.append(len(found[0]))
+        made.append(len(found[0]))
         return found
 
     spread = arrays.spread
     for module in (arrays, join, relations, walk, backward):
         monkeypatch.setattr(module, "spread", counted, raising=False)
-    wave = "place low 0 0, " + ", ".join(
-        f"{'right' if k % 2 else 'left'} high {2 * k} {2 * k + 2}" for k in range(400)
-    )
-    (recording,) = recordings_of(f"fps 10 frames 900; r_arm: {wave}; l_arm: {wave}")
+    return made
+
+
+LONG_WAVE = "place low 0 0, " + ", ".join(
+    f"{'right' if k % 2 else 'left'} high {2 * k} {2 * k + 2}" for k in range(400)
+)
+
+
+@pytest.mark.parametrize(
+    "pattern", ["r_arm any x3+ with l_arm any x3+", "r_arm any x1+ with l_arm any x1+"]
+)
+def test_lines_that_both_run_on_are_not_paired(pattern, pairs):
+    """Each of them shares frames with all of the other: those are not listed."""
+    (recording,) = recordings_of(f"fps 10 frames 900; r_arm: {LONG_WAVE}; l_arm: {LONG_WAVE}")
     assert find_fast(parse(pattern), [(recording.capture, recording.tracks)])
     assert sum(pairs) < 20 * 400
+
+
+def test_a_capture_that_is_refused_is_not_followed_any_further(pairs, monkeypatch):
+    monkeypatch.setattr(limits, "MOST_TRIED", 1000)
+    monkeypatch.setattr(arrays, "MOST_AT_ONCE", 500)
+    (recording,) = recordings_of(f"fps 10 frames 900; r_arm: {LONG_WAVE}; l_arm: {LONG_WAVE}")
+    pattern = parse("r_arm any ... any with l_arm any ... any")
+    with pytest.raises(LanindexError, match="too many ways"):
+        find_fast(pattern, [(recording.capture, recording.tracks)])
+    assert sum(pairs) < 5000
+
+
+def test_who_waits_is_told_with_each_piece_of_pairs(monkeypatch):
+    monkeypatch.setattr(arrays, "MOST_AT_ONCE", 10)
+    told = []
+    with limits.running(None, lambda: told.append(1)):
+        pieces = list(arrays.in_pieces(np.full(30, 5)))
+    assert len(told) == len(pieces) == 16

@@ -661,11 +661,15 @@ class Walk:
             soon = np.searchsorted(soonest, np.minimum(latest, horizon), "right")
             high = np.minimum(high, soon)
             self._cut_off.append(rows.parent[high < beyond])
+        before = self._batch.events(self._program.states[edge.exit.state])
+        refused, capture = self._context.refused, before.capture[event]
         ranges = [(low, high, None)]
         if len(reach.outliers[1]):
             ranges.append((reach.bounds[event], reach.bounds[event + 1], reach.outliers[1]))
         for low, high, listed in ranges:
             for some in in_pieces(np.maximum(high - low, 0)):
+                if refused.any():
+                    some = some[~refused[capture[some]]]
                 sources, places = spread(low[some], high[some])
                 sources = some[sources]
                 places = places if listed is None else listed[places]
