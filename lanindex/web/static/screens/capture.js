@@ -13,6 +13,8 @@ import { StaffView } from "../staff.js";
  * @typedef {import("./library.js").Capture & {parts: Record<string, number>, usual: string[]}} Shown
  */
 
+const RATE = 60; // frames a second that are played, at most
+
 /** @param {App} app */
 export async function show(app) {
   const { main, url, signal } = app;
@@ -36,15 +38,12 @@ export async function show(app) {
   const places = el("div", {});
   main.append(places);
 
-  const description = await get(`${path}/figure`, signal).catch((error) => {
-    if (!isAbort(error)) canvas.replaceWith(trouble(problemOf(error)));
-    return null;
-  });
   const seconds = capture.seconds;
-  const motion = description ? new Motion(path, description, (tile, init) => fetch(`${tile}?v=${app.library.stamp}`, init), 48) : still(seconds);
-  const player = new Player(motion, description?.rate ?? capture.fps);
-  const figure = description ? new Figure(canvas, { label: "The figure" }) : null;
-  if (figure) figure.floor = description.floor;
+  /** @type {Motion | ReturnType<typeof still>} */
+  let motion = still(seconds, false);
+  /** @type {Figure | null} */
+  let figure = null;
+  const player = new Player({ seconds, ready: (at) => motion.ready(at), failure: (at) => motion.failure(at), retry: () => motion.retry() }, Math.min(capture.fps, RATE));
   /** @type {Map<string, {words: string, pattern: string}>} what is on the staff, by its name */
   const symbols = new Map();
   const lit = new Set((given.get("lit") ?? "").split(",").filter(Boolean));
@@ -63,11 +62,10 @@ export async function show(app) {
     select: (range) => selected(range),
   });
 
-  motion.changed = () => player.refresh();
   player.listen((at) => {
     if (figure && motion instanceof Motion) {
       const pose = motion.pose(at), around = ghosts ? motion.around(at) : [];
-      if (pose) figure.show([{ strokes: description.strokes, pose, ghosts: around, lit, way: motion.way(at) }]);
+      if (pose) figure.show([{ strokes: motion.description.strokes, pose, ghosts: around, lit, way: motion.way(at) }]);
     }
     staff.show(at);
     if (curve) curves.show(at);
@@ -76,13 +74,31 @@ export async function show(app) {
       tell();
     }
   });
-  bars.append(playerBar(player), ...(figure ? [figureBar(figure, (on) => {
-    ghosts = on;
-    player.refresh();
-  })] : []), columns());
+  const choice = columns();
+  bars.append(playerBar(player), choice);
   playerKeys(document.body, player, signal);
   const curves = new CurveView(seconds, (from, to, coming) => get(address(`${path}/curves`, { part: curve, from, to }), coming), (at) => player.seek(at));
   places.append(curvePanel());
+
+  /** Show the figure beside the staff, which does not wait for it: a file may take long to read. */
+  async function embody() {
+    try {
+      const description = await get(`${path}/figure`, signal);
+      motion = new Motion(path, description, (tile, init) => fetch(`${tile}?v=${app.library.stamp}`, init), 48);
+      motion.changed = () => player.refresh();
+      figure = new Figure(canvas, { label: "The figure" });
+      figure.floor = description.floor;
+      choice.before(figureBar(figure, (on) => {
+        ghosts = on;
+        player.refresh();
+      }));
+    } catch (error) {
+      if (isAbort(error)) return;
+      canvas.replaceWith(trouble(problemOf(error)));
+      motion = still(seconds);
+    }
+    player.refresh();
+  }
 
   /** Keep in the address what is shown. */
   function tell() {
@@ -178,6 +194,7 @@ export async function show(app) {
   }
   player.seek(Number(given.get("t") ?? (from < to ? from : 0)) || 0);
   if (from < to) player.play();
+  void embody();
   return () => {
     player.dispose();
     staff.dispose();
@@ -203,9 +220,10 @@ function doubts(warnings) {
 }
 
 /**
- * Return what is played where there is no figure: the staff alone.
+ * Return what is played where there is no figure: the staff alone, if it is not to wait.
  * @param {number} seconds
+ * @param {boolean} ready
  */
-function still(seconds) {
-  return { seconds, ready: () => true, failure: () => null, retry: () => {}, changed: () => {} };
+function still(seconds, ready = true) {
+  return { seconds, ready: (/** @type {number} */ _) => ready, failure: (/** @type {number} */ _) => null, retry: () => {} };
 }
