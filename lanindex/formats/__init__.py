@@ -5,6 +5,8 @@ A format is a module with
 - ``read(file, options, wanted) -> Motion``,
 - ``cutter(file, options) -> Cutter``, if clips can be cut out of its bytes, and
   ``beside(file, options)`` if a second file belongs to each,
+- ``frames(wanted, count)``, if some frames can be read without all others: those that its motion
+  has then, (T,) rising; more than are wanted where these alone do not tell what they are of,
 - ``held(file)``, if it may hold more than a motion,
 - ``subjects(file)``, if it may hold several people,
 - ``companions(file, options)``, if it may be read with other files,
@@ -32,6 +34,9 @@ from lanindex.formats.file import opened as opened
 from lanindex.formats.sniff import UNREAD, WITHOUT_PLACES, beginning, unread
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from lanindex.model import Motion, Reading, Span
 
 Cutter = Callable[["Span"], bytes]
@@ -60,8 +65,6 @@ class Format:
     several: bool = False
     # whether it may be read with other files: its module has ``companions(file, options)``
     joined: bool = False
-    # whether some frames of it are read without all others: those of `Wanted`
-    ranged: bool = False
 
     def holds(self, name: str, head: bytes) -> bool:
         """Tell whether a file is of this format, by its name and its first bytes."""
@@ -74,7 +77,7 @@ class Format:
 
 
 FORMATS: tuple[Format, ...] = (
-    Format("bvh", "BVH", (".bvh",), sniff.bvh, "bvh", ranged=True),
+    Format("bvh", "BVH", (".bvh",), sniff.bvh, "bvh"),
     Format("amc", "AMC", (".amc",), sniff.amc, "amc", joined=True),
     Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
     Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
@@ -268,9 +271,9 @@ def _format_of(file: File, options: Reading | None) -> Format:
     return next(tables) if options and options.columns else known(file)
 
 
-def ranged(file: File, options: Reading) -> bool:
-    """Tell whether some frames of a file are read without all others."""
-    return _format_of(file, options).ranged
+def ranged(file: File, options: Reading) -> Callable[[Wanted, int], NDArray[np.int64]] | None:
+    """Return what tells which frames a motion has where some are wanted; None: it has all."""
+    return getattr(_format_of(file, options).does, "frames", None)
 
 
 def cutter(file: File, options: Reading | None = None) -> Cutter | None:

@@ -41,7 +41,7 @@ Places = NDArray[np.int64]
 CHANNELS = ("xposition", "yposition", "zposition", "xrotation", "yrotation", "zrotation")
 MOST_JOINTS = 32_000  # what an int16 index can hold
 BLOCK = 4096  # frames whose numbers are held at a time
-SEARCHED = 1 << 17  # bytes in which line ends are looked for at a time
+SEARCHED = 1 << 20  # bytes in which line ends are looked for at a time
 HEADER = 1 << 20  # bytes in which a header is looked for
 BEYOND = 4096  # bytes that must follow it there, lest its last line be cut
 
@@ -407,6 +407,11 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     doubts = (*miscounted, *rate_doubt(rate), *found.doubts, *made_up)
     moves = max(found.first - begin, 0)
     return Motion(skeleton, rate, positions, source, moves, doubts, axes=axes)
+
+
+def frames(wanted: Wanted, count: int) -> NDArray[np.int64]:
+    """Return which frames a motion has: see `lanindex.formats`."""
+    return np.arange(count)[slice(*wanted.frames or (None,))]
 
 
 def _scanned(file: File) -> BvhLayout:

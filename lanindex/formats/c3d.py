@@ -28,7 +28,7 @@ from lanindex.body.markers import marker_set_of
 from lanindex.errors import CaptureError, shown
 from lanindex.formats.file import PIECE, Content, File, Wanted, holding, text_of
 from lanindex.formats.people import named, subject_points
-from lanindex.formats.points import Points, motion_of
+from lanindex.formats.points import Points, gathered, motion_of, spread
 from lanindex.formats.rates import rate_by
 from lanindex.formats.text_rows import points_of
 from lanindex.model import Motion, Reading, Span
@@ -392,6 +392,9 @@ def _turns(parameters: Parameters, size: int) -> Turns | None:
     return turns if start > 0 and turns.frame and start + turns.frame <= size else None
 
 
+frames = spread
+
+
 def _error(file: File, found: str) -> CaptureError:
     return CaptureError(found, place=file.name, wanted="a whole C3D file")
 
@@ -403,10 +406,10 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     every = names_of(layout)
     names, doubts = subject_points(file, people(layout, every), every)
     used = _points_of_body(names) if wanted.body_only and not options.body else names
+    chosen = None
     if len(used) < layout.points or layout.segments:
-        there = places(file.content, layout, np.array(list(used), np.int64))
-    else:
-        there = places(file.content, layout)
+        chosen = np.array(list(used), np.int64)
+    there = places(file.content, layout, chosen, frames(wanted, layout.frames))
     doubts = (*layout.doubts, *layout.parameters.doubts, *doubts)
     points = Points(tuple(used.values()), there, rate, _declared(layout), doubts=doubts)
     motion = motion_of(points, file, "c3d", options, wanted)
@@ -488,26 +491,34 @@ def subjects(file: File) -> tuple[str, ...]:
 
 
 def places(
-    content: Content, layout: C3dLayout, chosen: NDArray[np.int64] | None = None
+    content: Content,
+    layout: C3dLayout,
+    chosen: NDArray[np.int64] | None = None,
+    numbers: NDArray[np.int64] | None = None,
 ) -> NDArray[np.float32]:
-    """Return where points are, (T, K, 3): all, or those that are chosen, (K,)."""
+    """Return where points are, (T, K, 3): all, or those that are chosen, (K,), in some frames."""
     turns, points = layout.segments, layout.points
     kind, column = (FLOAT, _TRANSLATION) if turns else (layout.kind, 0)
     start, size = (turns.start, turns.frame) if turns else (layout.start, layout.frame)
     width = turns.count if turns else points
-    there = np.empty((layout.frames, width if chosen is None else len(chosen), 3), np.float32)
+    numbers = np.arange(layout.frames) if numbers is None else numbers
+    there = np.empty((len(numbers), width if chosen is None else len(chosen), 3), np.float32)
     step = max(1, PIECE // size)
-    for first in range(0, layout.frames, step):
-        out = there[first : first + step]
+    for first in range(0, len(numbers), step):
+        out, some = there[first : first + step], numbers[first : first + step]
         count = len(out)
-        begin = start + first * size
-        data, offset = holding(content, begin, begin + count * size)
-        processor = layout.parameters.processor
-        numbers = processor.numbers(data, kind, count * size // kind, begin - offset)
-        if turns:  # of several in a frame, the first
-            rows = numbers.reshape(count, turns.ratio, turns.count, TURN)[:, 0]
+        begin = start + int(some[0]) * size
+        if some[-1] - some[0] < count:
+            data, offset = holding(content, begin, begin + count * size)
         else:
-            rows = numbers.reshape(count, -1)[:, : 4 * points].reshape(count, points, 4)
+            edges = start + np.stack((some, some + 1), axis=1) * size
+            (data, _), offset = gathered(content, edges), begin
+        processor = layout.parameters.processor
+        values = processor.numbers(data, kind, count * size // kind, begin - offset)
+        if turns:  # of several in a frame, the first
+            rows = values.reshape(count, turns.ratio, turns.count, TURN)[:, 0]
+        else:
+            rows = values.reshape(count, -1)[:, : 4 * points].reshape(count, points, 4)
         rows = rows if chosen is None else rows.take(chosen, axis=1)
         behind = rows[..., -1]
         with np.errstate(invalid="ignore", over="ignore"):  # of damaged files

@@ -113,8 +113,7 @@ class Wanted:
     """What a motion is read for."""
 
     body_only: bool = False  # whether the joints of the body will do; else all of the file
-    # the frames that will do, from and to, where a format is `Format.ranged`; its motion has these,
-    # and where a calibration pose is replaced those up to the first behind it
+    # the frames that will do, from and to, where a format has ``frames``
     frames: tuple[int, int] | None = None
 
 

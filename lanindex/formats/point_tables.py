@@ -24,6 +24,7 @@ from lanindex.errors import CaptureError, UsageError, quoted, shown
 from lanindex.formats import sniff, text_rows
 from lanindex.formats.file import Content, File, Wanted
 from lanindex.formats.people import named, subject_points
+from lanindex.formats.points import spread
 from lanindex.formats.sniff import separator_of
 from lanindex.formats.text_rows import (
     NOTHING,
@@ -385,6 +386,9 @@ def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     doubts = twice([layout.names[number] for number in chosen], "points") + whose
     layout = replace(layout, doubts=layout.doubts + doubts)
     return text_rows.read_motion(file, layout, "csv", options, wanted, chosen)
+
+
+frames = spread
 
 
 def people(names: tuple[str, ...]) -> dict[str, list[int]]:

@@ -21,7 +21,7 @@ from lanindex.body.mapping import LONGEST_GAP, POSES, read_body_file
 from lanindex.body.markers import Clusters, MarkerSet, marker_set_of
 from lanindex.body.rest_pose import parents_of, rest_offsets
 from lanindex.errors import BodyError
-from lanindex.formats.file import File, Wanted
+from lanindex.formats.file import Content, File, Wanted
 from lanindex.formats.rates import rate_doubt
 from lanindex.model import Markers, Motion, Reading, Skeleton, Source
 
@@ -37,8 +37,12 @@ END = " End"
 REACH = 1600.0
 """Millimetres that the markers of a body reach over, about: it tells the unit where nobody does."""
 
+
 SAMPLED = 512
 """Frames that tell how long bones are."""
+
+_FIRST = 2 * BEGINNING
+"""Frames among which a calibration pose and the fall from it are."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,6 +77,27 @@ class Points:
     rotations: NDArray[Any] | None = None
     doubts: tuple[str, ...] = ()  # what the reader found doubtful
     palms_down: bool = False  # whether the format says that at rest palms face down
+
+
+def spread(wanted: Wanted, count: int) -> NDArray[np.int64]:
+    """Return the frames to read, (T,): which are wanted, and others that tell what points are of.
+
+    These are the first ones, and some of all.
+    """
+    every = np.arange(count)
+    if wanted.frames is None:
+        return every
+    some = np.linspace(0, count - 1, min(count, SAMPLED)).astype(np.int64)
+    return np.unique(np.concatenate([every[:_FIRST], some, every[slice(*wanted.frames)]]))
+
+
+def gathered(content: Content, pieces: NDArray[np.int64]) -> tuple[bytes, NDArray[np.int64]]:
+    """Return stretches of a file, (T, 2) and rising, laid end to end, and where they are then."""
+    apart = np.flatnonzero(pieces[1:, 0] != pieces[:-1, 1]) + 1
+    runs = zip(pieces[[0, *apart], 0].tolist(), pieces[[*(apart - 1), -1], 1].tolist(), strict=True)
+    stops = np.cumsum(pieces[:, 1] - pieces[:, 0])
+    data = b"".join([content[first:stop] for first, stop in runs])
+    return data, np.stack((stops - (pieces[:, 1] - pieces[:, 0]), stops), axis=1)
 
 
 def motion_of(points: Points, file: File, form: str, options: Reading, wanted: Wanted) -> Motion:

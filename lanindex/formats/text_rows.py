@@ -8,7 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import Any
 
@@ -19,8 +19,16 @@ from lanindex.body import Declared
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats import decimals
 from lanindex.formats.decimals import LARGEST
-from lanindex.formats.file import Content, File, Wanted, clip, holding, line_of, text_of
-from lanindex.formats.points import Points, motion_of
+from lanindex.formats.file import (
+    Content,
+    File,
+    Wanted,
+    clip,
+    holding,
+    line_of,
+    text_of,
+)
+from lanindex.formats.points import Points, gathered, motion_of, spread
 from lanindex.formats.rates import rate_by
 from lanindex.model import Motion, Reading, Span
 
@@ -120,11 +128,10 @@ def read(file: File, table: Table) -> tuple[Floats, NDArray[np.float32]]:
     points = np.empty((len(lines), len(table.points)), np.float32)
     for start in range(0, len(lines), BLOCK):
         block = lines[start : start + BLOCK]
-        data, begin = holding(file.content, int(block[0, 0]), int(block[-1, 1]))
+        data, at = _held(file.content, block)
         if table.comma:
-            data, begin = data[block[0, 0] - begin : block[-1, 1] - begin], int(block[0, 0])
-            data = data.translate(_COMMA)
-        values, bad = parse(data, block - begin, table)
+            data, at = data[at[0, 0] : at[-1, 1]].translate(_COMMA), at - at[0, 0]
+        values, bad = parse(data, at, table)
         if bad is not None:
             raise _damage(file, table, start + bad)
         heads[start : start + BLOCK] = values[:, : len(table.heads)]
@@ -132,6 +139,15 @@ def read(file: File, table: Table) -> tuple[Floats, NDArray[np.float32]]:
     places = points.reshape(len(lines), -1, 3)
     places[np.isnan(places).any(axis=2)] = np.nan
     return heads, places
+
+
+def _held(content: Content, lines: Lines) -> tuple[bytes, Lines]:
+    """Return bytes that hold some lines, and where these are in them."""
+    first, stop = int(lines[0, 0]), int(lines[-1, 1])
+    if stop - first > 2 * int((lines[:, 1] - lines[:, 0]).sum()):
+        return gathered(content, lines)
+    data, begin = holding(content, first, stop)
+    return data, lines - begin
 
 
 def at_origin(places: NDArray[np.float32], names: Sequence[str]) -> tuple[str, ...]:
@@ -157,7 +173,10 @@ def read_motion(
     chosen: Sequence[int] | None = None,
 ) -> Motion:
     """Read the motion of a table's points, or of the chosen ones."""
-    heads, places = read(file, layout.table)
+    table = layout.table
+    if wanted.frames is not None:
+        table = replace(table, lines=table.lines[spread(wanted, len(table.lines))])
+    heads, places = read(file, table)
     places = layout.finish(places) if layout.finish else places
     if layout.states is not None:
         places[heads[:, layout.states :] == 0] = np.nan

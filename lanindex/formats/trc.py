@@ -16,6 +16,7 @@ from lanindex.body import Declared
 from lanindex.errors import CaptureError
 from lanindex.formats import text_rows
 from lanindex.formats.file import File, Wanted, text_of
+from lanindex.formats.points import spread
 from lanindex.formats.text_rows import Layout, count_doubt, header_lines, table_of, twice
 from lanindex.model import Motion, Reading, Span
 
@@ -27,6 +28,9 @@ _FIRST = 2  # columns before the markers: number and time
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a TRC file: see `lanindex.formats.read_file`."""
     return text_rows.read_motion(file, scan(file), "trc", options, wanted)
+
+
+frames = spread
 
 
 def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes]:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex import formats
 from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, counted, shown
+from lanindex.library.rows import Encoding
 from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading, Span
 from lanindex.notation import NOTATIONS, lnd
@@ -221,9 +222,18 @@ def held_as(store: Store, capture: Capture) -> Capture:
 
 def source_of(store: Store, capture: Capture) -> tuple[formats.File, Reading]:
     """Return a capture's file, which is as it was when it was ingested, and how it is read."""
-    encoding, location = store.encoding(capture.id), capture.location
+    encoding = store.encoding(capture.id)
+    file = check_source(capture, encoding)
+    return replace(file, name=capture.location), Reading(**encoding.options)
+
+
+def check_source(
+    capture: Capture, encoding: Encoding, file: formats.File | None = None
+) -> formats.File:
+    """Return a capture's file, which is as it was when it was ingested."""
+    location = capture.location
     try:
-        file = formats.opened(location)
+        file = file or formats.opened(location)
         unchanged = as_ingested(file, capture.sha256, encoding)
     except CaptureError as error:
         raise ExportError(
@@ -240,7 +250,7 @@ def source_of(store: Store, capture: Capture) -> tuple[formats.File, Reading]:
             wanted=f"content with sha256 {capture.sha256[:12]}..." if own else "the same files",
             remedy="Ingest it again, then search again.",
         )
-    return replace(file, name=location), Reading(**encoding.options)
+    return file
 
 
 def stored_motion(store: Store, capture: Capture, rate: Fraction) -> Motion:

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from math import ceil
 from typing import Any
 
@@ -21,14 +23,14 @@ from numpy.typing import NDArray
 
 from lanindex import formats
 from lanindex.draw.staff import last_second
-from lanindex.errors import ExportError, UsageError
+from lanindex.errors import CaptureError, ExportError, UsageError
 from lanindex.film.figure import Figure, figure
 from lanindex.formats.file import on_disk
 from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading
 from lanindex.notation import NOTATIONS
 from lanindex.perform import perform
-from lanindex.pipeline.export import source_of
+from lanindex.pipeline.export import check_source, source_of
 from lanindex.pipeline.kept import CACHE, Cache, Kept, Made
 
 PERFORMED = Fraction(60)
@@ -59,8 +61,10 @@ def motion(
     if large is None:
         return _window(cache.get(key, figured, job, aside=False), shown, rate_shown)
     body = None
-    if not cache.holds(key) and formats.ranged(large, source.reading):
-        body = _stretch(large, source.reading, shown, rate_shown)  # first: a process would slow it
+    reading = replace(source.reading, rate=rate)  # which the times of some frames do not tell
+    if not cache.holds(key):  # first: a process would slow it
+        body = _stretch(large, reading, shown, rate_shown, capture.frames)
+    source.same.result()
     made = cache.begin(key, figured, job, aside=True)
     return body or _window(made.result(), shown, rate_shown)
 
@@ -110,12 +114,15 @@ def _window(kept: Kept, shown: NDArray[np.int64], rate: Fraction) -> Figure:
 
 
 def _stretch(
-    file: formats.File, reading: Reading, shown: NDArray[np.int64], rate: Fraction
-) -> Figure:
-    """Return some frames of a figure, read without all others."""
-    first, stop = int(shown[0]), int(shown[-1]) + 1
-    body = figure(formats.read_file(file, reading, formats.Wanted(True, (first, stop))))
-    some = shown - first
+    file: formats.File, reading: Reading, shown: NDArray[np.int64], rate: Fraction, count: int
+) -> Figure | None:
+    """Return some frames of a figure, read without all others; None: its format needs them."""
+    wanted = formats.Wanted(True, (int(shown[0]), int(shown[-1]) + 1))
+    ranged = formats.ranged(file, reading)
+    if ranged is None:
+        return None
+    body = figure(formats.read_file(file, reading, wanted))
+    some = np.searchsorted(ranged(wanted, count), shown)
     return replace(body, places=body.places[some], fronts=body.fronts[some], rate=rate)
 
 
@@ -128,6 +135,9 @@ class Source:
     reading: Reading
     states: Mapping[str, tuple[int, ...]]  # of the files that are read, what changes when one does
     large: formats.File | None  # the file, if it is large and not held in memory
+    same: Future[
+        Any
+    ]  # its result: it is the file that was ingested; of a large one that takes time
 
 
 class Sources:
@@ -147,10 +157,18 @@ class Sources:
         if known is not None and known.states == _states(known.states):
             return known
         before = _states([on_disk(capture.location)])
-        file, reading = source_of(store, capture)
+        file, reading, same = None, Reading(**options), Future[Any]()
+        with suppress(CaptureError):  # `source_of` says what is wrong with it
+            file = formats.opened(capture.location)
+        large = None if file is None or isinstance(file.content, bytes) else file
+        if file is None or large is None:
+            file, reading = source_of(store, capture)
+            same.set_result(None)
+        else:
+            work = partial(_settle, same, partial(check_source, capture, encoding, large))
+            threading.Thread(target=work, daemon=True).start()
         beside = [on_disk(it.name) for it in formats.companions(file, reading)]
-        large = None if isinstance(file.content, bytes) else file
-        found = Source(key, options, reading, before | _states(beside), large)
+        found = Source(key, options, reading, before | _states(beside), large, same)
         with self._lock:
             while len(self._known) >= MOST:
                 del self._known[next(iter(self._known))]
@@ -162,6 +180,13 @@ MOST = 1024
 """Sources that are remembered."""
 
 SOURCES = Sources()
+
+
+def _settle(future: Future[Any], work: Callable[[], Any]) -> None:
+    try:
+        future.set_result(work())
+    except Exception as error:
+        future.set_exception(error)
 
 
 def _states(paths: Iterable[str]) -> dict[str, tuple[int, ...]]:

@@ -2,6 +2,7 @@
 
 import os
 import threading
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -19,6 +20,9 @@ from lanindex.model import Reading
 from lanindex.pipeline import kept, motion
 from lanindex.pipeline.kept import Cache, Made
 from lanindex.pipeline.library import Library, open_library
+
+CORPUS = Path(__file__).parents[2] / "corpus"
+ALL = formats.Wanted(body_only=True)
 
 
 @pytest.fixture
@@ -183,7 +187,60 @@ def test_stretches_of_real_captures_are_those_of_the_whole(captures: Path) -> No
         whole = figure(formats.read_file(file, Reading(), formats.Wanted(True)))
         for first in sorted({0, min(1, len(whole) - 1), len(whole) // 2, len(whole) - 1}):
             shown = np.arange(first, min(first + 50, len(whole)))
-            part = motion._stretch(file, Reading(), shown, whole.rate)
+            part = motion._stretch(file, Reading(), shown, whole.rate, len(whole))
             assert same(part, whole, first), f"{path}: frame {first}"
             tried += 1
     assert tried > 20
+
+
+def test_stretches_of_real_points_are_those_of_the_whole(captures: Path) -> None:
+    tried, most = 0, 0.0
+    for kind in ("trc", "c3d", "csv"):
+        for path in sorted((captures / kind).rglob(f"*.{kind}")):
+            if path.name == "optotrak_unlabelled.c3d":  # no body
+                continue
+            file = formats.opened(path)
+            read = formats.read_file(file, Reading(), formats.Wanted(True))
+            whole = figure(read)
+            large = replace(file, content=Parts(file.content[:]), results={})
+            for first in (0, len(whole) // 2, len(whole) - 1):
+                shown = np.arange(first, min(first + 50, len(whole)))
+                how = Reading(rate=read.rate), shown, whole.rate, len(whole)
+                part = motion._stretch(large, *how)
+                assert part is not None
+                assert part.parts == whole.parts
+                assert np.array_equal(np.isnan(part.places), np.isnan(whole.places[shown]))
+                apart = np.abs(part.places - whole.places[shown])
+                most, tried = max(most, float(np.nanmax(apart, initial=0))), tried + 1
+    assert tried > 40
+    assert most < 0.1  # mm: of markers, how far joints are from them is the median of some frames
+
+
+class Parts:
+    """Content that counts how much of it is fetched, as if it lay on a disk."""
+
+    def __init__(self, data: bytes) -> None:
+        self.data, self.fetched = data, 0
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    def __getitem__(self, piece: slice) -> bytes:
+        found = self.data[piece]
+        self.fetched += len(found)
+        return found
+
+
+def test_a_window_of_points_is_read_without_all_others() -> None:
+    read = lanindex.read(CORPUS / "compass.bvh")
+    long = replace(read, positions=np.tile(read.positions, (20, 1, 1)), axes={})
+    shown = np.arange(10_000, 10_050)
+    for form in ("trc", "c3d", "csv"):
+        written = next(it for it in formats.FORMATS if it.name == form).does.write(long)
+        file = formats.File(f"long.{form}", Parts(written))
+        part = motion._stretch(file, Reading(rate=30), shown, long.rate, len(long))
+        assert part is not None
+        whole = figure(formats.read_file(replace(file, content=written), Reading(), ALL))
+        assert np.nanmax(np.abs(part.places - whole.places[shown])) < 0.01
+        most = 0.2 if form == "c3d" else 1.5  # lines are looked for in all of a text
+        assert file.content.fetched < most * len(written)
