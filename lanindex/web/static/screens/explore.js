@@ -29,6 +29,7 @@ export async function show(app) {
   const out = el("section", { "aria-label": "What was found" }), poses = new Poses(signal);
   const pair = query.getAll("compare");
   let stop = () => {};
+  let round = 0; // what an earlier round finds is not shown any more
   signal.addEventListener("abort", () => stop());
 
   main.append(
@@ -73,12 +74,14 @@ export async function show(app) {
 
   async function run() {
     stop();
+    const own = ++round;
     const { in: within, where: globs, part: only, by: column, compare } = asked();
     app.replace(address("/explore", { what, in: within, where: globs, part: only, by: column, compare, run: what !== "statistics" }));
     const body = { what, path: within, where: globs, parts: only ? [only] : [], ...(what === "statistics" ? { by: column, compared: compare } : {}) };
     try {
       /** @type {{job: string}} */
       const { job } = await send("POST", "/api/explore", body, signal);
+      if (own !== round) return;
       const { root, tell } = progressBar(() => send("DELETE", `/api/jobs/${job}`, {}, signal));
       out.replaceChildren(root);
       stop = follow(`/api/jobs/${job}/events`, (state) => {
@@ -91,7 +94,7 @@ export async function show(app) {
         readOut(out.querySelector("p")?.textContent ?? "");
       }, () => out.replaceChildren(trouble({ found: "the server does not answer", remedy: "Is lanindex serve still running?" })));
     } catch (error) {
-      if (!isAbort(error)) out.replaceChildren(trouble(problemOf(error)));
+      if (!isAbort(error) && own === round) out.replaceChildren(trouble(problemOf(error)));
     }
   }
 
