@@ -13,6 +13,7 @@ import { Facets } from "./library/facets.js";
 /** @typedef {{captures: Capture[], total: number, all: number, seconds: number, folder: string, facets: Facet[]}} Listing */
 
 const PAGE = 60;
+const FIRST = 30; // captures that a filter is answered with: more than a window shows, and few are drawn at once
 const SORTS = [["added", "Oldest first"], ["-added", "Newest first"], ["path", "By path"], ["label", "By label"],
   ["-length", "Longest first"], ["length", "Shortest first"], ["-doubts", "Most doubts first"]];
 
@@ -142,7 +143,7 @@ export async function show(app) {
     const at = Number(asked.get("at")) || 0;
     const from = Math.max(0, Math.floor(at / PAGE) - 1) * PAGE;
     try {
-      const found = await page(from, at ? 3 * PAGE : PAGE);
+      const found = await page(from, at ? 3 * PAGE : FIRST);
       ({ folder, total } = found);
       first = from;
       poses.clear();
