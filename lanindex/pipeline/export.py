@@ -53,7 +53,7 @@ def export(
 ) -> list[dict[str, Any]]:
     """Write clips, an LND excerpt beside each, and a manifest; all or nothing."""
     rows: list[dict[str, Any]] = []
-    files = clips(store, requests, options or ClipOptions(), rows)
+    files = clips(store, requests, options or ClipOptions(), rows, store.session.note)
     write_all(
         ((folder / file.name, file.content[:]) for file in files),
         force=force,
@@ -63,9 +63,16 @@ def export(
 
 
 def clips(
-    store: Store, requests: Iterable[Request], options: ClipOptions, rows: list[dict[str, Any]]
+    store: Store,
+    requests: Iterable[Request],
+    options: ClipOptions,
+    rows: list[dict[str, Any]],
+    note: Callable[[str], None],
 ) -> Iterator[formats.File]:
-    """Yield the files of clips, then the manifest; its rows are appended to `rows`."""
+    """Yield the files of clips, then the manifest; its rows are appended to `rows`.
+
+    `note` is given what a user should know of what is lost.
+    """
     if options.format not in FORMATS:
         raise UsageError(f'"{shown(options.format)}"', place="--format", wanted=", ".join(FORMATS))
     film = None
@@ -92,7 +99,7 @@ def clips(
         yield from manifest.files(rows)
     if lost:
         left = ", ".join(map(counted, lost.values(), lost))
-        store.session.note(f"not written to the clips: {left}")
+        note(f"not written to the clips: {left}")
 
 
 _Cut = Callable[[Span], Iterable[tuple[str, bytes]]]

@@ -7,14 +7,16 @@ import os
 import tempfile
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from itertools import chain
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
+from weakref import finalize
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from starlette.responses import Response, StreamingResponse
 
-from lanindex.errors import UsageError
-from lanindex.notation import eaf
+from lanindex.errors import UsageError, counted
+from lanindex.notation import eaf, left_out
 from lanindex.notation.tiers import TierEntry, milliseconds
 from lanindex.pipeline import dataset
 from lanindex.pipeline.export import FORMATS, ClipOptions, clips
@@ -30,56 +32,79 @@ MOST = 2000
 """Hits of an export."""
 
 _TIER = "hits"
+_NOTED = 20  # sentences that are told beside the file; all of them stand in it
 _CHUNK = 1 << 16  # bytes that are sent at once
 
 Files = Iterator[tuple[str, bytes]]
 """Names of files with what is in them."""
 
 
-def _clips(library: Library, requests: list[Request], options: dict[str, str]) -> Files:
+Note = Callable[[str], None]
+"""Is given a sentence on what is lost."""
+
+NOTES = "NOTES.txt"
+
+
+def _clips(library: Library, requests: list[Request], options: dict[str, str], note: Note) -> Files:
     how = ClipOptions(options["pad"], options["format"])
-    for file in clips(library.store, requests, how, []):
+    for file in clips(library.store, requests, how, [], note):
         yield file.name, bytes(file.content[:])
 
 
-def _films(library: Library, requests: list[Request], options: dict[str, str]) -> Files:
+def _films(library: Library, requests: list[Request], options: dict[str, str], note: Note) -> Files:
     how = ClipOptions(options["pad"], "lnd", preview=options["film"])
-    for file in clips(library.store, requests, how, []):
+    for file in clips(library.store, requests, how, [], note):
         yield file.name, bytes(file.content[:])
 
 
-def _dataset(library: Library, requests: list[Request], options: dict[str, str]) -> Files:
+def _dataset(
+    library: Library, requests: list[Request], options: dict[str, str], note: Note
+) -> Files:
     patterns: dict[str, list[Request]] = defaultdict(list)
     for request in requests:
         patterns[request.pattern].append(request)
     groups = [dataset.of_requests(some, pattern) for pattern, some in patterns.items()]
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder, "dataset")
-        dataset.write(library.store, groups, place, dataset.DatasetOptions(pad=options["pad"]))
+        how = dataset.DatasetOptions(pad=options["pad"])
+        _, card = dataset.write(library.store, groups, place, how)
+        for why, number in card["left_out"].items():
+            note(f"left out: {counted(number, 'clip')}: {why}")
         for path in sorted(place.rglob("*")):
             if path.is_file():
                 yield path.relative_to(place).as_posix(), path.read_bytes()
 
 
-def _elan(library: Library, requests: list[Request], options: dict[str, str]) -> Files:
+def _elan(library: Library, requests: list[Request], options: dict[str, str], note: Note) -> Files:
+    """Yield a file for each capture; hits that overlap others go to a second tier, or a third."""
     captures: dict[int, list[Request]] = defaultdict(list)
     for request in requests:
         captures[request.capture.id].append(request)
     for number, some in captures.items():
         capture = some[0].capture
         name = f"{number} {Path(capture.path).stem}.eaf"
-        content, last, tier = eaf.write(library.score(number)), 0, list[TierEntry]()
+        score, tiers = library.score(number), list[list[TierEntry]]()
+        content = eaf.write(score)
         for request in sorted(some, key=lambda it: it.hit.start):
             start, stop = (
                 milliseconds(it, capture.rate) for it in (request.hit.start, request.hit.stop)
             )
-            start = max(start, last)  # in a tier nothing shares time
-            last = max(stop, start + 1)
-            tier.append(TierEntry(" ".join(request.pattern.split()) or "hit", start, last))
-        yield name, eaf.mark(content, _TIER, tier, place=name)
+            free = next((it for it in tiers if it[-1].stop <= start), None)
+            if free is None:
+                tiers.append(free := [])
+            words = " ".join(request.pattern.split()) or "hit"
+            free.append(TierEntry(words, start, max(stop, start + 1)))
+        for place, tier in enumerate(tiers, 1):
+            title = f"{_TIER} {place}" if place > 1 else _TIER
+            content = eaf.mark(content, title, tier, place=name)
+        if len(tiers) > 1:
+            note(f"{name}: hits overlap, and stand in {len(tiers)} tiers")
+        if lost := left_out(score, "eaf"):
+            note(f"{name}: no room for {' '.join(lost)}")
+        yield name, content
 
 
-_KINDS: dict[str, Callable[[Library, list[Request], dict[str, str]], Files]] = {
+_KINDS: dict[str, Callable[[Library, list[Request], dict[str, str], Note], Files]] = {
     "clips": _clips,
     "films": _films,
     "dataset": _dataset,
@@ -97,22 +122,28 @@ class Export(Job[IO[bytes]]):
     ) -> None:
         super().__init__()
         self.kind, self._library, self._hits, self._options = kind, library, hits, options
+        self.notes = list[str]()
         self._begin()
 
     def _work(self) -> IO[bytes]:
         requests = from_lines(self._library.store, map(json.dumps, self._hits))
         file = tempfile.TemporaryFile()  # noqa: SIM115 (open as long as the job is kept)
+        finalize(self, file.close)
         with ZipFile(file, "w", ZIP_DEFLATED) as packed:
-            for done, (name, content) in enumerate(
-                _KINDS[self.kind](self._library, requests, self._options), 1
-            ):
+            files = _KINDS[self.kind](self._library, requests, self._options, self.notes.append)
+            for done, (name, content) in enumerate(chain(files, self._noted()), 1):
                 packed.writestr(ZipInfo(name), content, ZIP_DEFLATED)
                 self._tell(self.noun, done, 0)
         return file
 
+    def _noted(self) -> Files:
+        if self.notes:
+            yield NOTES, "".join(f"{it}\n" for it in self.notes).encode()
+
     def told(self) -> dict[str, Any]:
-        """Return how far it is."""
+        """Return how far it is, and what was lost."""
         told: dict[str, Any] = {"state": self.state, "progress": self.progress}
+        told["notes"] = self.notes[:_NOTED]
         if self.error is not None:
             told["error"] = trouble(self.error)
         return told
@@ -144,13 +175,14 @@ def packed(call: Call) -> Response:
     job = call.site.jobs.get(call.path["job"])
     if not isinstance(job, Export) or job.state == "running":  # nothing is waited for
         raise UsageError("this job", wanted="an export that has ended")
-    file = job.result
+    size = os.fstat(job.result.fileno()).st_size  # or raises why there is none
 
     def parts() -> Iterator[bytes]:
         at = 0
-        while part := os.pread(file.fileno(), _CHUNK, at):
+        while part := os.pread(job.result.fileno(), _CHUNK, at):
             at += len(part)
             yield part
 
-    headers = {"content-disposition": f'attachment; filename="{job.kind}.zip"'}
+    disposition = f'attachment; filename="{job.kind}.zip"'
+    headers = {"content-disposition": disposition, "content-length": str(size)}
     return StreamingResponse(parts(), media_type="application/zip", headers=headers)

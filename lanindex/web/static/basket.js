@@ -94,7 +94,7 @@ export class Basket {
         if (state.state === "running") this.#state.replaceChildren(el("span", {}, `${done} ${noun} written`), cancel);
         else if (state.state === "done") {
           const link = el("a", { href: `/api/exports/${job}/file`, download: `${kind}.zip` }, `${kind}.zip`);
-          this.#state.replaceChildren(el("span", {}, `${counted(done, "file")}: `), link);
+          this.#state.replaceChildren(el("span", {}, `${counted(done, "file")}: `), link, ...state.notes.map((/** @type {string} */ note) => el("p", { class: "soft" }, note)));
           link.click();
         } else this.#state.replaceChildren(state.error ? trouble(state.error) : el("span", {}, "Broken off."));
       });
