@@ -58,7 +58,7 @@ def test_a_search_that_is_not_kept_any_more_is_made_again(browser: "Browser", li
     page.goto(link)
     with page.expect_response(lambda it: it.status == 404):
         page.goto(link.partition("/?")[0] + "/search?q=arms+place+high")
-    expect(page.locator(".hit").first).to_be_visible()
+    page.locator(".hit").first.wait_for()
     expect(page.locator(".trouble")).to_have_count(0)
     page.context.close()
 

@@ -204,6 +204,7 @@ export function show(app) {
       list.add(hits, (index) => `/api/searches/${own}/hits/${index}/card?order=${by}`, (hit) => watching(hit, line.text), by === "capture");
       more.hidden = list.length >= all;
     } catch (error) {
+      if (now !== round) return;
       if (error instanceof ApiError && error.status === GONE) ran ? again() : clip && like(clip);
       else if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
     } finally {
