@@ -27,6 +27,8 @@ def test_words_are_searched_for_and_a_hit_is_watched(opened: Opened) -> None:
     expect(first.locator(".poses svg")).to_be_visible()
     expect(first.locator(".strip svg")).to_be_visible()
     assert "q=waving" in page.url
+    expect(page.locator("#said")).to_have_text(page.locator(".summary").inner_text())  # read out
+    expect(page.locator(".query .said")).to_contain_text("forearm")
     first.locator("a.show").click()
     expect(page).to_have_url(re.compile(r"/captures/\d+\?.*from="))
     expect(page.locator(".staff-layer svg").first).to_be_visible()

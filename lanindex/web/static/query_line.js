@@ -23,7 +23,7 @@ export class QueryLine {
   #options;
   #list = el("ul", { class: "completions", role: "listbox", id: "completions", hidden: true, "aria-label": "Completions" });
   #mirror = el("div", { class: "mirror", "aria-hidden": "true" });
-  #said = el("p", { class: "said", id: "said", "aria-live": "polite" });
+  #said = el("p", { class: "said", id: "meaning", "aria-live": "polite" });
   #area;
   /** @type {AbortController | null} */
   #asking = null;
@@ -46,7 +46,7 @@ export class QueryLine {
       "aria-controls": "completions",
       "aria-haspopup": "listbox",
       "aria-autocomplete": "list",
-      "aria-describedby": "said",
+      "aria-describedby": "meaning",
       oninput: () => this.#typed(true),
       onkeydown: (/** @type {KeyboardEvent} */ event) => this.#key(event),
       onclick: () => this.#typed(false),
