@@ -137,6 +137,22 @@ def own_page(browser: Browser) -> Iterator[Callable[..., Page]]:
         yield open_own
 
 
+@pytest.fixture
+def tabbed() -> Callable[[Page, str], None]:
+    """Return what goes by Tab to what is called something, on or back."""
+
+    def go(page: Page, name: str, key: str = "Tab") -> None:
+        called = "() => { const it = document.activeElement;"
+        called += " return it.ariaLabel || it.textContent || it.value; }"
+        for _ in range(120):
+            page.keyboard.press(key)
+            if (page.evaluate(called) or "").strip().startswith(name):
+                return
+        raise AssertionError(f"{key} does not come to {name}")
+
+    return go
+
+
 @contextmanager
 def pages(browser: Browser) -> Iterator[Callable[..., Page]]:
     """Yield what opens a link, then an address of its server, in a browser of its own."""

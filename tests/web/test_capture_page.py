@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
-from page_client import asking
+from page_client import asking, serving
 from starlette.testclient import TestClient
 
 import lanindex
@@ -161,6 +163,61 @@ def test_a_symbol_is_told_and_searched_for(opened: Callable[..., Page], jacks: s
     page.go_back()
     page.wait_for_url(re.compile(r"/captures/.*parts=r_arm"))
     page.locator(".staff g[data-symbol]").first.wait_for()
+
+
+def test_columns_are_chosen_by_keys_while_it_plays(
+    opened: Callable[..., Page], jacks: str, tabbed: Callable[..., None]
+) -> None:
+    page = opened(f"{jacks}?t=0.5")
+    arm = page.locator(".staff g[data-part=r_arm]")
+    arm.first.wait_for(state="attached")
+    tabbed(page, "Speed")
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("ArrowUp")  # a quarter as fast: it still plays when the columns have come
+    tabbed(page, "Play", "Shift+Tab")
+    page.keyboard.press("Space")
+    tabbed(page, "Columns of the staff")
+    page.keyboard.press("Enter")
+    page.get_by_label("r_arm", exact=True).wait_for()
+    page.keyboard.press("Tab")
+    while page.evaluate("document.activeElement.value") != "r_arm":
+        page.keyboard.press("Tab")
+    page.keyboard.press("Space")
+    arm.first.wait_for(state="detached")
+    assert arm.count() == 0
+    page.locator(".staff g[data-part=l_arm]").first.wait_for(state="attached")
+    page.get_by_role("button", name="Pause").wait_for()
+    parts = parse_qs(urlsplit(page.url).query)["parts"][0].split(",")
+    assert "l_arm" in parts
+    assert "r_arm" not in parts
+    page.keyboard.press("Space")
+    arm.first.wait_for(state="attached")
+    assert "parts=" not in page.url
+
+
+def test_a_capture_whose_file_is_gone_is_told_and_its_staff_plays(
+    browser: Browser, tmp_path: Path
+) -> None:
+    source = tmp_path / "away.bvh"
+    shutil.copy(Path(__file__).parents[2] / "corpus" / "jumping_jacks.bvh", source)
+    with lanindex.open_library(tmp_path / "own.db", create=True) as library:
+        library.ingest(source)
+        number = library.captures()[0].id
+    source.unlink()
+    with serving(tmp_path / "own.db") as link:
+        context = browser.new_context()  # of its own: the refusal stands in the console, too
+        page = context.new_page()
+        page.goto(link)
+        page.goto(link.partition("/?")[0] + f"/captures/{number}?t=1")
+        told = page.locator(".stage .trouble")
+        told.wait_for()
+        assert "away.bvh" in told.inner_text()
+        assert "Traceback" not in told.inner_text()
+        page.locator(".staff g[data-part=r_arm]").first.wait_for(state="attached")
+        page.locator("body").press("ArrowRight")
+        page.locator(".clock", has_text="0:02.00").wait_for()
+        page.wait_for_url("**t=2.000**")
+        context.close()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -204,6 +205,37 @@ def test_a_library_is_encoded_with_what_was_edited(
         assert [it.label for it in library.captures()] == labels
     encode.click()
     page.get_by_text("All captures have the profile high arms already.").wait_for()
+
+
+def test_an_encoding_is_cancelled_by_keys_and_the_rest_stays(
+    own_page: Opened, tmp_path: Path, tabbed: Callable[..., None]
+) -> None:
+    corpus, folder = Path(__file__).parents[2] / "corpus", tmp_path / "dances"
+    folder.mkdir()
+    for copy in range(40):
+        shutil.copy(corpus / "greetings.bvh", folder / f"{copy}.bvh")
+    with lanindex.open_library(tmp_path / "own.db", create=True) as library:
+        library.ingest(folder)
+        number = library.captures()[0].id
+    page = own_page(tmp_path / "own.db", f"/convert?capture={number}&part=r_arm")
+    summary(page, "No symbol changed")
+    profile = page.get_by_role("combobox", name="Profile", exact=True)
+    other = next(it for it in profile.locator("option").all_inner_texts() if it != "default")
+    profile.select_option(label=other)
+    page.get_by_role("button", name="Encode the library with").focus()
+    page.keyboard.press("Enter")
+    page.get_by_role("dialog").get_by_text("40 captures are read again").wait_for()
+    tabbed(page, "Leave it as it is")
+    tabbed(page, "Encode the library", "Shift+Tab")
+    page.keyboard.press("Enter")
+    region = page.get_by_role("region", name="Encode the library")
+    region.locator("button:focus", has_text="Cancel").wait_for()
+    page.keyboard.press("Enter")
+    region.get_by_text(re.compile(r"^Cancelled: \d+ captures? written down anew")).wait_for()
+    assert region.locator("button:focus").inner_text().startswith("Encode the library with")
+    with lanindex.open_library(tmp_path / "own.db") as library:
+        assert len(library.captures()) == 40
+        assert library.stats().profiles["default"] > 0
 
 
 @pytest.mark.parametrize("width", [1280, 390])

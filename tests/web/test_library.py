@@ -286,3 +286,31 @@ def test_several_are_selected_labelled_and_removed(
     page.get_by_role("button", name="Remove 1 capture").click()
     soon(page, lambda: every[1] not in stored(dances))
     soon(page, lambda: count(page) == 3)
+
+
+def test_captures_are_selected_and_removed_by_keys_alone(
+    own_page: Opened, dances: Path, tabbed: Callable[..., None]
+) -> None:
+    page = own_page(dances, "/?sort=path&q=.lnd")
+    every = names(page)
+    page.get_by_label("Filter captures").focus()
+    tabbed(page, f"Select {every[1]}")
+    page.keyboard.press("Space")
+    tabbed(page, f"Select {every[2]}")
+    page.keyboard.press("Space")
+    page.get_by_text("2 selected").wait_for()
+    tabbed(page, "Remove \u2026", "Shift+Tab")
+    page.keyboard.press("Enter")
+    page.get_by_role("dialog").wait_for()
+    page.keyboard.press("Escape")
+    page.get_by_role("dialog").wait_for(state="detached")
+    assert len(names(page)) == len(every)
+    tabbed(page, "Select all")
+    tabbed(page, "Remove \u2026", "Shift+Tab")
+    page.keyboard.press("Enter")
+    tabbed(page, "Cancel")
+    tabbed(page, "Remove 2 captures", "Shift+Tab")
+    page.keyboard.press("Enter")
+    soon(page, lambda: names(page) == [every[0], *every[3:]])
+    assert not {every[1], every[2]} & stored(dances).keys()
+    page.get_by_text("2 selected").wait_for(state="hidden")

@@ -76,10 +76,12 @@ export function encodeSection({ name, touched, readonly, encoded }) {
 
   /** @param {HTMLElement} result */
   function ended(result) {
+    const focused = running.contains(document.activeElement); // what has the focus is about to go
     job = "";
     running.hidden = true;
     said.replaceChildren(result);
     update();
+    if (focused) button.focus();
   }
 
   function cancel() {
