@@ -6,7 +6,7 @@ All functions run inside a transaction that the caller has begun.
 import json
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import groupby
@@ -318,22 +318,24 @@ def read_stretch(
     Rows follow each other by their ends, so those of a stretch are found without all others. They
     are looked at, but not their checksums, which are over whole tracks.
     """
-    tracks, firsts = dict[str, Track](), dict[str, int]()
     found = read_track_rows(connection, [one], parts)
-    columns = (found.ordinal, found.part, found.kind, found.known, found.symbols)
-    for track, part, kind, spans, count in zip(*columns, strict=True):
-        try:
+    firsts, held = list[int](), [np.empty((0, len(COLUMNS)), np.int64)]
+    try:
+        for track, count in zip(found.ordinal, found.symbols, strict=True):
             first, packed = _stretch(connection, (one.capture.id, track), count, frames)
-            symbols = rows.unpack(packed)
-            whole = (rows.pack(symbols) == packed).all()
-            if not whole or rows.wrong(symbols, one.capture.frames).any():
-                raise ValueError("rows that no symbols have")
-            known = known_of(one.capture, part, spans)
-            tracks[part], firsts[part] = Track(part, symbols, known, KIND_NAMES[kind]), first
-        except _NONSENSE as error:
-            what = f"its track {part} ({error})"
-            raise damaged(one.capture.id, one.capture.location, what) from error
-    return tracks, firsts
+            firsts.append(first)
+            held.append(packed)
+    except _NONSENSE as error:
+        what = f"its track {found.part[len(firsts)]} ({error})"
+        raise damaged(one.capture.id, one.capture.location, what) from error
+    packed, counts = np.concatenate(held), [len(it) for it in held[1:]]
+    symbols = rows.unpack(packed)
+    odd = (rows.pack(symbols) != packed).any(axis=1) | rows.wrong(symbols, one.capture.frames)
+    if odd.any():
+        part = found.part[int(np.searchsorted(np.cumsum(counts), odd.argmax(), "right"))]
+        raise damaged(one.capture.id, one.capture.location, f"its track {part}")
+    tracks = tracks_of(replace(found, symbols=counts), symbols)[one.capture.id]
+    return tracks, dict(zip(found.part, firsts, strict=True))
 
 
 def _stretch(

@@ -216,6 +216,8 @@ _CHILD = (
 
 def child(module: str, job: str, arguments: Mapping[str, Any]) -> None:
     """Do a job: what the process runs."""
+    if hasattr(os, "nice"):  # what is looked at meanwhile comes first
+        os.nice(10)
     try:
         made = getattr(import_module(module), job)(**arguments)
     except errors.LanindexError as error:
