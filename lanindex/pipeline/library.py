@@ -1028,7 +1028,8 @@ class Library:
         Parameters
         ----------
         capture : int or str
-            Its number or path. A score is performed by the standard body, at 60 frames a second.
+            Its number or path. A score is performed by the standard body, at 60 frames a second;
+            one of more than 27 minutes at as many as make 100,000 frames.
         start, stop : float
             Seconds; without `stop` to the end.
         fps : float, optional

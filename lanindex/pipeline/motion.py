@@ -30,11 +30,15 @@ from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading
 from lanindex.notation import NOTATIONS
 from lanindex.perform import perform
+from lanindex.perform.stage import LONGEST
 from lanindex.pipeline.export import check_source, source_of
 from lanindex.pipeline.kept import CACHE, Cache, Kept, Made
 
 PERFORMED = Fraction(60)
 """Frames a second in which a score is performed."""
+
+MANY = 1000
+"""Symbols from which on a score is performed by another process: each takes a third of a ms."""
 
 
 def motion(
@@ -47,14 +51,15 @@ def motion(
 ) -> Figure:
     """Return the figure of a capture in a window: see `lanindex.Library.motion`."""
     capture = store.capture(which)
-    performed = capture.format in NOTATIONS
-    rate = PERFORMED if performed else capture.rate
+    performed, rate = capture.format in NOTATIONS, rate_of(capture)
     stop = last_second(float(capture.frames / capture.rate), start, stop)
     shown, rate_shown = frames_shown(start, stop, rate, fps)
     if performed:
-        job = {"store": store, "capture": capture.id}
-        key = "performed", capture.location, capture.sha256
-        return _window(cache.get(key, _performed, job, aside=False), shown, rate_shown)
+        long = sum(store.counts(capture.id).values()) > MANY and os.path.isfile(store.place)
+        where = {"library": store.place, "path": capture.path} if long else {"store": store}
+        job: dict[str, Any] = {**where, "capture": capture.id}
+        key, work = ("performed", capture.location, capture.sha256), aside if long else _performed
+        return _window(cache.get(key, work, job, aside=long), shown, rate_shown)
     source = SOURCES.of(store, capture)
     key, large = ("figure", *source.key), source.large
     job = {"path": capture.location, "options": source.options, "frames": capture.frames}
@@ -94,8 +99,22 @@ def figured(path: str, options: Mapping[str, str], frames: int) -> Made:
     return _made(motion)
 
 
+def rate_of(capture: Capture) -> Fraction:
+    """Return the frames a second of a capture's figure; a long score has as many as it may."""
+    if capture.format not in NOTATIONS:
+        return capture.rate
+    return min(PERFORMED, Fraction(max((LONGEST - 1) * capture.rate // capture.frames, 1)))
+
+
+def aside(library: str, path: str, capture: int) -> Made:
+    """Return the figure of a score of a library, in a process of its own; `path` is for errors."""
+    with Store.open(library, readonly=True) as store:
+        return _performed(store, capture)
+
+
 def _performed(store: Store, capture: int) -> Made:
-    return _made(perform(store.score(capture), rate=PERFORMED))
+    score = store.score(capture)
+    return _made(perform(score, rate=rate_of(store.capture(capture))))
 
 
 def _made(motion: Motion) -> Made:

@@ -15,7 +15,7 @@ from lanindex.errors import LanindexError, UsageError
 from lanindex.film import tiles
 from lanindex.film.figure import Figure, faced, stood
 from lanindex.film.hits import Playback, poses, seen_from
-from lanindex.notation import NOTATIONS
+from lanindex.pipeline.motion import rate_of as motion_rate
 from lanindex.search.example.stretch import pattern_of_symbol
 from lanindex.web.routes import Call
 
@@ -34,7 +34,7 @@ _STAMPED = {"cache-control": "private, max-age=86400"}  # the address changes wi
 
 def rate_of(capture: Capture) -> Fraction:
     """Return how many frames a second of a capture are played."""
-    return Fraction(RATE) if capture.format in NOTATIONS else min(capture.rate, Fraction(RATE))
+    return min(motion_rate(capture), Fraction(RATE))
 
 
 def figure(call: Call) -> dict[str, Any]:

@@ -69,6 +69,27 @@ def test_a_score_is_performed(library: Library) -> None:
     assert len(library.motion("raise.lnd")) == len(whole)
 
 
+def test_a_long_score_is_performed_aside(
+    library: Library, cache: Cache, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = library.motion("raise.lnd")
+    monkeypatch.setattr(motion, "MANY", 3)
+    monkeypatch.setattr(motion, "_performed", None)  # not here
+    again = motion.motion(library.store, "raise.lnd", cache=cache)
+    assert same(again, whole, 0)
+
+
+def test_a_score_that_is_too_long_is_performed_slower(
+    library: Library, cache: Cache, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(motion, "LONGEST", 31)
+    long = library.capture("raise.lnd")
+    rate = motion.rate_of(long)
+    assert rate == 30 // (long.frames / long.rate) < 60
+    window = motion.motion(library.store, "raise.lnd", fps=60, cache=cache)
+    assert (window.rate, len(window)) == (rate, rate * long.frames / long.rate)
+
+
 def test_slower_windows_fit_together(library: Library) -> None:
     whole = library.motion("bow.bvh", fps=7)
     assert whole.rate == 7
