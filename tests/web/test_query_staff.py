@@ -8,6 +8,7 @@ import pytest
 from generated_patterns import random_patterns
 from playwright.sync_api import expect
 
+from lanindex.search.dictionary import load
 from lanindex.search.language import parse
 
 pytestmark = pytest.mark.slow  # journeys in a browser
@@ -110,6 +111,8 @@ def test_the_staff_follows_the_line(opened: Opened) -> None:
         ("Shift+Enter 5", "r_arm place -> right -> high"),
         ("c Enter l Shift+R 1 s Enter", "r_arm right -> high with[1s] l_arm low"),
         ("F2 Control+a h e a d Enter", "head -> r_arm high"),
+        ("Alt+ArrowUp", "r_arm high -> right"),
+        ("Enter 2 g Alt+ArrowDown Alt+ArrowUp Alt+ArrowUp", "r_arm right ... high -> back"),
     ],
 )
 def test_each_key_does_what_it_says(opened: Opened, keys: str, text: str) -> None:
@@ -121,6 +124,34 @@ def test_each_key_does_what_it_says(opened: Opened, keys: str, text: str) -> Non
     expect(line(page)).to_have_value(text)
     page.get_by_role("button", name="undo").click()
     expect(line(page)).not_to_have_value(text)
+
+
+def test_a_word_and_brackets_are_unfolded_where_they_can_be_drawn(opened: Opened) -> None:
+    page = opened("/search?draw=1&q=@wave")
+    expect(page.get_by_role("option", name="step 1 of 1: locked: @wave")).to_be_visible()
+    chosen(page).focus()
+    page.keyboard.press("u")
+    expect(line(page)).to_have_value(re.compile("^r_forearm .* either side$"))
+    assert parse(line(page).input_value()) == parse(load()["wave"].pattern)
+    expect(page.get_by_role("listbox").first).to_be_visible()
+    expect(page.get_by_role("button", name="or 2")).to_be_visible()
+    expect(chosen(page)).to_be_focused()
+    page.keyboard.press("Control+z")
+    expect(line(page)).to_have_value("@wave")
+    line(page).fill("r_arm low ... (r_arm mid -> high) -> l_arm low")
+    steps = page.get_by_role("listbox", name="right arm").get_by_role("option")
+    expect(steps).to_have_count(3)
+    chosen(page).focus()
+    for key in ("ArrowUp", "u"):
+        page.keyboard.press(key)
+    expect(line(page)).to_have_value("r_arm low ... r_arm mid -> high -> l_arm low")
+    expect(steps).to_have_count(4)
+    line(page).fill("r_arm low ... @raise")
+    expect(steps).to_have_count(2)
+    chosen(page).focus()
+    page.keyboard.press("u")
+    expect(page.locator("#status")).to_contain_text("@raise cannot be drawn here")
+    expect(line(page)).to_have_value("r_arm low ... @raise")
 
 
 def test_the_mouse_does_it_too(opened: Opened) -> None:

@@ -69,6 +69,8 @@ export const KEYS = [
     ["L, M, H", "low, middle, high; again: none"],
     ["A  N  /", "any movement; not; the next direction or level will do as well"],
     ["Enter, Shift+Enter, Delete", "add a step after this one, before it; remove it"],
+    ["Alt+\u2191, Alt+\u2193", "move the step up its column, down"],
+    ["U", "draw what a locked step stands for: a word, brackets"],
     ["G, Shift+G", "after a gap or at once; the time before the step"],
     ["O  T  X  B", "hold, at, via; length; repeat; label"],
     ["F2", "the step as text"],

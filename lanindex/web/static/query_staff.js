@@ -1,7 +1,8 @@
 /** The staff on which a query is drawn: its lines as columns, its steps as signs, time upwards. */
 
+import { get, problemOf, send } from "./api.js";
 import { announce, el, readOut, svg } from "./dom.js";
-import { blank, cell, column, deny, drawingOf, either, gap, insert, LEVELS, MANNERS, move, remove, say, sayAny, settle, sizeOf, textOf, titleOf, told, treeOf, WAYS } from "./query_tree.js";
+import { blank, cell, column, deny, drawingOf, either, gap, insert, LEVELS, MANNERS, move, remove, say, sayAny, settle, sizeOf, swap, textOf, titleOf, told, treeOf, unfold, WAYS } from "./query_tree.js";
 
 /**
  * @typedef {import("./query_tree.js").Drawing} Drawing
@@ -216,6 +217,32 @@ export class QueryStaff {
     });
   }
 
+  /** @param {number} by 1: later, -1: sooner */
+  #shift(by) {
+    const { cells } = this.#column, to = this.#at.step + by;
+    if (!cells[to]) return announce(by > 0 ? "no step is later" : "no step is sooner");
+    this.#edit(() => {
+      swap(this.#column, Math.min(to, this.#at.step));
+      this.#at.step = to;
+    });
+  }
+
+  /** Draw what a locked step stands for. */
+  async #unfold() {
+    const block = this.#cell?.block;
+    if (!block?.named && block?.kind !== "bracket") return announce("only a word or brackets can be unfolded");
+    try {
+      const text = block.named ? (await get(`/api/words/${block.named}`)).pattern : block.pattern.text;
+      const { tree } = await send("POST", "/api/parse", { text });
+      const drawing = structuredClone(this.#drawing);
+      if (this.#cell?.block !== block) return null; // it is another step by now
+      if (!tree || !unfold(drawing, this.#at, tree)) return announce(`${textOf(/** @type {Cell} */ (this.#cell))} cannot be drawn here: it has several lines, or a length of its own`);
+      return this.#edit(() => (this.#drawing = drawing));
+    } catch (error) {
+      return announce(problemOf(error).found);
+    }
+  }
+
   #takeColumn() {
     if (this.#columns.length > 1 || this.#drawing.tabs.length > 1) this.#edit(() => this.#dropColumn());
   }
@@ -348,6 +375,9 @@ export class QueryStaff {
       { key: "Enter", name: "+ step", title: "Add a step after this one", run: () => this.#add() },
       { key: "Shift+Enter", name: "+ before", title: "Add a step before this one", run: () => this.#add(0) },
       { key: "Delete", name: "\u2212 step", title: "Remove the step", run: () => this.#take() },
+      { key: "Alt+ArrowUp", name: "later", title: "Move the step up its column", run: () => this.#shift(1) },
+      { key: "Alt+ArrowDown", name: "sooner", title: "Move the step down its column", run: () => this.#shift(-1) },
+      { key: "u", name: "unfold", title: "Draw what a locked step stands for", run: () => this.#unfold() },
       { key: "g", name: "gap", title: "At once, or after a gap", run: () => this.#cell && this.#change((it) => gap(it, this.#at.step === 0)) },
       { key: "Shift+g", name: "gap time", title: "Time before the step", run: () => this.#askGap() },
       { key: "o", name: "hold", title: "Moves there, holds it, is at it, passes through it", run: () => this.#change((it) => (it.manner = MANNERS[(MANNERS.indexOf(it.manner) + 1) % MANNERS.length]), true) },
@@ -384,12 +414,12 @@ export class QueryStaff {
     return el("div", { class: "q-palette", role: "group", "aria-label": "Signs and changes" },
       el("div", { class: "q-signs" }, el("div", { class: "q-pad" }, ...ways), el("div", { class: "q-levels" }, ...levels)),
       el("div", { class: "row" }, relative, ...acts("a", "n", "/").children),
-      acts("Enter", "Shift+Enter", "Delete"), acts("g", "Shift+g"), acts("o", "t", "x", "b", "F2"), acts("c", "p", "r", "Shift+r"), acts("v", "e"), acts("Control+z", "Control+Shift+z"));
+      acts("Enter", "Shift+Enter", "Delete"), acts("Alt+ArrowUp", "Alt+ArrowDown", "u"), acts("g", "Shift+g"), acts("o", "t", "x", "b", "F2"), acts("c", "p", "r", "Shift+r"), acts("v", "e"), acts("Control+z", "Control+Shift+z"));
   }
 
   /** @param {string} key @param {string} text @param {string} title @param {() => void} run @param {Node} [sign] */
   #button(key, text, title, run, sign) {
-    const shown = key.replace("Control", "Ctrl").replace(/\b[a-z]$/, (it) => it.toUpperCase());
+    const shown = key.replace("Control", "Ctrl").replace("ArrowUp", "\u2191").replace("ArrowDown", "\u2193").replace(/\b[a-z]$/, (it) => it.toUpperCase());
     const node = el("button", { type: "button", title: `${title} (${shown})`, "aria-keyshortcuts": key, onclick: run }, sign ?? null, text || el("span", { class: "hidden" }, title), el("kbd", { "aria-hidden": "true" }, shown));
     this.#buttons.set(key, node);
     return node;
@@ -406,12 +436,14 @@ export class QueryStaff {
 
   /** @param {KeyboardEvent} event */
   #key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.ctrlKey || event.metaKey || (event.altKey && !event.key.startsWith("Arrow"))) return;
     const { key } = event, at = this.#at, step = !(event.target instanceof HTMLButtonElement);
     const digit = /^(?:Digit|Numpad)([1-9])$/.exec(event.code)?.[1], number = /^[1-9]$/.test(key) || event.code.startsWith("Numpad") ? Number(/^[1-9]$/.test(key) ? key : digit) : 0;
     const level = LEVELS.find((it) => it[0] === key.toLowerCase());
     const name = event.shiftKey && /^([GR]|Enter)$/.test(key) ? `Shift+${key === "Enter" ? key : key.toLowerCase()}` : { Insert: "Enter", "+": "Enter", Backspace: "Delete" }[key] ?? (key.length === 1 ? key.toLowerCase() : key);
-    if (number) this.#say("direction", WAYS[number - 1]);
+    if (event.altKey && !this.#acts.has(`Alt+${key}`)) return;
+    if (event.altKey) this.#acts.get(`Alt+${key}`)?.run();
+    else if (number) this.#say("direction", WAYS[number - 1]);
     else if (level) this.#say("level", level);
     else if (key === "ArrowUp") this.#go({ step: at.step + 1 });
     else if (key === "ArrowDown") this.#go({ step: at.step - 1 });

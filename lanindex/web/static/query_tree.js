@@ -214,6 +214,39 @@ export function remove(column, at) {
   if (!column.cells.length) column.end = null;
 }
 
+/** Let a step change places with the one after it; what leads to either stays. @param {Column} column @param {number} at */
+export function swap(column, at) {
+  const { cells } = column, [one, other] = cells.splice(at, 2);
+  [one.arrow, other.arrow] = [other.arrow, one.arrow];
+  cells.splice(at, 0, other, one);
+  if (!one.block) one.named = false;
+  for (const it of [at, at + 1, at + 2]) settle(column, it);
+}
+
+/**
+ * Put what a locked step stands for in its place; return whether a staff can show it there.
+ * @param {Drawing} drawing
+ * @param {Place} place
+ * @param {Tree} query what the step stands for
+ */
+export function unfold(drawing, { tab, column: at, step }, query) {
+  const columns = drawing.tabs[tab], column = columns[at], [own] = column.cells.slice(step);
+  const { tabs, chips } = drawingOf(query), [[line, ...beside], ...others] = tabs;
+  if (own.label || own.length || own.repeat || (chips.length && drawing.chips.length)) return false;
+  const whole = columns.length === 1 && column.cells.length === 1 && !own.arrow && !column.end;
+  if (whole && (!chips.length || drawing.tabs.length === 1)) {
+    drawing.tabs.splice(tab, 1, ...tabs);
+    drawing.chips.push(...chips);
+    return true;
+  }
+  if (beside.length || others.length || chips.length || line.end || line.cells[0].arrow) return false;
+  line.cells[0].arrow = own.arrow;
+  column.cells.splice(step, 1, ...line.cells);
+  settle(column, step);
+  settle(column, step + line.cells.length);
+  return true;
+}
+
 /** Write who moves in a step, where the one before it does not tell. @param {Column} column @param {number} at */
 export function settle({ cells }, at) {
   const cell = cells[at], before = cells[at - 1];
