@@ -176,6 +176,15 @@ def test_the_mouse_does_it_too(opened: Opened) -> None:
     expect(page.locator("#status")).to_have_text("nothing to undo")
 
 
+def test_three_columns_fit_a_phone(opened: Opened) -> None:
+    pattern = "r_arm right mid -> (low or mid) x2 with l_arm low/high 1s without r_leg low"
+    phone = {"width": 400, "height": 800}
+    page = opened(f"/search?draw=1&q={pattern}", viewport=phone)
+    expect(page.get_by_role("listbox")).to_have_count(3)
+    wide, seen = page.locator(".q-sheet").evaluate("(it) => [it.scrollWidth, it.clientWidth]")
+    assert wide == seen
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_keeps_anyone_out(
     opened: Opened, violations: Callable[["Page"], list[str]], scheme: str
