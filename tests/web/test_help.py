@@ -120,6 +120,12 @@ def test_pictures_are_seen_on_a_phone(opened: Callable[..., "Page"]) -> None:
         picture.scroll_into_view_if_needed()
         assert picture.evaluate("(it) => it.decode().then(() => it.naturalWidth)") > 400
     assert page.evaluate("document.documentElement.scrollWidth") == 400
+    with page.expect_popup() as opening:
+        pictures.first.click()
+    whole = opening.value
+    whole.wait_for_load_state()
+    assert whole.url.endswith(pictures.first.get_attribute("src"))
+    assert whole.locator("img").evaluate("(it) => it.naturalWidth") > 400
 
 
 def test_patterns_can_be_tried(ask: TestClient) -> None:

@@ -39,6 +39,7 @@ export class StaffView {
   #state = document.createElement("p");
   #zoom = 2;
   #time = 0;
+  #across = 0; // pixels of its width
   #round = 0;
   #named = -1; // of which round the names of the columns are
   /** @type {[number, number] | null} */
@@ -353,9 +354,10 @@ export class StaffView {
         names.style.height = `${scale * height}px`;
       }
     }
-    const across = Math.max(here ? Math.floor(this.#scale(here) * here.wide) : 0, clientWidth), before = this.#layer.clientWidth;
+    const across = Math.max(here ? Math.floor(this.#scale(here) * here.wide) : 0, clientWidth);
     for (const it of [this.#layer, this.#names, this.#line, this.#mark]) it.style.width = `${across}px`;
-    if (across !== before) this.root.scrollLeft = (across - clientWidth) / 2;
+    if (across !== this.#across) this.root.scrollLeft = (across - clientWidth) / 2;
+    this.#across = across;
     for (const [at, held] of this.#stale) {
       if (shown.has(held)) continue;
       held.node.remove();

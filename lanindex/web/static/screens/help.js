@@ -49,6 +49,7 @@ function built(tree) {
   const [tag, attributes, ...children] = tree, wide = tag === "table" || tag === "pre";
   const away = attributes.href?.startsWith("http") ? { target: "_blank", rel: "noreferrer" } : {};
   const node = el(tag, { ...attributes, ...away }, ...children.map(built));
+  if (tag === "img") return el("a", { href: attributes.src, target: "_blank" }, node); // a phone shows it too small
   return wide ? el("div", { class: "scrolled", tabindex: 0, role: "group", "aria-label": tag === "table" ? "Table" : "Code" }, node) : node;
 }
 
