@@ -13,6 +13,7 @@ order of time: the number of each is its ordinal in the track that they become.
 import re
 from collections.abc import Mapping
 from fractions import Fraction
+from functools import lru_cache
 from math import lcm
 from typing import Any
 
@@ -107,12 +108,35 @@ def score_of(data: Mapping[str, Any]) -> Score:
         "#unit1",
     ):
         reader.take(line)
-    for reader.line, symbol in enumerate(data["symbols"]):
-        part, start, stop, *words = _checked(symbol, reader)
-        times = (number(Fraction(it * beats, division)) for it in (start, stop))
-        reader.take(" ".join([KINDS[kind_of(part)].keyword, part, *words, *times]))
+    for at, symbol in enumerate(data["symbols"]):
+        try:
+            written = _read(beats, division, *symbol)
+        except (NotationError, TypeError, ValueError):  # said again, with its number
+            reader.line = at
+            _take(reader, Fraction(beats, division), symbol)
+        else:
+            reader.written.append(lnd.SymbolLine(*written, at + 1))
+            reader.understood = True
     reader.other = [line for line in data["other"] if isinstance(line, str) and "\n" not in line]
     return in_time(reader.score())
+
+
+@lru_cache(maxsize=1 << 14, typed=True)
+def _read(
+    beats: int, division: int, *symbol: Any
+) -> tuple[str, tuple[int, ...], int, Fraction, Fraction]:
+    """Return the line of a symbol but for its number: an editor sends many that did not change."""
+    reader = lnd.LndReader("symbol")
+    reader.unit = 1
+    _take(reader, Fraction(beats, division), symbol)
+    (line,) = reader.written
+    return line.part, line.cell, line.unit, line.start, line.stop
+
+
+def _take(reader: lnd.LndReader, ticks: Fraction, symbol: Any) -> None:
+    part, start, stop, *words = _checked(symbol, reader)
+    times = (number(it * ticks) for it in (start, stop))
+    reader.take(" ".join([KINDS[kind_of(part)].keyword, part, *words, *times]))
 
 
 def _checked(symbol: Any, reader: lnd.LndReader) -> list[Any]:

@@ -103,11 +103,17 @@ class SymbolLine:
         if self.unit == 0:
             return Fraction(0), Fraction(0)
         before = (self.unit - 1) * beats
-        start, stop = (  # (before + time) / beats, which is slow with fractions
-            Fraction(before * time.denominator + time.numerator, beats * time.denominator)
-            for time in (self.start, self.stop)
+        start, stop = self.start, self.stop
+        return (
+            _in_units(before, start.numerator, start.denominator, beats),
+            _in_units(before, stop.numerator, stop.denominator, beats),
         )
-        return start, stop
+
+
+@lru_cache(maxsize=1 << 14)
+def _in_units(before: int, numerator: int, denominator: int, beats: int) -> Fraction:
+    # (before + time) / beats, which is slow with fractions
+    return Fraction(before * denominator + numerator, beats * denominator)
 
 
 class LndReader:

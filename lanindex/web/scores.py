@@ -5,6 +5,7 @@ It is JSON as in `lanindex.notation.edited`; nothing of it is kept here.
 
 from __future__ import annotations
 
+import json
 from base64 import b64encode
 from dataclasses import replace
 from functools import lru_cache
@@ -43,6 +44,7 @@ from lanindex.notation import NOTATIONS, edited, left_out, lnd, read, write
 from lanindex.notation.excerpt import excerpt
 from lanindex.perform import perform
 from lanindex.pipeline.files import safe_stem
+from lanindex.pipeline.kept import Latest
 from lanindex.web.routes import Call
 
 MOST = 6000
@@ -55,8 +57,13 @@ _SHOWN = 500  # differences in an answer, at most
 _EDGE = C // 10  # round the sign on a button
 
 
+_SCORES = Latest[Score](4)
+
+
 def _score(call: Call) -> Score:
-    return edited.score_of(call.said("score", dict, {}))
+    """Return the score of a request; staff, figure and what else is asked of it share it."""
+    said = call.said("score", dict, {})
+    return _SCORES.made(json.dumps(said), lambda: edited.score_of(said))
 
 
 def _number(call: Call, name: str, default: float) -> float:

@@ -76,3 +76,13 @@ def test_what_lnd_cannot_say_is_refused_with_its_place(
         edited.score_of(ONE | change)
     assert caught.value.place == place
     assert found in caught.value.found
+
+
+def test_what_was_read_once_is_checked_and_numbered_all_the_same() -> None:
+    symbols = ONE["symbols"]
+    assert edited.score_of(ONE).tracks.keys() == edited.score_of(ONE).tracks.keys()
+    part, start, stop, *words = symbols[0]
+    for wrong in ([part, float(start), stop, *words], [part, start, stop, words], None):
+        with pytest.raises(NotationError) as refused:
+            edited.score_of({**ONE, "symbols": [*symbols, wrong]})
+        assert refused.value.place == f"symbol:{len(symbols) + 1}"

@@ -6,7 +6,7 @@ import { Motion } from "../motion.js";
 /** @typedef {{motion: Motion, start: number, stop: number}} Clip seconds of the score, from and to */
 /** @typedef {{start: number, stop: number, seconds: number, warnings: string[], figure: import("../motion.js").Description, places: string}} Answer */
 
-const NEAR = [2, 6]; // seconds before and behind where the figure is that are carried out first
+const NEAR = [1, 4]; // seconds before and behind where the figure is that are carried out first
 const FEW = 60; // symbols that are carried out at once
 const IDLE = 1200; // milliseconds without an edit before all is carried out
 
