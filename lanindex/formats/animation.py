@@ -40,17 +40,23 @@ def complete(motion: Motion) -> Motion:
         motion, unknown = _without_joints(motion, never), unknown[:, ~never]
     if not unknown.any():
         return motion
-    places = motion.positions.copy()
-    frames = np.arange(len(places))
-    for joint in np.flatnonzero(unknown.any(axis=0)).tolist():
-        known = ~unknown[:, joint]
-        for axis in range(3):
-            places[:, joint, axis] = np.interp(frames, frames[known], places[known, joint, axis])
+    places = without_gaps(motion.positions)
     said = f"{unknown.mean():.1%} of its places are unknown: they are filled in straight lines"
     rotations = motion.rotations
     if rotations is not None and not np.isfinite(rotations).all():
         rotations = None
     return replace(motion, positions=places, rotations=rotations, warnings=(*motion.warnings, said))
+
+
+def without_gaps(places: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return places, (T, J, 3), in straight lines where a joint is unknown for a time."""
+    places, frames = places.copy(), np.arange(len(places))
+    unknown = np.asarray(~np.isfinite(places).all(axis=2))
+    for joint in np.flatnonzero(unknown.any(axis=0) & ~unknown.all(axis=0)).tolist():
+        known = ~unknown[:, joint]
+        for axis in range(3):
+            places[:, joint, axis] = np.interp(frames, frames[known], places[known, joint, axis])
+    return places
 
 
 def _unknown(motion: Motion) -> NDArray[np.bool_]:

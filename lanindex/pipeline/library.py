@@ -779,7 +779,7 @@ class Library:
         ExportError
             Where a source is gone or has changed since it was ingested.
         UsageError
-            Where no joint is known in all frames of both.
+            Where the hips or a leg of either are unknown.
 
         Examples
         --------

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import JOINT_CODES
 from lanindex.errors import UsageError
+from lanindex.formats.animation import without_gaps
 from lanindex.library.store import Store
 from lanindex.model import Capture
 from lanindex.pipeline.motion import motion
@@ -19,6 +20,9 @@ RATE = 30
 
 MOST = 1500
 """Frames of a capture that are compared at the most: of more than 50 seconds, fewer a second."""
+
+LEAST = 0.5
+"""Share of frames in which a joint must be known; what is missing is filled in straight lines."""
 
 
 def normalised(joints: NDArray[np.float32], rate: float) -> Floats:
@@ -119,12 +123,17 @@ def in_step(store: Store, *captures: Capture) -> NDArray[np.float64]:
     ends = [float(it.frames / it.rate) for it in captures]
     for capture, end in zip(captures, ends, strict=True):
         body = motion(store, capture.id, fps=min(RATE, MOST / end))
-        joints.append(normalised(body.places[:, : len(JOINT_CODES)], float(body.rate)))
+        places = body.places[:, : len(JOINT_CODES)].copy()
+        seldom = np.isfinite(places).all(axis=2).mean(axis=0) < LEAST
+        places[:, seldom] = np.nan
+        joints.append(normalised(without_gaps(places), float(body.rate)))
         rates.append(float(body.rate))
     one, two = joints
     if not _known(one, two).any():
         paths = " and ".join(it.path for it in captures)
-        raise UsageError(f"no joint is known in all frames of {paths}", wanted="one at least")
+        raise UsageError(
+            f"no joint is known well enough in {paths}", wanted="hips, a leg and one more"
+        )
     way = cheapest_way(one, two)
     # where one stands still while the other moves on, it is in the middle of what the other does
     firsts = np.flatnonzero(np.diff(way[:, 0], prepend=-1))

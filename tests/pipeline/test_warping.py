@@ -1,5 +1,6 @@
 """Warping of joint positions against its plain twin, and its laws."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,9 @@ from plain_example import warped as plainly
 
 import lanindex
 from lanindex.alphabet import JOINT_CODES
+from lanindex.errors import UsageError
+from lanindex.pipeline import warping
+from lanindex.pipeline.motion import motion
 from lanindex.pipeline.warping import cheapest_way, normalised, warped
 
 
@@ -64,6 +68,27 @@ def test_a_copy_that_is_now_faster_now_slower_comes_into_step(name, tmp_path) ->
     moves = np.linalg.norm(np.gradient(joints, axis=0), axis=2).max(axis=1) > 0.01
     apart = abs(seconds[:-1, 1] * 30 - wanted)[moves[:-1]]
     assert apart.max() <= 2  # frames: where it moves, all is where it belongs
+
+
+def test_gaps_are_passed_over_and_a_body_without_legs_is_refused(tmp_path, monkeypatch) -> None:
+    unseen: dict[str, slice] = {}
+
+    def seen(*given, **options):
+        body = motion(*given, **options)
+        places = body.places.copy()
+        for joint, frames in unseen.items():
+            places[frames, JOINT_CODES[joint]] = np.nan
+        return replace(body, places=places)
+
+    monkeypatch.setattr(warping, "motion", seen)
+    with lanindex.open_library(tmp_path / "own.db", create=True) as library:
+        library.ingest(*(CORPUS / f"conductor_{it}.bvh" for it in ("three", "four")))
+        whole = library.in_step(1, 2)
+        unseen |= {"RHip": slice(100, 130), "LWrist": slice(0, 20), "Head": slice(9, None)}
+        assert abs(library.in_step(1, 2) - whole).mean() < 0.1
+        unseen |= {"RKnee": slice(None), "LKnee": slice(None)}
+        with pytest.raises(UsageError, match="no joint is known well enough"):
+            library.in_step(1, 2)
 
 
 def test_place_facing_size_and_rate_make_no_difference() -> None:
