@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import TRACKS
 from lanindex.film.figure import JOINTS, Figure, Strokes
 
 SECONDS = 10  # in a tile
@@ -12,8 +13,11 @@ UNKNOWN = -32768  # stands for a place that is not known, among whole millimetre
 
 
 def described(figure: Figure) -> dict[str, Any]:
-    """Return the body of a figure as JSON: its joints, and its strokes as in films."""
-    strokes = Strokes(figure)
+    """Return the body of a figure as JSON: its joints, and its strokes as in films.
+
+    A stroke has the part of its bone, and the tracks that it shows: with each of them it is lit.
+    """
+    strokes, shown = Strokes(figure), {track: figure.shown([track]) for track in TRACKS}
     rows = zip(strokes.inner.tolist(), strokes.outer.tolist(), strokes.table, strict=True)
     return {
         "joints": [*JOINTS],
@@ -25,6 +29,7 @@ def described(figure: Figure) -> dict[str, Any]:
                 "width": width,
                 "color": color,
                 "part": figure.parts[bone],
+                "shows": [track for track, bones in shown.items() if bones[bone]],
             }
             for inner, outer, (bone, share, width, color) in rows
         ],

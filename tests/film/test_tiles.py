@@ -47,3 +47,7 @@ def test_strokes_are_those_of_films(repository: Path, name: str) -> None:
     ends = [(it["from"], it["to"]) for it in told["strokes"]]
     assert ends == [*zip(strokes.inner.tolist(), strokes.outer.tolist(), strict=True)]
     assert {it["part"] for it in told["strokes"]} == set(body.parts)
+    for track in ("r_arm", "l_leg_bend", "body_travel", "step", "r_forearm"):
+        lit = {it["part"] for it in told["strokes"] if track in it["shows"]}
+        assert lit == {part for part, on in zip(body.parts, body.shown([track]), strict=True) if on}
+        assert lit

@@ -115,7 +115,7 @@ def test_both_kinds_show_the_colours_of_films(played: Any, kind: str) -> None:
     for color in ("right", "left", "head"):
         assert near(shown, BODY[color]) > 100
     assert near(shown, BODY["lit"]) == 0
-    page.evaluate("state.lit = new Set(['l_thigh']), player.refresh()")
+    page.evaluate("state.lit = new Set(['l_leg']), player.refresh()")
     settled(page)
     assert near(picture(page), BODY["lit"]) > 100
 

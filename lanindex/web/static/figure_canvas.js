@@ -1,6 +1,6 @@
 /** The figure drawn flat, as in films, where WebGL is missing. */
 
-import { BAND, REACH, along, between, squares } from "./look.js";
+import { BAND, REACH, along, between, isLit, squares } from "./look.js";
 
 /**
  * @typedef {import("./look.js").View} View
@@ -182,13 +182,14 @@ function projection({ left, top, width, height, turn, tilt, target, span }) {
 function linesOf({ strokes, pose, lit }, seen, palette) {
   /** @type {{near: number, line: Line}[]} */
   const found = [];
-  for (const { from, to, share, width, color, part } of strokes) {
+  for (const stroke of strokes) {
+    const { from, to, share, width, color } = stroke;
     const start = seen(...along(pose, from, to, share)), end = seen(...along(pose, from, to, 1));
     const near = start[2] + end[2] + (share === 1 ? width / 2 : 0); // a ball hides its neck
     if (near !== near) continue;
     /** @type {[Point, Point]} */
     const ends = [[start[0], start[1]], [end[0], end[1]]];
-    if (lit?.has(part)) found.push({ near: -Infinity, line: [...ends, width + BAND, palette.lit] });
+    if (isLit(stroke, lit)) found.push({ near: -Infinity, line: [...ends, width + BAND, palette.lit] });
     found.push({ near, line: [...ends, width, palette[color] ?? palette.bone] });
   }
   return found.sort((one, other) => one.near - other.near || 0).map(({ line }) => line);

@@ -1,6 +1,6 @@
 /** The figure in space, drawn by WebGL. */
 
-import { BAND, REACH, along, between, squares } from "./look.js";
+import { BAND, REACH, along, between, isLit, squares } from "./look.js";
 import * as three from "./vendor/three.js";
 
 /**
@@ -295,7 +295,7 @@ export class SpaceDrawer {
       for (const stroke of strokes) {
         put(this.#solid, stroke, pose, stroke.width, linear[stroke.color] ?? linear.bone);
         put(this.#shadow, stroke, pose, stroke.width, shade);
-        if (lit?.has(stroke.part)) put(this.#lit, stroke, pose, stroke.width + BAND, linear.lit);
+        if (isLit(stroke, lit)) put(this.#lit, stroke, pose, stroke.width + BAND, linear.lit);
       }
     }
     for (const some of [this.#solid, this.#lit, this.#shadow, this.#ghosts]) some.end();

@@ -2,13 +2,13 @@
 
 /**
  * A line of the body with round ends, from a share of the way between two joints to the second; its
- * width is in mm, its part that of its bone.
- * @typedef {{from: number, to: number, share: number, width: number, color: string, part: string}} Stroke
+ * width is in mm, its part that of its bone; it shows tracks, such as both bones that of an arm.
+ * @typedef {{from: number, to: number, share: number, width: number, color: string, part: string, shows: string[]}} Stroke
  *
  * @typedef {{pose: Float32Array, faint: number}} Ghost
  *
  * A body as it is shown; `pose` has x, y and z of each joint, mm, NaN where unknown; `lit` are the
- * parts that matched; `way` is x and z on the floor, the oldest first.
+ * tracks that matched; `way` is x and z on the floor, the oldest first.
  * @typedef {object} Body
  * @property {Stroke[]} strokes
  * @property {Float32Array} pose
@@ -54,6 +54,15 @@ export const COLORS = {
 export const BAND = 60; // mm that what is lit is wider
 const SQUARE = 500; // mm from one line of the floor to the next
 export const REACH = 4000; // mm to each side in which the floor is drawn
+
+/**
+ * Return whether a stroke shows any of the tracks that are lit.
+ * @param {Stroke} stroke
+ * @param {ReadonlySet<string> | undefined} lit
+ */
+export function isLit({ shows }, lit) {
+  return lit ? shows.some((track) => lit.has(track)) : false;
+}
 
 /**
  * Return a colour between two.
