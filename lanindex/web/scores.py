@@ -45,6 +45,7 @@ from lanindex.notation.excerpt import excerpt
 from lanindex.perform import perform
 from lanindex.pipeline.files import safe_stem
 from lanindex.pipeline.kept import Latest
+from lanindex.search.example.stretch import pattern_of
 from lanindex.web.routes import Call
 
 MOST = 6000
@@ -246,16 +247,11 @@ def save(call: Call) -> Response:
 
 
 def pattern(call: Call) -> dict[str, str]:
-    """Return a score as a pattern in one line, which finds what moves like it.
-
-    A step of a pattern is a movement: where a part moves, the position that it begins in is none.
-    """
-    score, tracks = _score(call), dict[str, Track]()
-    for part, track in score.tracks.items():
-        moves = track.symbols[track.symbols["ticks"] > 0]
-        tracks[part] = replace(track, symbols=moves) if len(moves) else track
-    text = lnd.write(replace(score, tracks=tracks, other=()))
-    return {"pattern": " ".join(text.split())}
+    """Return a score as a pattern, which finds what moves like it."""
+    score = _score(call)
+    parts = [part for part, track in score.tracks.items() if KINDS[track.kind].keyword]
+    whole = float(score.frames / score.rate)
+    return {"pattern": pattern_of(score, 0, whole, sorted(parts, key=lnd.rank))}
 
 
 def store(call: Call) -> dict[str, Any]:

@@ -86,6 +86,7 @@ def test_a_score_is_written_played_saved_and_found(
     page.get_by_role("button", name="Search for it").click()
     page.wait_for_url("**/search?*")
     pattern = parse_qs(urlsplit(page.url).query)["q"][0]
+    assert pattern == "r_arm right mid -> forward high"
     with lanindex.open_library(library) as opened:
         number = opened.capture(str(library.with_name("own-captures") / "reach.lnd")).id
         assert number in [hit.capture.id for hit in opened.search(pattern)]

@@ -132,10 +132,27 @@ def test_a_score_is_put_into_the_library_and_found(
     assert Path(kept["capture"]).name == "wave.lnd"
     assert library.score(kept["capture_id"]).symbols("l_arm")[1].words == "back high"
     text = ask.post("/api/scores/pattern", json={"score": own}).json()["pattern"]
-    assert "\n" not in text
+    assert text == "l_arm back high -> left mid"
     assert kept["capture_id"] in [hit.capture.id for hit in library.search(text)]
     with asking(library, readonly=True) as guest:
         assert guest.post("/api/scores/store", json={"score": own}).status_code == 403
+
+
+def test_what_any_part_does_is_a_pattern_that_finds_it(
+    ask: TestClient, library: lanindex.Library
+) -> None:
+    tracks = ask.get("/api/scores/alphabet").json()["tracks"]
+    kinds = {it["kind"]: it for it in tracks}
+    moves = [
+        [it["part"], at, at + 24, *((field["words"] or ["40"])[-1] for field in it["fields"])]
+        for at, it in enumerate(kinds.values())
+    ]
+    own = score() | {"symbols": moves}
+    text = ask.post("/api/scores/pattern", json={"score": own}).json()["pattern"]
+    assert library.parse(text)["error"] is None
+    assert text.count(" with[") == len(kinds) - 1
+    kept = ask.post("/api/scores/store", json={"score": own, "name": "all"}).json()
+    assert kept["capture_id"] in [hit.capture.id for hit in library.search(text)]
 
 
 def test_a_score_is_held_against_a_capture(ask: TestClient, library: lanindex.Library) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 from lanindex.alphabet import KINDS, kind_of
 from lanindex.errors import UsageError
 from lanindex.model import Score, Symbol
+from lanindex.records import of_symbol
 from lanindex.search.example.motifs import LONGEST
 
 LIMBS = ("r_arm", "l_arm", "r_leg", "l_leg", "torso", "head")
@@ -37,12 +38,13 @@ def pattern_of(score: Score, start: float, stop: float, parts: Sequence[str] | N
 
 
 def _steps(score: Score, part: str, start: float, stop: float) -> list[str]:
-    """Return where a part arrives within some seconds, as a pattern has it."""
-    if part not in score.tracks or kind_of(part) not in _DIRECTED:
+    """Return where a part arrives within some seconds, or what it does, as a pattern has it."""
+    if part not in score.tracks:
         return []
+    said = words_of if kind_of(part) in _DIRECTED else _done
     rate = float(score.rate)
     return [
-        words_of(it)
+        said(it)
         for it in score.symbols(part)
         if it.stop > it.start and not it.passing and start < it.stop / rate <= stop + 1e-6
     ]
@@ -51,6 +53,11 @@ def _steps(score: Score, part: str, start: float, stop: float) -> list[str]:
 def words_of(symbol: Symbol) -> str:
     """Return where a symbol points, as a pattern has it."""
     return " ".join(it for it in (symbol.direction, symbol.level) if it) or "any"
+
+
+def _done(symbol: Symbol) -> str:
+    """Return what a symbol says as a pattern has it, without its part."""
+    return pattern_of_symbol(of_symbol(symbol)).partition(" ")[2] or "any"
 
 
 def pattern_of_symbol(record: Mapping[str, Any]) -> str:
