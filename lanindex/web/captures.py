@@ -18,6 +18,7 @@ from lanindex import __version__, records
 from lanindex.draw.staff import has_column, usual_tracks
 from lanindex.errors import AbsentError, UsageError
 from lanindex.model.capture import common_folder
+from lanindex.notation import NOTATIONS
 from lanindex.web.routes import Call
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 _FACETS = 8  # columns that are counted: those of all captures, and the user's most frequent
 _VALUES = 50  # values of a facet, the most frequent first
 _PAGE = 200  # captures in an answer, at most
+_FITTING = 20  # captures that are offered for a text
 
 _SORTS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
     "added": itemgetter("capture_id"),
@@ -185,6 +187,33 @@ def listing(call: Call) -> dict[str, Any]:
     }
 
 
+def fitting(call: Call) -> dict[str, Any]:
+    """Return the first captures that a text may mean, and the number of the one that it means.
+
+    A whole path comes before the name of a file, that before a part of a path, that before words
+    of path, label or columns. ``moving`` leaves out scores, which have no movement.
+    """
+    listed, text = call.site.table.now(), call.text("q").strip().lower()
+    held = listed.holding(text.split())
+    if call.text("moving"):
+        held &= [it["format"] not in NOTATIONS for it in listed.records]
+    some = [listed.records[place] for place in np.flatnonzero(held).tolist()]
+    some.sort(key=lambda it: _closeness(it["capture"].lower(), text))
+    nearest = [_closeness(it["capture"].lower(), text) for it in some[:2]]
+    return {
+        "captures": some[:_FITTING],
+        "total": len(some),
+        "one": some[0]["capture_id"] if text and nearest[:1] != nearest[1:] else None,
+    }
+
+
+def _closeness(path: str, text: str) -> int:
+    """Return how far a text is from being a path: it, its end, a part of it, none of it."""
+    if path == text:
+        return 0
+    return 1 if path.endswith(f"/{text}") else 2 if text in path else 3
+
+
 def numbers(call: Call) -> dict[str, Any]:
     """Return the numbers of all captures that fit a filter and facets."""
     listed, found, fits = _filtered(call)
@@ -197,7 +226,12 @@ def one(call: Call) -> dict[str, Any]:
     capture = call.site.library.capture(call.path["number"])
     every = call.site.library.store.counts(capture.id)
     counts = {part: count for part, count in every.items() if count and has_column(part)}
-    return {**records.of_capture(capture), "parts": counts, "usual": usual_tracks(counts)}
+    return {
+        **records.of_capture(capture),
+        "moves": capture.format not in NOTATIONS,
+        "parts": counts,
+        "usual": usual_tracks(counts),
+    }
 
 
 def change(call: Call) -> dict[str, Any]:

@@ -54,6 +54,37 @@ def test_captures_are_filtered_counted_and_sorted(ask: TestClient) -> None:
     assert ask.get("/api/captures", params={"sort": "-weight"}).status_code == 400
 
 
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("compass.bvh", "compass.bvh"),  # the name of a file
+        ("PASS.B", "compass.bvh"),  # a part of one path alone
+        ("compass", ""),  # of two
+        ("conductor_f bvh", "conductor_four.bvh"),  # words
+        ("bvh", ""),
+        ("zzz", ""),
+    ],
+)
+def test_a_text_means_the_one_capture_that_fits_it(ask: TestClient, text: str, meant: str) -> None:
+    found = ask.get("/api/captures/fitting", params={"q": text}).json()
+    names = {it["capture_id"]: Path(it["capture"]).name for it in found["captures"]}
+    assert names.get(found["one"], "") == meant
+    assert (found["total"] == 0) == (text == "zzz")
+
+
+def test_what_has_no_movement_is_not_offered_where_one_is_needed(ask: TestClient) -> None:
+    every, moving = (
+        ask.get("/api/captures/fitting", params={"q": "compass", **wanted}).json()
+        for wanted in ({}, {"moving": "true"})
+    )
+    assert {Path(it["capture"]).name for it in every["captures"]} == {"compass.bvh", "compass.lnd"}
+    assert [Path(it["capture"]).name for it in moving["captures"]] == ["compass.bvh"]
+    assert moving["one"] == moving["captures"][0]["capture_id"]
+    for it in every["captures"]:
+        one = ask.get(f"/api/captures/{it['capture_id']}").json()
+        assert one["moves"] == it["capture"].endswith(".bvh")
+
+
 def test_a_facet_counts_what_each_of_its_values_would_find(ask: TestClient) -> None:
     def facet(name: str, *where: str) -> dict[str, int]:
         facets = ask.get("/api/captures", params={"where": where}).json()["facets"]

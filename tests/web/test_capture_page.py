@@ -80,6 +80,35 @@ def test_a_symbol_s_pattern_finds_it(ask: TestClient, library: lanindex.Library)
     assert {"gesture", "bend", "support", "stance", "incline", "touch", "travel"} <= kinds
 
 
+def test_a_capture_is_labelled_and_taken_to_other_screens(
+    own_page: Callable[..., Page], corpus_library: Path, tmp_path: Path
+) -> None:
+    path = Path(shutil.copy(corpus_library, tmp_path / "own.db"))
+    with lanindex.open_library(path) as library:
+        number = library.capture("compass.bvh").id
+    page = own_page(path, f"/captures/{number}")
+    label = page.get_by_role("button", name="label of compass.bvh")
+    label.press("Enter")
+    page.keyboard.type("rose")
+    page.keyboard.press("Enter")
+    page.get_by_role("button", name="label of compass.bvh: rose").wait_for()
+    page.get_by_text("label changed").wait_for()
+    page.keyboard.press("Control+z")
+    page.get_by_role("button", name="label of compass.bvh: compass").wait_for()
+    page.wait_for_function("document.activeElement.matches('.editable')")
+    for link, shown in {
+        "Edit": ".edit-drawn [data-symbol]",
+        "Convert": ".convert .staff g[data-part]",
+        "Compare with": ".picker input:focus",
+    }.items():
+        page.get_by_role("navigation", name="This capture").get_by_role("link", name=link).click()
+        page.locator(shown).first.wait_for()
+        assert page.get_by_role("combobox").first.input_value().endswith("compass.bvh") or (
+            link == "Edit"
+        )
+        page.go_back()
+
+
 def test_curves_move_with_the_player(opened: Callable[..., Page], jacks: str) -> None:
     page = opened(f"{jacks}?t=2.5")
     page.get_by_text("Curves", exact=True).click()

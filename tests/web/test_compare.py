@@ -62,13 +62,18 @@ def test_two_captures_play_in_step(
     pair: list[int],
 ) -> None:
     page = opened(f"/compare?a={pair[0]}", viewport={"width": 1300, "height": 900})
-    four = library.capture(pair[1])
-    field = page.get_by_label("Capture B")
-    field.fill("conductor_four.bvh")
-    page.locator(f'datalist option[value="{four.path}"]').wait_for(state="attached")
-    field.fill(four.path)
+    three, four = map(library.capture, pair)
+    field = page.get_by_role("combobox", name="B")
+    assert page.get_by_role("combobox", name="A").input_value() == three.path
+    page.wait_for_function("document.activeElement.matches('.picker input')")
+    page.keyboard.type("nowhere")
+    page.keyboard.press("Enter")
+    page.get_by_text("No capture fits nowhere.").wait_for()
+    field.fill("conductor_four.bv")
+    field.press("Enter")
     page.wait_for_url(f"**/compare?a={pair[0]}&b={pair[1]}")
     page.get_by_text("differences in").first.wait_for()
+    assert field.input_value() == four.path
     lines = page.locator(".staff g.differs")
     lines.first.wait_for(state="attached")
     later = page.locator(".differences button").filter(has_text=re.compile(r"^20\.")).first

@@ -68,6 +68,20 @@ def test_an_angle_changes_symbols_at_once_and_back(opened: Opened, number: int) 
     assert page.get_by_label("mid begins at", exact=True).input_value() == "60"
 
 
+def test_another_capture_is_chosen_by_a_part_of_its_path(opened: Opened, number: int) -> None:
+    page = opened(f"/convert?capture={number}&part=l_arm")
+    summary(page, "No symbol changed")
+    field = page.get_by_role("combobox", name="Capture")
+    field.fill("compass.lnd")
+    field.press("Enter")
+    page.get_by_text("No capture of a movement fits compass.lnd.").wait_for()
+    field.fill("ompass")
+    field.press("Enter")
+    page.wait_for_url(lambda url: f"capture={number}" not in url and "part=l_arm" in url)
+    summary(page, "No symbol changed")
+    assert field.input_value().endswith("compass.bvh")
+
+
 def test_what_is_not_allowed_is_said_beside_the_field(opened: Opened, number: int) -> None:
     page = opened(f"/convert?capture={number}&part=r_arm")
     summary(page, "No symbol changed")

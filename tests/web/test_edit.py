@@ -266,6 +266,11 @@ def test_a_capture_is_edited_and_held_against_itself(
     typed(page, "Shift+M")
     assert sorted(kept(page)) == sorted(whole["symbols"])
     assert same
+    field = page.get_by_role("combobox", name="Capture")
+    assert field.input_value().endswith("compass.bvh")
+    field.fill("jumping")
+    field.press("Enter")
+    page.locator(".edit-found .path", has_text="jumping_jacks.bvh").wait_for()
     page.reload()
     page.get_by_role("button", name="Begin again").click()
     page.get_by_role("link", name="Open all tracks").click()

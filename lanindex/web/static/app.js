@@ -92,7 +92,10 @@ function title(name) {
 function go(path) {
   history.pushState(null, "", path);
   scrollTo(0, 0);
-  open(new URL(location.href)).then(() => byId("main").focus({ preventScroll: true }));
+  open(new URL(location.href)).then(() => {
+    const main = byId("main"); // unless the screen has put the focus where it begins
+    if (!main.contains(document.activeElement)) main.focus({ preventScroll: true });
+  });
 }
 
 /** @param {string} path */

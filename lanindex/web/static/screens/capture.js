@@ -2,15 +2,16 @@
 
 import { address, get, isAbort, problemOf } from "../api.js";
 import { CurveView } from "../curves.js";
-import { counted, duration, el, readOut, svg, trouble } from "../dom.js";
+import { announce, counted, duration, el, readOut, svg, trouble } from "../dom.js";
 import { Figure, figureBar } from "../figure.js";
 import { Motion } from "../motion.js";
 import { Player, playerBar, playerKeys } from "../player.js";
 import { StaffView } from "../staff.js";
+import { Editing } from "./library/editing.js";
 
 /**
  * @typedef {import("../app.js").App} App
- * @typedef {import("./library.js").Capture & {parts: Record<string, number>, usual: string[]}} Shown
+ * @typedef {import("./library.js").Capture & {parts: Record<string, number>, usual: string[], moves: boolean}} Shown
  */
 
 const RATE = 60; // frames a second that are played, at most
@@ -25,13 +26,20 @@ export async function show(app) {
   app.title(capture.capture.split("/").pop() ?? "");
   const canvas = el("canvas", { class: "figure" }), side = el("div", {}), bars = el("div", { class: "bars" });
   const chosen = el("div", { class: "row chosen-one", "aria-live": "polite" });
+  const labels = el("datalist", { id: "labels" });
+  const editing = app.library.readonly ? null : new Editing(signal, (shown) => shown ? app.refresh() : again());
+  const label = el("span", {}, editing ? editing.text(capture, "label", false) : capture.label);
   main.append(
     el("header", { class: "row" },
       el("h1", { class: "path", title: capture.capture }, shortened(capture.capture, app.library.folder)),
-      el("span", { class: "label" }, capture.label),
+      el("span", { class: "label" }, label, labels),
       el("span", { class: "soft num" }, `${duration(capture.seconds)}, ${capture.fps} frames a second, ${capture.format}`),
       el("span", { class: "grow" }),
-      el("a", { href: address("/search", { like: capture.capture_id }) }, "more like this")),
+      el("nav", { class: "row", "aria-label": "This capture" },
+        el("a", { href: address("/search", { like: number }) }, "More like this"),
+        el("a", { href: address("/edit", { capture: number }) }, "Edit"),
+        capture.moves && el("a", { href: address("/convert", { capture: number }) }, "Convert"),
+        el("a", { href: address("/compare", { a: number }) }, "Compare with \u2026"))),
     doubts(capture.warnings),
     el("div", { class: "stage" }, canvas, side),
     bars, chosen);
@@ -100,6 +108,25 @@ export async function show(app) {
     player.refresh();
   }
 
+  /** Show the label as the library has it, once it is changed back. */
+  async function again() {
+    await app.refresh();
+    Object.assign(capture, await get(path, signal));
+    const focused = label.contains(document.activeElement);
+    if (editing) label.replaceChildren(editing.text(capture, "label", false));
+    if (focused || document.activeElement === document.body) label.querySelector("button")?.focus();
+  }
+
+  /** Offer the labels that other captures have. */
+  async function offer() {
+    const { facets } = await get("/api/captures?n=0", signal);
+    const known = facets.find((/** @type {import("./library.js").Facet} */ it) => it.name === "label");
+    labels.replaceChildren(...(known?.values ?? []).filter((/** @type {[string, number]} */ [it]) => it).map((/** @type {[string, number]} */ [value]) => el("option", { value })));
+  }
+  if (editing) label.addEventListener("focusin", () => void offer().catch((error) => {
+    if (!isAbort(error)) announce(problemOf(error).found);
+  }), { once: true });
+
   /** Keep in the address what is shown. */
   function tell() {
     const [from, to] = staff.range ?? [null, null];
@@ -128,6 +155,7 @@ export async function show(app) {
           player.seek(from);
           player.play();
         } }, "Loop it"),
+        el("a", { href: address("/edit", { capture: number, from: from.toFixed(3), to: to.toFixed(3) }) }, "edit it"),
         el("a", { href: address("/search", { like: `${number}:${first}-${last}` }) }, "search for movement like it"),
         el("button", { type: "button", onclick: () => pattern(from, to) }, "search for its symbols"));
     }

@@ -4,6 +4,7 @@ import { address, get, isAbort, problemOf } from "../api.js";
 import { announce, counted, duration, el, readOut, svg, trouble } from "../dom.js";
 import { Figure } from "../figure.js";
 import { Motion } from "../motion.js";
+import { picker } from "../picker.js";
 import { Player, playerBar, playerKeys } from "../player.js";
 import { StaffView, along } from "../staff.js";
 
@@ -23,6 +24,13 @@ const WAYS = { "": "from the beginning", length: "by length", movement: "by move
 export async function show(app) {
   const { main, url, signal } = app, given = url.searchParams;
   const numbers = ["a", "b"].map((name) => given.get(name) ?? "");
+  /** @type {import("../api.js").Problem[]} */
+  const problems = [];
+  const chosen = /** @type {(Capture | null)[]} */ (await Promise.all(numbers.map((it) => it ? get(`/api/captures/${encodeURIComponent(it)}`, signal).catch((error) => {
+    if (isAbort(error)) throw error;
+    problems.push(problemOf(error));
+    return null;
+  }) : null)));
   const way = el("select", {}, ...Object.entries(WAYS).map(([value, text]) => el("option", { value, selected: value === given.get("step") }, text)));
   /** @type {[number[], number[]] | null} seconds of A, and those of B that belong to them; null: the same */
   let times = null;
@@ -32,10 +40,14 @@ export async function show(app) {
   let first = Number(given.get("t")) || 0; // where it begins
   main.append(
     el("h1", {}, "Compare"),
-    el("div", { class: "row" }, ...numbers.map((_, at) => picker(at)), el("label", {}, "In step ", way)),
+    el("div", { class: "row" }, ...numbers.map((_, at) => picker({ name: NAMES[at], chosen: chosen[at], signal, choose: (it) => choose(at, it.capture_id) })),
+      el("label", {}, "In step ", way)),
     out);
-  if (!numbers.every(Boolean)) {
-    out.append(el("p", { class: "soft" }, "Choose two captures or scores: they play in step, and what differs is listed."));
+  for (const problem of problems) out.append(trouble(problem));
+  if (!chosen.every(Boolean)) {
+    const [one, other] = chosen.map(Boolean);
+    if (!problems.length) out.append(el("p", { class: "soft" }, one || other ? `Choose ${one ? "B" : "A"}, too: they play in step, and what differs is listed.` : "Choose two captures or scores: they play in step, and what differs is listed."));
+    /** @type {HTMLElement | null} */ (main.querySelectorAll(".picker input")[one ? 1 : 0])?.focus();
     return;
   }
   try {
@@ -46,44 +58,14 @@ export async function show(app) {
     if (!isAbort(error)) out.replaceChildren(trouble(problemOf(error)));
   }
 
-  /** The field in which one of the two is chosen. @param {number} at */
-  function picker(at) {
-    const list = el("datalist", { id: `captures-${at}` });
-    const field = el("input", { type: "search", list: list.id, "aria-label": `Capture ${NAMES[at]}`, placeholder: `${NAMES[at]}: type a part of its path`, class: "grow" });
-    /** @type {Map<string, number>} */
-    const known = new Map();
-    const fill = async () => {
-      const { captures } = await get(address("/api/captures", { q: field.value, n: 20 }), signal);
-      for (const one of captures) known.set(one.capture, one.capture_id);
-      list.replaceChildren(...captures.map((/** @type {Capture} */ one) => el("option", { value: one.capture }, one.label)));
-    };
-    const quietly = () => fill().catch((error) => {
-      if (!isAbort(error)) announce(problemOf(error).found);
-    });
-    field.addEventListener("focus", quietly, { once: true });
-    field.addEventListener("input", () => {
-      const number = known.get(field.value);
-      if (number === undefined) quietly();
-      else choose(at, number);
-    });
-    field.addEventListener("change", async () => {
-      await quietly();
-      const number = known.get(field.value);
-      if (number !== undefined) choose(at, number);
-    });
-    return el("span", { class: "row grow" }, field, list);
-  }
-
   /** @param {number} at @param {number} number */
   function choose(at, number) {
-    if (String(number) === numbers[at]) return;
     numbers[at] = String(number);
     app.go(address("/compare", { a: numbers[0], b: numbers[1], step: way.value }));
   }
 
   /** @param {Comparison} found */
   async function play(found) {
-    for (const [at, field] of [...main.querySelectorAll("input[list]")].entries()) /** @type {HTMLInputElement} */ (field).value = found.captures[at].capture;
     const stage = el("div", { class: "pair" }), bars = el("div", {});
     const root = el("div", {}, stage, bars);
     out.replaceChildren(root, listed(found));

@@ -5,6 +5,7 @@ import { announce, counted, el, svg, trouble } from "../dom.js";
 import { Draft, fellow } from "../draft.js";
 import { Figure } from "../figure.js";
 import { Motion } from "../motion.js";
+import { picker } from "../picker.js";
 import { fieldsOf } from "../profile_fields.js";
 import { Player, playerBar, playerKeys } from "../player.js";
 import { SphereView } from "../sphere.js";
@@ -12,14 +13,13 @@ import { StaffView } from "../staff.js";
 
 /**
  * @typedef {import("../app.js").App} App
- * @typedef {import("./library.js").Capture & {parts: Record<string, number>}} Capture
+ * @typedef {import("./library.js").Capture & {parts: Record<string, number>, moves: boolean}} Capture
  * @typedef {import("../draft.js").Profile} Profile
  * @typedef {import("../staff.js").Piece} Piece
  * @typedef {{part: string, kind: string, before: [string, number, number] | null, after: [string, number, number] | null}} Difference
  * @typedef {{before: Piece, after: Piece, same: number, changed: number, kinds: Record<string, number>, differences: Difference[], rules: Record<string, number[]>, speed: number, rhythm: string, division: number}} Converted
  */
 
-const SCORES = new Set(["lnd", "eaf", "textgrid", "laban"]);
 const WAY = 60; // seconds of the limb's way that are held
 const TRAILS = [1, 3, 10, 30];
 
@@ -35,8 +35,12 @@ export async function show(app) {
   }
   const path = `/api/captures/${number}`;
   const [capture, names] = /** @type {[Capture, string[]]} */ (await Promise.all([get(path, signal), get("/api/profiles", signal).then((it) => it.profiles)]));
-  if (SCORES.has(capture.format)) {
-    main.append(el("h1", {}, "Convert"), picker(app, capture), el("p", {}, `${capture.capture} is a score, which has no movement: choose a capture of a movement.`));
+  const other = picker({ name: "Capture", chosen: capture, moving: true, signal, choose: (it) => {
+    const now = new URLSearchParams(location.search);
+    app.go(address("/convert", { capture: it.capture_id, ...Object.fromEntries(["part", "profile", "alike", "changes"].map((kept) => [kept, now.get(kept)])) }));
+  } });
+  if (!capture.moves) {
+    main.append(el("h1", {}, "Convert"), other, el("p", {}, `${capture.capture} is a score, which has no movement: choose a capture of a movement.`));
     return;
   }
   const others = Object.fromEntries(await Promise.all(["default", "paper"].map(async (it) => [it, await get(`/api/profiles/${it}`, signal)])));
@@ -62,7 +66,7 @@ export async function show(app) {
   main.append(
     el("h1", {}, "Convert"),
     el("div", { class: "row top-row" },
-      picker(app, capture),
+      other,
       el("label", {}, "Part ", partSelect),
       el("label", {}, both, " both sides alike"),
       el("label", {}, "Profile ", profileSelect),
@@ -298,46 +302,6 @@ export function named(part) {
  * @param {AbortSignal} signal
  */
 async function first(signal) {
-  const found = await get("/api/captures?n=200", signal);
-  return found.captures.find((/** @type {Capture} */ it) => !SCORES.has(it.format))?.capture_id;
-}
-
-/**
- * Return the field in which another capture is chosen: by a part of its path or label.
- * @param {App} app
- * @param {Capture} capture
- */
-function picker(app, capture) {
-  const known = new Map([[capture.capture, capture.capture_id]]), options = el("datalist", { id: "captures-of-convert" });
-  let waiting = 0;
-  const input = el("input", { list: "captures-of-convert", value: capture.capture, class: "grow", autocomplete: "off", onfocus: () => input.select(), oninput: () => {
-    if (go()) return;
-    clearTimeout(waiting);
-    waiting = window.setTimeout(look, 120);
-  }, onchange: () => go() });
-
-  function go() {
-    const number = known.get(input.value);
-    if (number === undefined || number === capture.capture_id) return false;
-    app.go(address("/convert", { capture: number, ...kept() }));
-    return true;
-  }
-
-  function kept() {
-    const now = new URLSearchParams(location.search);
-    return Object.fromEntries(["part", "profile", "alike", "changes"].map((it) => [it, now.get(it)]));
-  }
-
-  async function look() {
-    try {
-      const found = await get(address("/api/captures", { q: input.value, n: 30 }), app.signal);
-      options.replaceChildren(...found.captures.filter((/** @type {Capture} */ it) => !SCORES.has(it.format)).map((/** @type {Capture} */ it) => {
-        known.set(it.capture, it.capture_id);
-        return el("option", { value: it.capture }, it.label);
-      }));
-    } catch (error) {
-      if (!isAbort(error)) announce(problemOf(error).found);
-    }
-  }
-  return el("label", { class: "picker" }, "Capture ", input, options);
+  const found = await get("/api/captures/fitting?moving=true", signal);
+  return found.captures[0]?.capture_id;
 }

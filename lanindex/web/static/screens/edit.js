@@ -7,6 +7,7 @@ import { Paper } from "../edit/paper.js";
 import { blank, changed, end, grain, inMeter, later, mirrored, nameOf, ofBars, packed, part, placeOf, short, stretched, told, trackOf, unpacked } from "../edit/score.js";
 import { Stage } from "../edit/stage.js";
 import { Figure } from "../figure.js";
+import { picker } from "../picker.js";
 import { Player, playerBar } from "../player.js";
 
 /** @typedef {import("../app.js").App} App */
@@ -87,7 +88,13 @@ export async function show(app) {
   const bars = el("input", { type: "number", min: 1, max: 5000, class: "num" });
   const undo = tool("Undo", "Control+z", back), redo = tool("Redo", "Control+Shift+z", forth);
   const notation = el("select", { "aria-label": "Notation" }, ...alphabet.notations.map((it) => el("option", { value: it.name }, `${it.title} (${it.suffix})`)));
-  const against = el("input", { type: "number", min: 1, value: capture ?? "", class: "num", "aria-label": "Number of the capture" });
+  /** @type {import("../picker.js").Capture | null} */
+  let against = capture ? await get(`/api/captures/${encodeURIComponent(capture)}`, signal).catch((error) => {
+    if (isAbort(error)) throw error;
+    announce(problemOf(error).found); // a draft outlives its capture
+    return null;
+  }) : null;
+  const compare = tool("Compare with it", "", diff, !against);
   const found = el("div", { class: "edit-found" });
   const boxes = new Map(alphabet.tracks.map(({ part: own }) => [own, el("input", { type: "checkbox", onchange: () => {
     if (!shown.delete(own)) shown.add(own);
@@ -119,7 +126,11 @@ export async function show(app) {
         el("div", { class: "card edit-acts" },
           el("div", { class: "row" }, notation, tool("Save", "", save)),
           el("div", { class: "row" }, tool("Put into the library", "", store, library.readonly), tool("Search for it", "", search)),
-          el("div", { class: "row" }, el("label", {}, "Capture ", against), tool("Compare with it", "", diff)),
+          el("div", { class: "row" }, picker({ name: "Capture", chosen: against, signal, choose: (it) => {
+            against = it;
+            compare.disabled = false;
+            diff();
+          } }), compare),
           found))));
 
   const figure = new Figure(canvas, { label: "The figure that carries out the score" });
@@ -493,7 +504,7 @@ export async function show(app) {
 
   function diff() {
     act(async () => {
-      const answer = await send("POST", "/api/scores/diff", { score: packed(score), capture: Math.round(Number(against.value)) }, signal);
+      const answer = await send("POST", "/api/scores/diff", { score: packed(score), capture: against?.capture_id }, signal);
       const others = new Set(answer.differences.flatMap((/** @type {Difference} */ it) => (it.other ? [`${it.part} ${Math.round(paper.tick(it.other.start))}`] : [])));
       paper.marked = new Set(score.symbols.filter((it) => others.has(`${it.part} ${it.start}`)));
       paper.refresh();
