@@ -14,6 +14,16 @@ from lanindex.web.server import Site, application
 
 HOST, TOKEN = "127.0.0.1:8421", "token"
 
+DROP = """(files) => {
+    const dropped = new DataTransfer();
+    for (const [name, text] of files) dropped.items.add(new File([text], name));
+    for (const type of ["dragover", "drop"]) {
+        const how = { dataTransfer: dropped, bubbles: true, cancelable: true };
+        document.querySelector("main").dispatchEvent(new DragEvent(type, how));
+    }
+}"""
+"""Drops files, each with its name and text, onto the page."""
+
 
 def asking(library: lanindex.Library, *, readonly: bool = False) -> TestClient:
     site = Site(library, readonly=readonly)

@@ -85,6 +85,7 @@ def test_a_score_is_written_played_saved_and_found(
     page.wait_for_selector(".edit-found a")
     page.get_by_role("button", name="Search for it").click()
     page.wait_for_url("**/search?*")
+    page.locator(".hit", has_text="reach.lnd").first.wait_for()
     pattern = parse_qs(urlsplit(page.url).query)["q"][0]
     assert pattern == "r_arm right mid -> forward high"
     with lanindex.open_library(library) as opened:

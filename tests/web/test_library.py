@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from page_client import DROP
 
 import lanindex
 
@@ -143,16 +144,6 @@ def test_axe_finds_nothing(
         page.get_by_role("button", name="Facets").click()
     page.get_by_label("Filter captures").focus()
     assert violations(page) == []
-
-
-DROP = """(files) => {
-    const dropped = new DataTransfer();
-    for (const [name, text] of files) dropped.items.add(new File([text], name));
-    for (const type of ["dragover", "drop"]) {
-        const how = { dataTransfer: dropped, bubbles: true, cancelable: true };
-        document.querySelector("main").dispatchEvent(new DragEvent(type, how));
-    }
-}"""
 
 
 def test_files_are_dropped_into_an_empty_library(

@@ -247,8 +247,8 @@ export function show(app) {
     try {
       const found = await send("POST", "/api/searches", { like: clip, path: within.value || null, where: given.getAll("where") }, signal);
       job = found.job;
-      problem.replaceChildren(el("p", {}, "Movement like that of ", el("a", { href: `/captures/${clip.split(":")[0]}` }, `capture ${clip}`)));
       begin();
+      problem.replaceChildren(el("p", {}, "Movement like that of ", el("a", { href: `/captures/${clip.split(":")[0]}` }, `capture ${clip}`)));
     } catch (error) {
       if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
     }
