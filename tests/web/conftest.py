@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, NoReturn
 
 import pytest
 from figure_page import Walker, served
-from page_client import serving
+from page_client import asking, serving
+from starlette.testclient import TestClient
 
 import lanindex
 
@@ -103,6 +104,28 @@ def corpus_library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with lanindex.open_library(path, create=True) as library:
         library.ingest(corpus, labels=corpus / "labels.csv")
     return path
+
+
+@pytest.fixture(scope="session")
+def library(corpus_library: Path) -> Iterator[lanindex.Library]:
+    """Return the corpus's library, opened to be read; some modules have another one."""
+    with lanindex.open_library(corpus_library, readonly=True) as opened:
+        yield opened
+
+
+@pytest.fixture
+def own_library(corpus_library: Path, tmp_path: Path) -> Iterator[lanindex.Library]:
+    """Return a copy of the corpus's library, which a test may change."""
+    own = shutil.copy(corpus_library, tmp_path / "own.db")
+    with lanindex.open_library(own) as opened:
+        yield opened
+
+
+@pytest.fixture
+def ask(library: lanindex.Library) -> Iterator[TestClient]:
+    """Return a caller of the library's page, without a browser."""
+    with asking(library) as client:
+        yield client
 
 
 @pytest.fixture(scope="session")

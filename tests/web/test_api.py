@@ -1,7 +1,5 @@
 """What the server answers, without a browser."""
 
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -16,18 +14,8 @@ from lanindex.web import watch
 
 
 @pytest.fixture
-def library(corpus_library: Path, tmp_path: Path) -> Iterator[lanindex.Library]:
-    """Return a copy of the corpus's library, which a test may change."""
-    own = tmp_path / "own.db"
-    shutil.copy(corpus_library, own)
-    with lanindex.open_library(own) as opened:
-        yield opened
-
-
-@pytest.fixture
-def ask(library: lanindex.Library) -> Iterator[TestClient]:
-    with asking(library) as client:
-        yield client
+def library(own_library: lanindex.Library) -> lanindex.Library:
+    return own_library
 
 
 def test_the_library_is_described(ask: TestClient, library: lanindex.Library) -> None:

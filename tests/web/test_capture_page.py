@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
-from page_client import asking, serving
+from page_client import serving
 from starlette.testclient import TestClient
 
 import lanindex
@@ -20,18 +20,6 @@ pytestmark = pytest.mark.slow  # journeys in a browser
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
-
-
-@pytest.fixture(scope="module")
-def library(corpus_library: Path) -> Iterator[lanindex.Library]:
-    with lanindex.open_library(corpus_library, readonly=True) as library:
-        yield library
-
-
-@pytest.fixture
-def ask(library: lanindex.Library) -> Iterator[TestClient]:
-    with asking(library) as ask:
-        yield ask
 
 
 @pytest.fixture(scope="module")

@@ -1,8 +1,7 @@
 """Two captures beside each other on the page: in what they differ, and how they play in step."""
 
 import re
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,12 +15,6 @@ pytestmark = pytest.mark.slow  # journeys in a browser
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
-
-
-@pytest.fixture
-def library(corpus_library: Path) -> Iterator[lanindex.Library]:
-    with lanindex.open_library(corpus_library, readonly=True) as library:
-        yield library
 
 
 @pytest.fixture

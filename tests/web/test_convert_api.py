@@ -1,41 +1,20 @@
 """What the server answers to the screen Convert, without a browser."""
 
-import shutil
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from page_client import asking
 from starlette.testclient import TestClient
 
 import lanindex
 from lanindex.encoding.direction import course, space
 from lanindex.pipeline import anew
-from lanindex.web.server import Site, application
-
-HOST, TOKEN = "127.0.0.1:8421", "token"
-
-
-def asking(library: lanindex.Library, *, readonly: bool = False) -> TestClient:
-    site = Site(library, readonly=readonly)
-    app = application(site, token=TOKEN, host="127.0.0.1", port=8421)
-    headers = {"authorization": f"Bearer {TOKEN}"}
-    return TestClient(app, base_url=f"http://{HOST}", headers=headers)
 
 
 @pytest.fixture
-def library(corpus_library: Path, tmp_path: Path) -> Iterator[lanindex.Library]:
-    own = tmp_path / "own.db"
-    shutil.copy(corpus_library, own)
-    with lanindex.open_library(own) as opened:
-        yield opened
-
-
-@pytest.fixture
-def ask(library: lanindex.Library) -> Iterator[TestClient]:
-    with asking(library) as client:
-        yield client
+def library(own_library: lanindex.Library) -> lanindex.Library:
+    return own_library
 
 
 def encoded(ask: TestClient, number: int, **body: Any) -> dict[str, Any]:

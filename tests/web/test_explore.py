@@ -1,13 +1,11 @@
 """A library as a whole on the page: statistics, motifs, captures that are alike."""
 
 import json
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from threading import Event
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from page_client import asking
 from starlette.testclient import TestClient
 
 import lanindex
@@ -15,18 +13,6 @@ from lanindex.web.explore import Exploration
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
-
-
-@pytest.fixture(scope="module")
-def library(corpus_library: Path) -> Iterator[lanindex.Library]:
-    with lanindex.open_library(corpus_library, readonly=True) as library:
-        yield library
-
-
-@pytest.fixture
-def ask(library: lanindex.Library) -> Iterator[TestClient]:
-    with asking(library) as ask:
-        yield ask
 
 
 def ended(ask: TestClient, **body: Any) -> dict[str, Any]:

@@ -2,14 +2,11 @@
 
 import re
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from page_client import asking
 from starlette.testclient import TestClient
 
-import lanindex
 from lanindex.data import shipped
 from lanindex.web import markdown
 
@@ -17,12 +14,6 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 TOPICS = [*shipped("guide/topics.toml")]
-
-
-@pytest.fixture(scope="module")
-def ask(corpus_library: Path) -> Iterator[TestClient]:
-    with lanindex.open_library(corpus_library, readonly=True) as library, asking(library) as ask:
-        yield ask
 
 
 def inside(node: Any) -> Iterator[Any]:

@@ -23,12 +23,6 @@ def library(tmp_path: Path) -> Iterator[lanindex.Library]:
         yield opened
 
 
-@pytest.fixture
-def ask(library: lanindex.Library) -> Iterator[TestClient]:
-    with asking(library) as client:
-        yield client
-
-
 def score(name: str = "compass") -> dict[str, object]:
     return edited.of_score(lanindex.read_lnd(CORPUS / f"{name}.lnd"))
 
