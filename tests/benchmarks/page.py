@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from statistics import median
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, quote, urlsplit
 
 import psutil
 from places import HERE
@@ -305,6 +305,51 @@ def hour(names: argparse.Namespace) -> None:
         row("memory of the server then", f"{server.memory():.0f} MB")
 
 
+MOVES = """(number) => new Promise((done) => {
+  const small = new OffscreenCanvas(96, 72), found = {};
+  const pen = small.getContext("2d", { willReadFrequently: true });
+  const card = document.querySelectorAll(".hit a.show")[number];
+  let begun = 0, still = null;
+  card.scrollIntoView({ block: "center" });
+  card.addEventListener("click", () => { begun = performance.now(); }, { capture: true });
+  const look = () => {
+    const canvas = begun ? document.querySelector(".watch canvas.figure") : null;
+    if (canvas?.width) {
+      pen.clearRect(0, 0, 96, 72);
+      pen.drawImage(canvas, 0, 0, 96, 72);
+      const { data } = pen.getImageData(0, 0, 96, 72), now = data.join();
+      if (still === null && data.some(Boolean)) {
+        still = now;
+        found.shown = performance.now() - begun;
+      } else if (still !== null && now !== still) {
+        found.moves = performance.now() - begun;
+        return done(found);
+      }
+    }
+    requestAnimationFrame(look);
+  };
+  requestAnimationFrame(look);
+  setTimeout(() => card.click(), 300);
+})"""
+"""Clicks on a hit; returns after how many milliseconds its figure is there, and moves."""
+
+
+def click(names: argparse.Namespace) -> None:
+    with served(names.library) as server, opened(server) as page:
+        spent = list[dict[str, float]]()
+        for text in TYPED:
+            page.goto(f"{server.site}/search?q={quote(text)}")
+            page.locator(".hit .poses svg").first.wait_for()
+            for number in range(min(page.locator(".hit").count(), 4)):
+                spent.append(page.evaluate(MOVES, number))
+                page.go_back()
+                page.locator(".hit .poses svg").first.wait_for()
+        for it, what in (("shown", "its figure is there"), ("moves", "it moves")):
+            each = sorted(one[it] for one in spent)
+            found = f"{median(each):.0f} ms, p95 {each[int(len(each) * 0.95)]:.0f} ms"
+            row(f"click on a hit → {what} ({len(each)} clicks)", found)
+
+
 ROWS = {
     "start": start,
     "weight": weight,
@@ -312,6 +357,7 @@ ROWS = {
     "many": many,
     "frames": frames,
     "hour": hour,
+    "click": click,
 }
 
 if __name__ == "__main__":

@@ -22,6 +22,8 @@ export async function show(app) {
   const path = `/api${url.pathname}`, number = url.pathname.split("/").pop() ?? "";
   const given = new URLSearchParams(url.search);
   main.classList.add("watch");
+  const coming = get(`${path}/figure`, signal); // asked for before all else, waited for at the end
+  coming.catch(() => {});
   const capture = /** @type {Shown} */ (await get(path, signal));
   app.title(capture.capture.split("/").pop() ?? "");
   const canvas = el("canvas", { class: "figure" }), side = el("div", {}), bars = el("div", { class: "bars" });
@@ -91,7 +93,7 @@ export async function show(app) {
   /** Show the figure beside the staff, which does not wait for it: a file may take long to read. */
   async function embody() {
     try {
-      const description = await get(`${path}/figure`, signal);
+      const description = await coming;
       motion = new Motion(path, description, (tile, init) => fetch(`${tile}?v=${app.library.stamp}`, init), 48);
       motion.changed = () => player.refresh();
       figure = new Figure(canvas, { label: "The figure" });
