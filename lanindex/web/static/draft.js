@@ -17,6 +17,7 @@ import { mirrored } from "./cells.js";
  * @property {Record<string, Rule[]>} files
  *
  * @typedef {{parameters: Record<string, string | number>, spaces: Record<string, Space>, rules: Record<string, Rule[]>}} Changes
+ * @typedef {{profile: Profile, changes: string}} State
  */
 
 const SOON = 1000; // milliseconds within which changes of one number are one step
@@ -48,9 +49,9 @@ function mirroredRules(rules) {
 export class Draft {
   /** @type {Changes} */
   #changes = none();
-  /** @type {string[]} */
+  /** @type {State[]} */
   #undo = [];
-  /** @type {string[]} */
+  /** @type {State[]} */
   #redo = [];
   #token = "";
   #at = 0;
@@ -146,6 +147,24 @@ export class Draft {
     else this.#changes[kind][part] = value;
   }
 
+  /**
+   * Begin with another profile; what was changed of the one before comes back with undo.
+   * @param {Profile} profile
+   */
+  take(profile) {
+    this.#step("");
+    this.profile = profile;
+    this.#changes = none();
+    this.changed();
+  }
+
+  /** Undo nothing of what was changed by now: it is saved, and may have replaced what it began as. */
+  forget() {
+    this.#undo = [];
+    this.#redo = [];
+    this.changed();
+  }
+
   /** Go back to the profile. */
   reset() {
     this.#step("");
@@ -176,12 +195,18 @@ export class Draft {
     }
   }
 
-  /** @param {string[]} from @param {string[]} to */
+  /** @returns {State} */
+  #state() {
+    return { profile: this.profile, changes: JSON.stringify(this.#changes) };
+  }
+
+  /** @param {State[]} from @param {State[]} to */
   #go(from, to) {
-    const text = from.pop();
-    if (text === undefined) return;
-    to.push(JSON.stringify(this.#changes));
-    this.#changes = JSON.parse(text);
+    const state = from.pop();
+    if (!state) return;
+    to.push(this.#state());
+    this.profile = state.profile;
+    this.#changes = JSON.parse(state.changes);
     this.#token = "";
     this.changed();
   }
@@ -189,7 +214,7 @@ export class Draft {
   /** @param {string} token what changes; the same soon after is the same step, and empty never is */
   #step(token) {
     const now = performance.now();
-    if (!token || token !== this.#token || now - this.#at > SOON) this.#undo.push(JSON.stringify(this.#changes));
+    if (!token || token !== this.#token || now - this.#at > SOON) this.#undo.push(this.#state());
     [this.#token, this.#at] = [token, now];
     this.#redo = [];
   }

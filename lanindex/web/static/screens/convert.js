@@ -45,7 +45,7 @@ export async function show(app) {
   }
   const others = Object.fromEntries(await Promise.all(["default", "paper"].map(async (it) => [it, await get(`/api/profiles/${it}`, signal)])));
   const wanted = given.get("profile") ?? "default", chosen = names.includes(wanted) ? wanted : "default";
-  let draft = new Draft(others[chosen] ?? await get(address(`/api/profiles/${encodeURIComponent(chosen)}`, {}), signal));
+  const draft = new Draft(others[chosen] ?? await get(address(`/api/profiles/${encodeURIComponent(chosen)}`, {}), signal));
   draft.restore(given.get("changes") ?? "{}");
   const parts = Object.keys(draft.profile.spaces).filter((it) => capture.parts[it]);
   let part = parts.includes(given.get("part") ?? "") ? given.get("part") ?? "" : parts[0], alike = given.get("alike") !== "no";
@@ -202,8 +202,13 @@ export async function show(app) {
     },
   });
 
+  /** @type {import("../draft.js").Profile | null} whose fields are shown */
+  let shown = null;
   function changed() {
-    form.update();
+    if (shown === draft.profile) form.update();
+    else form.build();
+    shown = draft.profile;
+    profileSelect.value = shown.name;
     sphere.space = draft.space(part);
     undo.disabled = !draft.canUndo;
     redo.disabled = !draft.canRedo;
@@ -218,16 +223,14 @@ export async function show(app) {
   function choose(name) {
     part = name;
     both.disabled = fellow(part) === part;
-    form.build();
+    shown = null;
     changed();
   }
 
   /** @param {string} name */
   async function take(name) {
     try {
-      draft = new Draft(others[name] ?? await get(`/api/profiles/${encodeURIComponent(name)}`, signal));
-      draft.changed = changed;
-      choose(part);
+      draft.take(others[name] ?? await get(`/api/profiles/${encodeURIComponent(name)}`, signal));
     } catch (error) {
       failed(error);
     }
@@ -241,6 +244,7 @@ export async function show(app) {
     profileSelect.value = saved.name;
     delete others[saved.name];
     await take(saved.name);
+    draft.forget();
     return saved;
   }
 
