@@ -231,7 +231,7 @@ def again(call: Call) -> dict[str, Any]:
     def make() -> Again:
         return Again(site.library.begin_encode(place, jobs=jobs))
 
-    return {"job": site.jobs.begin(object(), make)}
+    return {"job": site.jobs.begin(object(), make, goes_on="encode")}
 
 
 def way(call: Call) -> dict[str, Any]:

@@ -140,7 +140,7 @@ def _begun(
         )
         return Ingest(site, job, sent, left)
 
-    return {"job": site.jobs.begin(object(), make, goes_on=True)}
+    return {"job": site.jobs.begin(object(), make, goes_on="ingest")}
 
 
 def outcomes(call: Call) -> dict[str, Any]:

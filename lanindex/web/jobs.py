@@ -93,8 +93,9 @@ def trouble(error: Exception | None) -> dict[str, Any] | None:
 class _Kept:
     job: Job
     key: Hashable
-    goes_on: bool
+    goes_on: str
     asked: float = field(default_factory=monotonic)  # when somebody last asked for it
+    ended: bool = False  # whether somebody was told how it has ended
 
 
 class Jobs:
@@ -105,10 +106,10 @@ class Jobs:
         self.closed = False
         self._jobs: OrderedDict[str, _Kept] = OrderedDict()
 
-    def begin(self, key: Hashable, make: Callable[[], Job], *, goes_on: bool = False) -> str:
+    def begin(self, key: Hashable, make: Callable[[], Job], *, goes_on: str = "") -> str:
         """Return the number of the job of a key: one that runs or is done, else a new one.
 
-        A job that `goes_on` does so where nobody follows it.
+        A job that `goes_on` does so where nobody follows it; a page finds it again by this name.
         """
         with self._lock:
             for number, kept in self._jobs.items():
@@ -134,6 +135,12 @@ class Jobs:
                 break
             hits -= getattr(self._jobs.pop(number).job, "found", 0)
 
+    def going_on(self) -> list[tuple[str, str]]:
+        """Return number and name of what goes on, until somebody was told how it has ended."""
+        with self._lock:
+            kept = self._jobs.items()
+            return [(number, it.goes_on) for number, it in kept if it.goes_on and not it.ended]
+
     def get(self, number: str) -> Any:
         """Return a job."""
         with self._lock:
@@ -147,11 +154,11 @@ class Jobs:
         kept.asked = monotonic()
         return kept
 
-    def follow(self, number: str) -> None:
-        """Note that somebody follows a job."""
+    def follow(self, number: str, *, ended: bool = False) -> None:
+        """Note that somebody follows a job, or was told how it has ended."""
         with self._lock:
             if number in self._jobs:
-                self._touch(number)
+                self._touch(number).ended |= ended
 
     async def watch(self) -> None:
         """Break off, for ever and ever, jobs that nobody follows any more; forget old ones."""
@@ -170,6 +177,12 @@ class Jobs:
         with self._lock:
             for kept in self._jobs.values():
                 kept.job.cancel()
+
+
+def going_on(call: Call) -> dict[str, Any]:
+    """Return the jobs that go on where nobody follows them, for a page to find again."""
+    found = call.site.jobs.going_on()
+    return {"jobs": [{"job": number, "kind": kind} for number, kind in found]}
 
 
 def cancel(call: Call) -> dict[str, Any]:
@@ -200,6 +213,7 @@ async def events(site: Site, request: Request) -> Response:
                 yield ":\n\n"  # who has gone is noticed
                 silent = 0.0
             if state["state"] != "running":
+                site.jobs.follow(number, ended=True)
                 return
             await asyncio.sleep(TELLS)
             silent += TELLS

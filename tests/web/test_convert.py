@@ -82,6 +82,21 @@ def test_another_capture_is_chosen_by_a_part_of_its_path(opened: Opened, number:
     assert field.input_value().endswith("compass.bvh")
 
 
+def test_another_profile_is_a_step_that_can_be_undone(opened: Opened, number: int) -> None:
+    page = opened(f"/convert?capture={number}&part=r_arm")
+    summary(page, "No symbol changed")
+    level = page.get_by_label("mid begins at", exact=True)
+    profile = page.get_by_role("combobox", name="Profile", exact=True)
+    level.fill("85")
+    profile.select_option("paper")
+    page.wait_for_url("**profile=paper**")
+    assert level.input_value() == "60"
+    page.get_by_role("button", name="Undo").click()
+    assert (level.input_value(), profile.input_value()) == ("85", "default")
+    page.get_by_role("button", name="Redo").click()
+    assert (level.input_value(), profile.input_value()) == ("60", "paper")
+
+
 def test_what_is_not_allowed_is_said_beside_the_field(opened: Opened, number: int) -> None:
     page = opened(f"/convert?capture={number}&part=r_arm")
     summary(page, "No symbol changed")
@@ -209,7 +224,9 @@ def test_a_library_is_encoded_with_what_was_edited(
     page.keyboard.press("Escape")
     assert dialog.count() == 0
     encode.click()
-    dialog.get_by_role("button", name="Encode the library").click()
+    with page.expect_response(lambda it: it.url.endswith("/api/library/encode")):
+        dialog.get_by_role("button", name="Encode the library").click()
+    page.reload()  # it goes on, and is found again
     page.get_by_role("region", name="Encode the library").get_by_text(
         "Done: 10 captures written down anew."
     ).wait_for(timeout=60_000)

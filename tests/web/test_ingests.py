@@ -164,6 +164,21 @@ def test_the_choreographies_can_be_added(ask: TestClient) -> None:
     assert all(it["label"] for it in captures)
 
 
+def test_a_page_finds_what_goes_on_until_it_is_told_the_end(ask: TestClient) -> None:
+    job = ask.post("/api/ingests", json={"choreographies": True}).json()["job"]
+    listed = [{"job": job, "kind": "ingest"}]
+    assert ask.get("/api/jobs").json()["jobs"] == listed
+    while ask.get(f"/api/ingests/{job}").json()["state"] == "running":
+        pass
+    assert ask.get("/api/jobs").json()["jobs"] == listed  # nobody has followed it to its end
+    with ask.stream("GET", f"/api/jobs/{job}/events") as told:
+        assert '"state":"done"' in [line for line in told.iter_lines() if line][-1]
+    assert ask.get("/api/jobs").json()["jobs"] == []
+    job = ask.post("/api/library/encode", json={"profile": "paper"}).json()["job"]
+    assert ask.get("/api/jobs").json()["jobs"] == [{"job": job, "kind": "encode"}]
+    ask.delete(f"/api/jobs/{job}")
+
+
 def test_an_ingest_can_be_cancelled(ask: TestClient, tmp_path: Path) -> None:
     files = {f"{number}.bvh": MARCHING + b" " * number for number in range(12)}
     job = ask.post("/api/ingests", json={"files": sent(ask, files)}).json()["job"]

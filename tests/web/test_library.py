@@ -190,7 +190,9 @@ def test_what_is_sent_can_be_paused_and_cancelled(own_page: Opened, tmp_path: Pa
 def test_the_examples_are_added_by_keys_alone(own_page: Opened, tmp_path: Path) -> None:
     page = own_page(tmp_path / "new.db")
     page.get_by_text("no capture in this library yet").wait_for()
-    page.get_by_role("button", name="Add ten example choreographies").press("Enter")
+    with page.expect_response(lambda it: it.request.method == "POST"):
+        page.get_by_role("button", name="Add ten example choreographies").press("Enter")
+    page.reload()  # what is read is found again
     page.get_by_role("heading", name="10 added").wait_for(timeout=60_000)
     soon(page, lambda: count(page) == 10)
 

@@ -68,6 +68,16 @@ export async function send(method, path, body = {}, signal) {
 }
 
 /**
+ * Return the numbers of jobs that go on, or whose end nobody was told: those that this page had begun before it was loaded anew.
+ * @param {"ingest" | "encode"} kind
+ * @returns {Promise<string[]>}
+ */
+export async function goingOn(kind) {
+  const { jobs } = await get("/api/jobs");
+  return jobs.filter((/** @type {{kind: string}} */ it) => it.kind === kind).map((/** @type {{job: string}} */ it) => it.job);
+}
+
+/**
  * Follow a job until it ends; returns what stops following it.
  * @param {string} path
  * @param {(state: any) => void} tell - is given each state; the last one has `state` other than "running"

@@ -1,6 +1,6 @@
 /** The button that writes a whole library down anew, what it asks before, and how far it is. */
 
-import { address, follow, get, problemOf, send } from "./api.js";
+import { address, follow, get, goingOn, problemOf, send } from "./api.js";
 import { counted, el, readOut, trouble } from "./dom.js";
 
 /**
@@ -22,7 +22,7 @@ export function encodeSection({ name, touched, readonly, encoded }) {
     el("div", { class: "row" }, yes, el("button", { type: "button", onclick: () => dialog.close() }, "Leave it as it is")));
   const node = el("section", { class: "card wide", "aria-label": "Encode the library" },
     el("h2", {}, "Encode the library"), el("div", { class: "row" }, button, hint), running, said, dialog);
-  let job = "", unfollow = () => {};
+  let job = "", left = false, unfollow = () => {};
 
   function update() {
     button.textContent = `Encode the library with ${name()}\u2026`;
@@ -50,15 +50,32 @@ export function encodeSection({ name, touched, readonly, encoded }) {
     dialog.close();
     said.replaceChildren();
     try {
-      job = (await send("POST", "/api/library/encode", { profile: name() })).job;
-      running.hidden = false;
-      update();
+      watch((await send("POST", "/api/library/encode", { profile: name() })).job);
       stop.focus();
-      unfollow = follow(`/api/jobs/${job}/events`, tell, () => ended(el("p", {}, "The server is gone; what is written down by now stays.")));
     } catch (error) {
       ended(trouble(problemOf(error)));
     }
   }
+
+  /** @param {string} number */
+  function watch(number) {
+    unfollow();
+    job = number;
+    running.hidden = false;
+    update();
+    unfollow = follow(`/api/jobs/${job}/events`, tell, () => ended(el("p", {}, "The server is gone; what is written down by now stays.")));
+  }
+
+  /** Find what was begun before this screen was shown. */
+  async function find() {
+    try {
+      const [number] = await goingOn("encode");
+      if (number && !job && !left) watch(number);
+    } catch (error) {
+      said.replaceChildren(trouble(problemOf(error)));
+    }
+  }
+  void find();
 
   /** @param {State} state */
   function tell(state) {
@@ -88,5 +105,8 @@ export function encodeSection({ name, touched, readonly, encoded }) {
     send("DELETE", `/api/jobs/${job}`).catch((error) => said.replaceChildren(trouble(problemOf(error))));
   }
 
-  return { node, update, dispose: () => unfollow() };
+  return { node, update, dispose: () => {
+    left = true;
+    unfollow();
+  } };
 }

@@ -47,7 +47,11 @@ export async function show(app) {
       load(true);
     } else page(0, 0).then(tell, (error) => isAbort(error) || announce(problemOf(error).found));
   });
-  const added = library.readonly ? undefined : (adding ??= new Adding());
+  if (!adding && !library.readonly) {
+    adding = new Adding();
+    await adding.find();
+  }
+  const added = library.readonly ? undefined : adding;
   const add = added && el("button", { type: "button", class: "main", onclick: () => {
     if (added.root.hidden) added.open();
     else added.root.hidden = true;

@@ -1,6 +1,6 @@
 // Captures that are added: chosen or dropped, sent, read; what became of each file.
 
-import { follow, get, problemOf, send } from "../../api.js";
+import { follow, get, goingOn, problemOf, send } from "../../api.js";
 import { announce, counted, el, readOut, trouble } from "../../dom.js";
 import { filesOf, Sending } from "../../sending.js";
 
@@ -21,7 +21,7 @@ export class Adding {
   #unit = choice("found in the file", ["mm", "cm", "m", "inch"]);
   #up = choice("found in the file", ["y", "z", "x", "-y", "-z", "-x"]);
   #fps = el("input", { inputmode: "decimal", size: 6, placeholder: "the file's" });
-  #busy = 0;
+  #sending = 0; // what is read goes on without the page, what is sent does not
 
   constructor() {
     const files = el("input", { type: "file", multiple: true, hidden: true, onchange: () => this.#chosen(files) });
@@ -39,7 +39,7 @@ export class Adding {
           el("label", {}, "Upward axis ", this.#up), el("label", {}, "Frames a second ", this.#fps)))),
       this.#jobs);
     addEventListener("beforeunload", (event) => {
-      if (this.#busy) event.preventDefault();
+      if (this.#sending) event.preventDefault();
     });
   }
 
@@ -71,6 +71,21 @@ export class Adding {
     this.#profile.replaceChildren(...profiles.map((it) => el("option", { selected: it === before }, it)));
   }
 
+  /** Find what was begun before this page was loaded. */
+  async find() {
+    for (const job of await goingOn("ingest")) {
+      await this.open();
+      this.#part("Adding captures").watch(job);
+    }
+  }
+
+  /** @param {string} title */
+  #part(title) {
+    const part = new Part(title, () => this.came());
+    this.#jobs.prepend(part.root);
+    return part;
+  }
+
   /** @param {HTMLInputElement} input */
   #chosen(input) {
     this.add([...input.files ?? []].map((file) => ({ name: file.webkitRelativePath || file.name, file })));
@@ -83,25 +98,14 @@ export class Adding {
   }
 
   #example() {
-    const part = new Part("Adding the choreographies", () => this.came());
-    this.#jobs.prepend(part.root);
-    return this.#while(() => part.read({ choreographies: true }, []));
+    return this.#part("Adding the choreographies").read({ choreographies: true }, []);
   }
 
   /** @param {Given[]} files */
   add(files) {
     this.open().catch((error) => announce(problemOf(error).found));
     if (!files.length) return announce("There is no file in that.");
-    const part = new Part("Adding captures", () => this.came());
-    this.#jobs.prepend(part.root);
-    return this.#while(() => part.send(files, this.#how()));
-  }
-
-  /** @param {() => Promise<void>} work */
-  async #while(work) {
-    this.#busy++;
-    await work();
-    this.#busy--;
+    return this.#part("Adding captures").send(files, this.#how(), (on) => { this.#sending += on ? 1 : -1; });
   }
 }
 
@@ -124,8 +128,9 @@ class Part {
    * Send files, then have them read.
    * @param {Given[]} files
    * @param {Record<string, unknown>} how
+   * @param {(on: boolean) => void} sends is told when it begins to send, and when it has
    */
-  async send(files, how) {
+  async send(files, how, sends) {
     try {
       /** @type {About} */
       const about = await get("/api/ingests");
@@ -143,7 +148,8 @@ class Part {
         pause.textContent = sending.paused ? "Resume" : "Pause";
       } }, "Pause");
       this.#buttons.replaceChildren(pause, el("button", { type: "button", onclick: () => sending.cancel() }, "Cancel"));
-      await sending.run();
+      sends(true);
+      await sending.run().finally(() => sends(false));
       this.#going.replaceChildren();
       const sent = sending.items.filter((it) => it.state === "sent");
       const failed = sending.items.filter((it) => it.state === "failed").map((it) => ({ name: it.name, reason: it.problem?.found ?? "" }));
@@ -163,6 +169,20 @@ class Part {
   async read(what, left, unsent = []) {
     try {
       const { job } = await send("POST", "/api/ingests", what);
+      await this.watch(job, left, unsent);
+    } catch (error) {
+      this.#fail(error);
+    }
+  }
+
+  /**
+   * Show how far a job is, then what became of its files.
+   * @param {string} job
+   * @param {{name: string, reason: string}[]} [left]
+   * @param {{name: string, reason: string}[]} [unsent]
+   */
+  async watch(job, left = [], unsent = []) {
+    try {
       this.#buttons.replaceChildren(el("button", { type: "button", onclick: () => send("DELETE", `/api/jobs/${job}`).catch((error) => announce(problemOf(error).found)) }, "Cancel"));
       /** @type {Told} */
       const told = await new Promise((resolve, reject) => follow(`/api/jobs/${job}/events`, (/** @type {Told} */ it) => {
