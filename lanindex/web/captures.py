@@ -9,7 +9,7 @@ from functools import cached_property
 from operator import itemgetter
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,9 @@ _OWN: dict[str, Callable[[Mapping[str, Any], int], str]] = {
     "doubts": lambda one, shared: "with doubts" if one["warnings"] else "",
 }
 """What every capture has, from its record and the length of the folder that all share."""
+
+_TAKEN = (*_OWN, "path", "file")
+"""Names that a column of the user's cannot have: what a filter, or a table of labels, says."""
 
 
 class Listed:
@@ -234,55 +237,83 @@ def one(call: Call) -> dict[str, Any]:
     }
 
 
+class Change(NamedTuple):
+    """What is said of a capture; None: as it is. `held` is what must be said of it before."""
+
+    label: str | None
+    columns: dict[str, str]
+    held: Change | None = None
+
+    def back(self, before: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what undoes it, as long as nobody else has changed the same meanwhile."""
+        return {
+            "label": None if self.label is None else before["label"],
+            "columns": {name: before["metadata"].get(name, "") for name in self.columns},
+            "held": {"label": self.label, "columns": self.columns},
+        }
+
+    def holds(self, now: Mapping[str, Any]) -> bool:
+        """Return whether a capture's record says this."""
+        told = {name: now["metadata"].get(name, "") for name in self.columns}
+        return self.label in (None, now["label"]) and told == self.columns
+
+
 def change(call: Call) -> dict[str, Any]:
     """Change labels and other columns of captures, all or none; an empty column goes.
 
     Returns the changes that undo it.
     """
     listed = {one["capture_id"]: one for one in call.site.table.now().records}
-    wanted: dict[int, tuple[str | None, dict[str, str]]] = {}
-    for one in call.said("changes", list, []):
-        numbers, label, columns = _said(one)
+    wanted: dict[int, Change] = {}
+    for said in call.said("changes", list, []):
+        numbers, one = _captures(said), _change(said)
         for number in numbers:
             if number not in listed:
                 raise AbsentError(f"there is no capture {number} any more")
-            wanted[number] = label, columns
+            if one.held is not None and not one.held.holds(listed[number]):
+                found = f"{listed[number]['capture']} was changed by somebody else meanwhile"
+                raise UsageError(found, remedy="It stays as it is now.")
+            wanted[number] = one
     stamp = call.site.library.stamp
     changed = call.site.library.describe(
-        (number, label, _merged(listed[number]["metadata"], columns))
-        for number, (label, columns) in wanted.items()
+        (number, one.label, _merged(listed[number]["metadata"], one.columns))
+        for number, one in wanted.items()
     )
     if changed:
         call.site.table.renew(stamp, set(changed))
     undo: dict[str, dict[str, Any]] = {}
     for number in changed:
-        label, columns = wanted[number]
-        before = listed[number]
-        back = {
-            "label": None if label is None else before["label"],
-            "columns": {name: before["metadata"].get(name, "") for name in columns},
-        }
+        back = wanted[number].back(listed[number])
         undo.setdefault(repr(back), {**back, "captures": []})["captures"].append(number)
     return {"changed": len(changed), "undo": list(undo.values())}
 
 
-def _said(one: Any) -> tuple[list[int], str | None, dict[str, str]]:
-    """Return the captures, the label and the columns of a change."""
-    if isinstance(one, dict):
-        numbers, label, columns = one.get("captures"), one.get("label"), one.get("columns", {})
+def _captures(said: Any) -> list[int]:
+    numbers = said.get("captures") if isinstance(said, dict) else None
+    if not isinstance(numbers, list) or not all(isinstance(it, int) for it in numbers):
+        raise UsageError(f"{said!r:.40}", place="changes", wanted="the numbers of captures")
+    return numbers
+
+
+def _change(said: Any) -> Change:
+    if isinstance(said, dict):
+        label, columns, held = said.get("label"), said.get("columns", {}), said.get("held")
         if (
-            isinstance(numbers, list)
-            and all(isinstance(it, int) for it in numbers)
-            and (label is None or isinstance(label, str))
+            (label is None or isinstance(label, str))
             and isinstance(columns, dict)
             and all(isinstance(it, str) for it in columns.values())
         ):
-            return numbers, label, {name.strip(): it for name, it in columns.items()}
-    raise UsageError(f"{one!r:.40}", place="changes", wanted="captures, a label, columns of text")
+            columns = {name.strip(): it for name, it in columns.items()}
+            return Change(label, columns, None if held is None else _change(held))
+    raise UsageError(f"{said!r:.40}", place="changes", wanted="captures, a label, columns of text")
 
 
 def _merged(before: Mapping[str, str], columns: Mapping[str, str]) -> dict[str, str] | None:
     """Return all columns of a capture after some are changed; None: none is."""
+    for name in columns:
+        if name and name not in before and ("=" in name or name in _TAKEN):
+            wanted = f'a name without "=" that is none of {", ".join(_TAKEN)}'
+            raise UsageError(f'a column "{name[:40]}"', place="columns", wanted=wanted)
     if "" in columns:
         raise UsageError("a column without a name", place="columns", wanted="a name for it")
     return {name: it for name, it in {**before, **columns}.items() if it} if columns else None

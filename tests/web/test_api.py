@@ -110,6 +110,34 @@ def test_labels_are_changed_and_captures_removed(
     assert number not in [it["capture_id"] for it in listed]
 
 
+def test_an_undo_leaves_what_somebody_else_has_changed(
+    ask: TestClient, library: lanindex.Library
+) -> None:
+    number = library.capture("compass.bvh").id
+    ours = {"captures": [number], "label": "ours", "columns": {"year": "1928"}}
+    undo = ask.patch("/api/captures", json={"changes": [ours]}).json()["undo"]
+    theirs = {"captures": [number], "label": "theirs"}
+    ask.patch("/api/captures", json={"changes": [theirs]})
+    answer = ask.patch("/api/captures", json={"changes": undo})
+    assert answer.status_code == 400
+    assert "changed by somebody else" in answer.json()["error"]["found"]
+    assert library.capture(number).label == "theirs"
+    ask.patch("/api/captures", json={"changes": [{**theirs, "label": "ours"}]})
+    assert ask.patch("/api/captures", json={"changes": undo}).json()["changed"] == 1
+    assert library.capture(number).label == "compass"
+
+
+@pytest.mark.parametrize("name", ["a=b", "path", "label", "folder", " format"])
+def test_a_column_has_a_name_that_can_be_filtered_for(
+    ask: TestClient, library: lanindex.Library, name: str
+) -> None:
+    change = {"captures": [library.capture("compass.bvh").id], "columns": {name: "x"}}
+    answer = ask.patch("/api/captures", json={"changes": [change]})
+    assert answer.status_code == 400
+    assert name.strip() in answer.json()["error"]["found"]
+    assert name.strip() not in library.capture("compass.bvh").metadata
+
+
 def test_many_are_changed_at_once_or_none_and_undone_at_once(
     ask: TestClient, library: lanindex.Library
 ) -> None:
