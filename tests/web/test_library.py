@@ -236,6 +236,8 @@ def test_labels_and_columns_are_changed_in_place_by_keys(own_page: Opened, dance
     assert page.locator("main img").count() == 0
     page.keyboard.press("Control+z")
     soon(page, lambda: stored(dances)["compass.bvh"][1]["kind"] == "exercise")
+    page.get_by_role("button", name="kind of compass.bvh: exercise").wait_for()
+    page.wait_for_function("document.activeElement.textContent === 'exercise'")
     assert page.get_by_role("button", name="Undo").count() == 0
     before = label.element_handle()
     page.get_by_label("Filter captures").fill("<img src=x")
@@ -263,13 +265,14 @@ def test_several_are_selected_labelled_and_removed(
     soon(page, lambda: [stored(dances)[it][0] for it in every[:4]] == ["four"] * 4)
     page.get_by_role("checkbox", name="four 4").click()
     soon(page, lambda: count(page) == 4)
-    page.get_by_label(f"Select {every[0]}").click()
-    page.get_by_role("button", name="Select all 4").click()
+    page.get_by_text("4 selected").wait_for()  # they still are
     page.get_by_role("button", name="Column …").click()
     page.get_by_label("Column", exact=True).fill("year")
     page.get_by_label("Value").fill("1928")
     page.keyboard.press("Enter")
     soon(page, lambda: [stored(dances)[it][1].get("year") for it in every[:4]] == ["1928"] * 4)
+    page.wait_for_function("document.activeElement.textContent === 'Column …'")
+    page.get_by_role("button", name="Clear").click()
     page.get_by_label(f"Select {every[1]}").click()
     page.get_by_role("button", name="Remove …").click()
     assert "files stay where they are" in page.get_by_role("dialog").inner_text()
@@ -279,6 +282,7 @@ def test_several_are_selected_labelled_and_removed(
     page.get_by_role("button", name="Remove 1 capture").click()
     soon(page, lambda: every[1] not in stored(dances))
     soon(page, lambda: count(page) == 3)
+    page.wait_for_function("document.activeElement.matches('input[type=search]')")
 
 
 def test_captures_are_selected_and_removed_by_keys_alone(

@@ -33,19 +33,24 @@ export async function show(app) {
     ...SORTS.map(([value, name]) => el("option", { value, selected: value === (asked.get("sort") ?? "added") }, name)));
   /** @type {Set<number>} */
   const selected = new Set();
-  const chosen = el("div", { class: "row chosen", hidden: true });
+  const told = el("span", { class: "num", role: "status" }), every = el("button", { type: "button", onclick: () => selectAll() });
+  const chosen = el("div", { class: "row chosen", hidden: true }, told,
+    el("button", { type: "button", onclick: () => editing?.label([...selected]) }, "Label \u2026"),
+    el("button", { type: "button", onclick: () => editing?.column([...selected]) }, "Column \u2026"),
+    el("button", { type: "button", onclick: () => editing?.remove([...selected]) }, "Remove \u2026"),
+    every,
+    el("button", { type: "button", onclick: () => select([], false) }, "Clear"));
   const facets = new Facets((where) => change({ where }));
   const summary = el("p", { class: "soft num" });
   const earlier = el("button", { type: "button", hidden: true, onclick: () => extend(-1) }, "Show earlier ones");
   const more = el("button", { type: "button", hidden: true, onclick: () => extend(1) }, "Show more");
   const list = el("ol", { class: "shelf" });
   const labels = el("datalist", { id: "labels" }), columns = el("datalist", { id: "columns" });
-  const editing = library.readonly ? undefined : new Editing(signal, (shown) => {
+  const editing = library.readonly ? undefined : new Editing(signal, (shown, gone) => {
     app.refresh();
-    if (!shown) {
-      select([], false);
-      load(true);
-    } else page(0, 0).then(tell, (error) => isAbort(error) || announce(problemOf(error).found));
+    if (gone) select(gone, false);
+    if (!shown) load(true);
+    else page(0, 0).then(tell, (error) => isAbort(error) || announce(problemOf(error).found));
   });
   if (!adding && !library.readonly) {
     adding = new Adding();
@@ -80,18 +85,13 @@ export async function show(app) {
     if (!numbers.length && !on) selected.clear();
     for (const it of numbers) on ? selected.add(it) : selected.delete(it);
     for (const box of /** @type {NodeListOf<HTMLInputElement>} */ (list.querySelectorAll(".pick"))) box.checked = selected.has(Number(box.value));
-    const some = [...selected], all = total > some.length && el("button", { type: "button", onclick: () => selectAll() }, `Select all ${total.toLocaleString("en")}`);
-    chosen.hidden = !some.length;
-    list.classList.toggle("picking", some.length > 0);
-    chosen.replaceChildren(el("span", { class: "num", role: "status" }, `${some.length.toLocaleString("en")} selected`), ...[
-      el("button", { type: "button", onclick: () => editing?.label(some) }, "Label …"),
-      el("button", { type: "button", onclick: () => editing?.column(some) }, "Column …"),
-      el("button", { type: "button", onclick: () => editing?.remove(some) }, "Remove …"),
-      all || "",
-      el("button", { type: "button", onclick: () => {
-        select([], false);
-        filter.focus();
-      } }, "Clear")]);
+    const some = selected.size, focused = chosen.contains(document.activeElement);
+    chosen.hidden = !some;
+    if (focused && !some) filter.focus();
+    list.classList.toggle("picking", some > 0);
+    told.textContent = `${some.toLocaleString("en")} selected`;
+    every.hidden = total <= some;
+    every.textContent = `Select all ${total.toLocaleString("en")}`;
   }
 
   async function selectAll() {
@@ -151,9 +151,12 @@ export async function show(app) {
       ({ folder, total } = found);
       first = from;
       poses.clear();
+      const focus = focused();
       list.replaceChildren(...found.captures.map(card));
+      focus();
       const before = summary.textContent;
       tell(found);
+      select([], true); // there may be more or fewer to select
       if (before && before !== summary.textContent && !quiet) readOut(summary.textContent ?? "");
       if (at) list.children[at - from]?.scrollIntoView();
       if (!total) list.append(nothing(found));
@@ -163,6 +166,17 @@ export async function show(app) {
     } catch (error) {
       if (!isAbort(error)) list.replaceChildren(el("li", { class: "whole" }, trouble(problemOf(error))));
     }
+  }
+
+  /** Return what puts the focus back to where it is in the list, once that is made anew. */
+  function focused() {
+    const parts = "a, input, button, summary", node = document.activeElement, own = node?.closest(".shelf > .shot");
+    if (!node || !own || !list.contains(own)) return () => {};
+    const link = own.querySelector("a")?.getAttribute("href"), at = [...own.querySelectorAll(parts)].indexOf(node);
+    return () => {
+      const again = list.querySelector(`a[href="${link}"]`)?.closest(".shot")?.querySelectorAll(parts)[at];
+      (again instanceof HTMLElement ? again : filter).focus({ preventScroll: true });
+    };
   }
 
   /** @param {Listing} found */

@@ -3,7 +3,7 @@
 import { problemOf, send } from "../../api.js";
 import { announce, counted, el } from "../../dom.js";
 
-/** @typedef {{captures: number[], label?: string | null, columns?: Record<string, string>}} Change */
+/** @typedef {{captures: number[], label?: string | null, columns?: Record<string, string>, held?: object}} Change */
 /** @typedef {import("../library.js").Capture} Capture */
 
 /** Changes what the user says of captures, and undoes it. */
@@ -18,7 +18,7 @@ export class Editing {
 
   /**
    * @param {AbortSignal} signal
-   * @param {(shown: boolean) => void} changed is told of each change, and whether the list shows it already
+   * @param {(shown: boolean, gone?: number[]) => void} changed is told of each change, whether the list shows it already, and which captures are gone
    */
   constructor(signal, changed) {
     this.#changed = changed;
@@ -53,7 +53,7 @@ export class Editing {
       }
       return true;
     } catch (error) {
-      announce(problemOf(error).found);
+      announce(sentence(error));
       return false;
     }
   }
@@ -66,10 +66,10 @@ export class Editing {
     try {
       await send("PATCH", "/api/captures", { changes });
       announce("Undone");
-      this.#changed(false);
     } catch (error) {
-      announce(problemOf(error).found);
+      announce(sentence(error));
     }
+    this.#changed(false); // somebody else may have changed it, too
   }
 
   /**
@@ -155,11 +155,17 @@ export class Editing {
       await send("POST", "/api/captures/remove", { captures });
       this.#undo = [];
       announce(`${some} removed; the files stay`);
-      this.#changed(false);
+      this.#changed(false, captures);
     } catch (error) {
       announce(problemOf(error).found);
     }
   }
+}
+
+/** @param {unknown} error */
+function sentence(error) {
+  const { found, wanted, remedy } = problemOf(error);
+  return `${found}${wanted ? `, wanted ${wanted}` : ""}.${remedy ? ` ${remedy}` : ""}`;
 }
 
 /**
