@@ -339,8 +339,10 @@ def library(call: Call) -> dict[str, Any]:
 def _about(call: Call) -> dict[str, Any]:
     library = call.site.library
     stats = library.stats()
+    place = Path(library.store.place)
     return {
-        "name": Path(library.store.place).stem,
+        "name": place.stem,
+        "file": place.name if call.site.readonly else str(place.resolve()),
         "version": __version__,
         "stamp": library.stamp,
         "readonly": call.site.readonly,

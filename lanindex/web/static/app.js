@@ -6,6 +6,7 @@ import { byId, el, trouble } from "./dom.js";
 /**
  * @typedef {Object} Library
  * @property {string} name
+ * @property {string} file as a command names it
  * @property {string} version
  * @property {number} stamp
  * @property {boolean} readonly
@@ -28,6 +29,7 @@ import { byId, el, trouble } from "./dom.js";
  * @property {(title: string) => void} title
  * @property {(path: string) => void} go - to another address, which Back returns from
  * @property {(path: string) => void} replace - tells the address of what is shown now
+ * @property {(path: string) => void} push - the same, and Back returns to what was shown before
  * @property {() => Promise<void>} refresh - asks for the library anew
  */
 
@@ -71,7 +73,7 @@ async function open(url) {
     const { show } = await screen.load();
     if (own.signal.aborted) return;
     title(screen.name);
-    const done = await show({ main, url, library, signal: own.signal, title, go, replace, refresh });
+    const done = await show({ main, url, library, signal: own.signal, title, go, replace, push, refresh });
     if (own.signal.aborted && done) done();
     else leave = done;
   } catch (error) {
@@ -101,6 +103,11 @@ function go(path) {
 /** @param {string} path */
 function replace(path) {
   history.replaceState(null, "", path);
+}
+
+/** @param {string} path */
+function push(path) {
+  history.pushState(null, "", path);
 }
 
 /** @param {string | undefined} link */

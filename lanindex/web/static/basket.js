@@ -2,6 +2,7 @@
 
 import { ApiError, follow, problemOf, send } from "./api.js";
 import { announce, counted, el, trouble } from "./dom.js";
+import { watching } from "./hits.js";
 
 /** @typedef {import("./hits.js").Hit & {pattern?: string}} Hit */
 
@@ -80,7 +81,21 @@ export class Basket {
         this.#state.replaceChildren();
         this.#keep("the basket is empty");
         for (const node of document.querySelectorAll("[data-basket]")) node.setAttribute("aria-pressed", "false");
-      } }, "Empty it")), this.#state);
+      } }, "Empty it")), this.#state, this.#listed());
+  }
+
+  /** The hits that are in it, each of which can be watched and taken out. */
+  #listed() {
+    const open = this.root.querySelector("details")?.open;
+    return el("details", { open }, el("summary", {}, "What is in it"), el("ol", {}, ...[...this.#hits.values()].map((hit) => el("li", {},
+      el("a", { class: "path", href: watching(hit, hit.pattern ?? "") }, `${hit.capture.split("/").pop()}, ${hit.start.toFixed(2)}\u2013${hit.end.toFixed(2)} s`), " ",
+      el("span", { class: "soft" }, hit.pattern ?? ""), " ",
+      el("button", { type: "button", class: "plain", "aria-label": `Take out ${hit.capture.split("/").pop()} at ${hit.start.toFixed(2)} s`, onclick: () => {
+        this.toggle(hit, "");
+        const star = document.querySelector(`[data-basket="${key(hit)}"]`), next = this.root.querySelector("li button") ?? star;
+        star?.setAttribute("aria-pressed", "false");
+        if (next instanceof HTMLElement) next.focus();
+      } }, "take out")))));
   }
 
   /** @param {string} kind */

@@ -2,7 +2,7 @@
 
 import { announce, el } from "./dom.js";
 
-/** @typedef {{q: string, in: string, where: string[], near: boolean, fuzzy: string}} Asked */
+/** @typedef {{q: string, like: string, in: string, where: string[], near: boolean, fuzzy: string}} Asked */
 
 /** @param {string} text as a shell takes it */
 function quoted(text) {
@@ -11,31 +11,31 @@ function quoted(text) {
 
 /**
  * @param {Asked} asked
- * @param {string} library
+ * @param {string} library the library's file
  */
-export function command({ q, in: path, where, near, fuzzy }, library) {
-  return ["lanindex search", quoted(q), ...(path ? ["--in", quoted(path)] : []), ...where.flatMap((it) => ["--where", quoted(it)]),
-    ...(near ? ["--near"] : []), ...(fuzzy ? ["--fuzzy", fuzzy] : []), "--db", quoted(`${library}.db`)].join(" ");
+export function command({ q, like, in: path, where, near, fuzzy }, library) {
+  return ["lanindex search", ...(like ? ["--like", like] : [quoted(q)]), ...(path ? ["--in", quoted(path)] : []), ...where.flatMap((it) => ["--where", quoted(it)]),
+    ...(near && !like ? ["--near"] : []), ...(fuzzy && !like ? ["--fuzzy", fuzzy] : []), "--db", quoted(library)].join(" ");
 }
 
 /**
  * @param {Asked} asked
- * @param {string} library
+ * @param {string} library the library's file
  */
-export function python({ q, in: path, where, near, fuzzy }, library) {
+export function python({ q, like, in: path, where, near, fuzzy }, library) {
   const text = JSON.stringify, pairs = where.map((it) => {
     const [name] = it.split("=", 1);
     return `(${text(name)}, ${text(it.slice(name.length + 1))})`;
   });
   const chosen = [...(path ? [text(path)] : []), ...(pairs.length ? [`where=[${pairs.join(", ")}]`] : [])];
-  const given = [text(q), ...(chosen.length ? [`lanindex.Selection(${chosen.join(", ")})`] : []), ...(near ? ["near=True"] : []), ...(fuzzy ? [`fuzzy=${text(fuzzy)}`] : [])];
-  return `import lanindex\n\nwith lanindex.open_library(${text(`${library}.db`)}) as library:\n    hits = library.search(${given.join(", ")})\n`;
+  const given = [text(like || q), ...(chosen.length ? [`lanindex.Selection(${chosen.join(", ")})`] : []), ...(near && !like ? ["near=True"] : []), ...(fuzzy && !like ? [`fuzzy=${text(fuzzy)}`] : [])];
+  return `import lanindex\n\nwith lanindex.open_library(${text(library)}) as library:\n    hits = library.${like ? "like" : "search"}(${given.join(", ")})${like ? ".hits" : ""}\n`;
 }
 
 /**
  * Return buttons that copy a search.
  * @param {() => Asked} asked
- * @param {string} library
+ * @param {string} library its file
  */
 export function copies(asked, library) {
   /** @type {[string, () => string][]} */

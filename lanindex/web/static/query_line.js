@@ -53,7 +53,7 @@ export class QueryLine {
       onblur: () => this.#close(),
       onscroll: () => this.#scroll(),
     });
-    this.root = el("div", { class: "query" }, el("div", { class: "typed" }, this.#mirror, this.#area, this.#list), this.#said);
+    this.root = el("div", { class: "query" }, el("div", { class: "typed" }, this.#mirror, this.#area), this.#said, this.#list);
   }
 
   /** What is typed. */

@@ -26,6 +26,7 @@ import { QueryStaff } from "../query_staff.js";
 
 const GONE = 404; // the status of what the server does not keep any more
 const PAGE = 24;
+const MOST = 100; // hits in an answer
 const LONG = 300; // characters of a pattern that gets a name in addresses
 const SOON = 150; // milliseconds after the last key, in which nobody wants hits
 const ORDERS = [["best", "best first"], ["capture", "in order"]];
@@ -36,14 +37,18 @@ const EDITS = [["", "exact"], ["10%", "10 % edits"], ["20%", "20 % edits"], ["35
 export function show(app) {
   const { main, signal, url } = app;
   const given = new URLSearchParams(url.search);
+  let like = given.get("like") ?? ""; // the clip whose like is searched for, until something is typed
   const list = new HitList(signal, app.library.folder, actions);
   const basket = new Basket(app.library.name);
   const summary = el("p", { class: "summary" });
   const bar = el("progress", { hidden: true, "aria-label": "How far the search is" });
   const cancel = el("button", { type: "button", hidden: true, onclick: () => job && send("DELETE", `/api/jobs/${job}`) }, "Cancel");
-  const more = el("button", { type: "button", hidden: true, onclick: () => page() }, "Show more");
-  const facets = el("div", { class: "facets" });
-  const problem = el("div");
+  const more = el("button", { type: "button", hidden: true, onclick: () => {
+    least = list.length + PAGE; // also where all come anew, in their order, because the search has ended
+    page();
+  } }, "Show more");
+  const facets = el("details", { class: "facets", hidden: true, open: matchMedia("(min-width: 801px)").matches });
+  const problem = el("div"), example = el("p", { hidden: true });
   const order = choice("Order", ORDERS, given.get("order") ?? "best");
   const edits = choice("Edits a match may cost", EDITS, given.get("fuzzy") ?? "");
   const within = el("input", { type: "search", value: given.get("in") ?? "", placeholder: "all captures, or *walk*", "aria-label": "Only captures whose path matches" });
@@ -60,7 +65,7 @@ export function show(app) {
     line.root,
     drawn,
     el("div", { class: "row" }, order, edits, el("label", { title: WAYS[0][2] }, near, " near"), within, el("span", { class: "grow" }), bar, cancel),
-    chips, el("div", { class: "row" }, summary, el("span", { class: "grow" }), copies(() => asked(line.text), app.library.name)), problem,
+    chips, example, el("div", { class: "row" }, summary, el("span", { class: "grow" }), copies(() => asked(line.text), app.library.file)), problem,
     el("div", { class: "columns" }, facets, el("div", {}, list.root, more)),
     basket.root);
 
@@ -68,19 +73,53 @@ export function show(app) {
   let job = null;
   let stop = () => {};
   let waiting = 0, ran = "", all = 0;
+  let wanted = Number(given.get("hit")) || 0; // the hit, from 1, that the address comes back to
+  let settled = false; // whether the address is one to come back to, not of something half typed
+  let running = false, least = 0;
   let round = 0, loading = -1; // hits of an earlier round are not shown any more
   for (const node of [order, edits, near, within]) node.addEventListener("change", () => again());
+  list.root.addEventListener("click", (event) => {
+    const link = /** @type {Element} */ (event.target).closest("a"), card = link?.closest(".hit");
+    if (card && ran) app.replace(address("/search", { ...asked(line.text), hit: [...list.root.querySelectorAll(".hit")].indexOf(card) + 1 })); // where Back comes to
+  });
 
   /** @param {Reading} reading */
   function soon(reading) {
     staff?.show(reading);
     clearTimeout(waiting);
-    if (!reading.error && reading.text.trim()) waiting = window.setTimeout(() => run(reading, false), SOON);
+    list.root.classList.toggle("old", reading.error !== null);
+    if (!reading.text.trim() && !like) nothing();
+    else if (!reading.error && reading.text.trim()) waiting = window.setTimeout(() => run(reading, false), SOON);
   }
 
   function again() {
     ran = "";
-    if (line.reading) run(line.reading, true);
+    if (like) alike();
+    else if (line.reading) run(line.reading, true);
+  }
+
+  /** Show no hits: what is asked is not understood, or there is nothing. */
+  function nothing() {
+    stop();
+    job = null;
+    ran = summary.textContent = "";
+    round++;
+    list.clear();
+    list.root.classList.remove("old");
+    problem.replaceChildren();
+    facets.hidden = more.hidden = bar.hidden = cancel.hidden = true;
+    told(address("/search", asked(line.text)));
+    settled = false;
+  }
+
+  /**
+   * Tell the address of what is asked; Back returns to what somebody meant.
+   * @param {string} path
+   */
+  function told(path) {
+    if (path === location.pathname + location.search) return;
+    if (settled) app.push(path);
+    else app.replace(path);
   }
 
   /**
@@ -88,7 +127,36 @@ export function show(app) {
    * @param {string} q
    */
   function asked(q) {
-    return { q, in: within.value, where: chosen, near: near.checked, fuzzy: edits.value, order: order.value === "best" ? "" : order.value, draw: drawn.open && 1 };
+    return { q, like, in: within.value, where: chosen, near: near.checked, fuzzy: edits.value, order: order.value === "best" ? "" : order.value, draw: drawn.open && 1 };
+  }
+
+  /**
+   * Ask for hits.
+   * @param {string} title
+   * @param {object} body
+   * @param {boolean} meant whether it was asked for, not only typed
+   */
+  async function search(title, body, meant) {
+    const path = address("/search", asked(line.text));
+    if (path === ran) {
+      settled ||= meant;
+      return;
+    }
+    ran = path;
+    app.title(title);
+    if (!wanted) told(path);
+    settled = meant;
+    stop();
+    try {
+      const { job: number } = await send("POST", "/api/searches", { path: within.value || null, where: chosen, ...body }, signal);
+      if (path !== ran) return;
+      job = number;
+      begin();
+    } catch (error) {
+      if (isAbort(error) || path !== ran) return;
+      nothing();
+      problem.replaceChildren(trouble(problemOf(error)));
+    }
   }
 
   /** Open the staff of the query, or close it. */
@@ -128,25 +196,26 @@ export function show(app) {
    */
   async function run(reading, meant) {
     clearTimeout(waiting);
-    if (!reading.text.trim() || (reading.error && !meant)) return;
+    if (!reading.text.trim()) return;
+    if (reading.error) return meant && nothing(); // the line says what is wrong
+    like = "";
+    shown();
     const query = asked(reading.text), path = address("/search", query);
-    if (path === ran) return;
-    ran = path;
-    app.title(query.q);
-    app.replace(path);
     if (query.q.length > LONG && !app.library.readonly) shorten(query, path);
-    stop();
-    try {
-      const { job: number } = await send("POST", "/api/searches", { pattern: query.q, path: query.in || null, where: query.where, near: query.near, fuzzy: query.fuzzy || null }, signal);
-      if (path !== ran) return;
-      job = number;
-      begin();
-    } catch (error) {
-      if (isAbort(error) || path !== ran) return;
-      list.clear();
-      summary.textContent = "";
-      problem.replaceChildren(trouble(problemOf(error)));
-    }
+    await search(query.q, { pattern: query.q, near: query.near, fuzzy: query.fuzzy || null }, meant);
+  }
+
+  /** Search for what is like a clip. */
+  function alike() {
+    shown();
+    return search(`like ${like}`, { like }, true);
+  }
+
+  /** Say what the hits are like; such a search has no order and no edits. */
+  function shown() {
+    example.hidden = !like;
+    if (like) example.replaceChildren("Movement like that of ", el("a", { href: `/captures/${like.split(":")[0]}` }, `capture ${like}`));
+    order.disabled = edits.disabled = near.disabled = like !== "";
   }
 
   /**
@@ -163,15 +232,18 @@ export function show(app) {
   function begin() {
     round++;
     list.clear();
+    list.root.classList.remove("old");
     problem.replaceChildren();
-    facets.replaceChildren();
+    facets.hidden = true;
+    least = wanted;
     const own = job;
     stop = follow(`/api/jobs/${own}/events`, (state) => own === job && tell(state), () => own === job && problem.replaceChildren(trouble({ found: "the server does not answer", remedy: "Is lanindex serve still running?" })));
   }
 
   /** @param {State} state */
   async function tell(state) {
-    const running = state.state === "running", [noun, done, total] = state.progress;
+    const [noun, done, total] = state.progress;
+    running = state.state === "running";
     all = state.found;
     bar.hidden = cancel.hidden = !running;
     bar.max = total || 1;
@@ -198,65 +270,77 @@ export function show(app) {
     if (loading === now || !job) return;
     loading = now;
     try {
-      const own = job, at = list.length, by = order.value;
-      const { hits } = await get(address(`/api/searches/${own}/hits`, { at, n: PAGE, order: by }), signal);
+      const own = job, at = list.length, by = order.value, n = Math.min(Math.max(PAGE, least - at), MOST);
+      const { hits } = await get(address(`/api/searches/${own}/hits`, { at, n, order: by }), signal);
       if (now !== round) return;
       list.add(hits, (index) => `/api/searches/${own}/hits/${index}/card?order=${by}`, (hit) => watching(hit, line.text), by === "capture");
       more.hidden = list.length >= all;
+      if (wanted && !running) reach();
     } catch (error) {
       if (now !== round) return;
-      if (error instanceof ApiError && error.status === GONE) ran ? again() : clip && like(clip);
+      if (error instanceof ApiError && error.status === GONE) again();
       else if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
     } finally {
       if (loading === now) loading = -1;
     }
   }
 
+  /** Go to the hit that the address names, once it is there. */
+  function reach() {
+    const link = list.root.querySelectorAll(".hit")[wanted - 1]?.querySelector("a.show");
+    if (!(link instanceof HTMLElement)) return void (list.length < all && wanted <= all && setTimeout(page));
+    wanted = 0;
+    link.focus({ preventScroll: true });
+    link.scrollIntoView({ block: "center" });
+  }
+
   /** @param {Hit} hit */
   function actions(hit) {
-    const like = `${hit.capture_id}:${hit.start_frame}-${hit.end_frame}`;
-    const keep = el("button", { type: "button", class: "plain", "data-basket": true, "aria-pressed": String(basket.has(hit)), "aria-label": "In the basket", title: "Put it into the basket", onclick: () => {
+    const clip = `${hit.capture_id}:${hit.start_frame}-${hit.end_frame}`;
+    const keep = el("button", { type: "button", class: "plain", "data-basket": clip, "aria-pressed": String(basket.has(hit)), "aria-label": "In the basket", title: "Put it into the basket", onclick: () => {
       keep.setAttribute("aria-pressed", String(basket.toggle(hit, line.text)));
-    } }, "\u2606");
-    return [el("a", { href: address("/search", { like }) }, "more like this"), keep];
+    } });
+    return [el("a", { href: address("/search", { like: clip }) }, "more like this"), keep];
   }
 
   async function showFacets() {
     const own = job;
     const found = await get(`/api/searches/${own}/facets`, signal).catch(() => null);
     if (!found || own !== job) return;
-    facets.replaceChildren(...Object.entries(found).map(([name, values]) => el("section", {}, el("h2", {}, name),
+    const several = Object.entries(found).filter(([, values]) => values.length > 1);
+    facets.hidden = !several.length;
+    facets.replaceChildren(el("summary", {}, "Narrow down"), ...several.map(([name, values]) => el("section", {}, el("h2", {}, name),
       el("ul", {}, .../** @type {[string, number][]} */ (values).map(([value, count]) => el("li", {}, el("a", { href: address("/search", { ...asked(line.text), where: [...chosen, `${name}=${value}`] }) }, value || "none"), el("span", { class: "soft num" }, ` ${count}`)))))));
   }
 
   /** Offer what would be found, where nothing is. */
   async function instead() {
+    if (!app.library.captures) {
+      problem.append(el("p", {}, "There is no capture in this library yet. ", el("a", { href: "/" }, "Add some")));
+      return;
+    }
+    if (like) return;
     const own = job;
     try {
       const advice = await get(`/api/searches/${own}/advice`, signal);
       if (own !== job) return;
-      problem.append(el("h2", {}, "What would be found"), ...advice.instead.map((/** @type {{pattern: string, hits: number, captures: number}} */ it) =>
-        el("p", {}, el("button", { type: "button", onclick: () => line.set(it.pattern).then((reading) => reading && run(reading, true)) }, it.pattern), " ", el("span", { class: "soft" }, `${counted(it.hits, "hit")} in ${counted(it.captures, "capture")}`))));
+      const way = (/** @type {string} */ pattern) => el("button", { type: "button", onclick: () => line.set(pattern).then((reading) => reading && run(reading, true)) }, pattern);
+      problem.append(
+        advice.remark && el("p", {}, advice.remark),
+        ...advice.never.map((/** @type {string} */ it) => el("p", {}, `"${it}" is nowhere to be found.`)),
+        ...advice.left_out.map((/** @type {{said: string, pattern: string}} */ it) => el("p", {}, it.said, " ", way(it.pattern))),
+        ...(advice.instead.length ? [el("h2", {}, "What would be found")] : []),
+        ...advice.instead.map((/** @type {{pattern: string, hits: number, captures: number}} */ it) =>
+          el("p", {}, way(it.pattern), " ", el("span", { class: "soft" }, `${counted(it.hits, "hit")} in ${counted(it.captures, "capture")}`))));
     } catch (error) {
       if (!isAbort(error)) problem.append(trouble(problemOf(error)));
     }
   }
 
-  /** @param {string} clip */
-  async function like(clip) {
-    try {
-      const found = await send("POST", "/api/searches", { like: clip, path: within.value || null, where: given.getAll("where") }, signal);
-      job = found.job;
-      begin();
-      problem.replaceChildren(el("p", {}, "Movement like that of ", el("a", { href: `/captures/${clip.split(":")[0]}` }, `capture ${clip}`)));
-    } catch (error) {
-      if (!isAbort(error)) problem.replaceChildren(trouble(problemOf(error)));
-    }
-  }
-
-  const clip = given.get("like");
-  if (clip) like(clip);
-  else fill();
+  if (like) {
+    alike();
+    line.focus();
+  } else fill();
 
   async function fill() {
     const name = given.get("p");
