@@ -232,15 +232,20 @@ export class QueryStaff {
     const block = this.#cell?.block;
     if (!block?.named && block?.kind !== "bracket") return announce("only a word or brackets can be unfolded");
     try {
-      const text = block.named ? (await get(`/api/words/${block.named}`)).pattern : block.pattern.text;
-      const { tree } = await send("POST", "/api/parse", { text });
+      const tree = block.named ? await this.#defined(block.named) : { pattern: block.pattern, lets: [], clauses: [], stages: [] };
       const drawing = structuredClone(this.#drawing);
       if (this.#cell?.block !== block) return null; // it is another step by now
-      if (!tree || !unfold(drawing, this.#at, tree)) return announce(`${textOf(/** @type {Cell} */ (this.#cell))} cannot be drawn here: it has several lines, or a length of its own`);
+      if (!unfold(drawing, this.#at, tree)) return announce(`${textOf(/** @type {Cell} */ (this.#cell))} cannot be drawn here`);
       return this.#edit(() => (this.#drawing = drawing));
     } catch (error) {
       return announce(problemOf(error).found);
     }
+  }
+
+  /** Return the tree of a word's pattern. @param {string} name */
+  async #defined(name) {
+    const { pattern } = await get(`/api/words/${name}`);
+    return (await send("POST", "/api/parse", { text: pattern })).tree;
   }
 
   #takeColumn() {

@@ -239,7 +239,8 @@ export function unfold(drawing, { tab, column: at, step }, query) {
     drawing.chips.push(...chips);
     return true;
   }
-  if (beside.length || others.length || chips.length || line.end || line.cells[0].arrow) return false;
+  const absent = [line.cells[0], line.cells[line.cells.length - 1]].some((it) => /^(\?|x0)/.test(it.repeat)); // then what lies between is another time
+  if (beside.length || others.length || chips.length || line.end || line.cells[0].arrow || absent) return false;
   line.cells[0].arrow = own.arrow;
   column.cells.splice(step, 1, ...line.cells);
   settle(column, step);
