@@ -161,8 +161,8 @@ def different(places: NDArray[np.float32]) -> NDArray[np.int64]:
     return np.sort(np.array(taken))
 
 
-def poses(played: Playback, eye: View, path: str) -> Picture:
-    """Return poses side by side, on one floor and at one scale."""
+def fitted(played: Playback, eye: View) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """Return poses as they are seen, (P, 21, 3) mm, the foot of all, (2,), and units in a mm."""
     body, axes = played.body, eye.axes().astype(np.float32)
     places = (body.places - stood(body.places)[:, None])[played.poses] @ axes.T
     seen = places[..., :2]
@@ -170,11 +170,17 @@ def poses(played: Playback, eye: View, path: str) -> Picture:
     wide = max((right - left) / 2, _WIDEST) + _ROUND
     tall = max(high - low + 2 * _ROUND, _WIDEST)
     scale = min(WIDTH / 2 / wide, (HEIGHT - 2 * _FLOOR) / tall)
+    return places, np.array(((left + right) / 2, low)), float(scale)
+
+
+def poses(played: Playback, eye: View, path: str) -> Picture:
+    """Return poses side by side, on one floor and at one scale."""
+    body, (places, foot, scale) = played.body, fitted(played, eye)
+    seen = places[..., :2]
     strokes, lit = Strokes(body), body.shown(played.parts).tolist()
     count = len(played.poses)
     marks: list[Mark] = [line(0, HEIGHT - _FLOOR, count * WIDTH, HEIGHT - _FLOOR, "light")]
     onto = np.array((scale, -scale))
-    foot = np.array(((left + right) / 2, low))
     for number, pose in enumerate((seen - foot) * onto):
         x, y = WIDTH * number + WIDTH // 2, HEIGHT - _FLOOR
         own = strokes.of(pose, places[number, :, 2], lit)

@@ -27,7 +27,7 @@ _FIRST = 2  # columns before the markers: number and time
 
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read a TRC file: see `lanindex.formats.read_file`."""
-    return text_rows.read_motion(file, scan(file), "trc", options, wanted)
+    return text_rows.read_motion(file, file.once(scan), "trc", options, wanted)
 
 
 frames = spread

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
@@ -15,17 +15,18 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from starlette.responses import Response, StreamingResponse
 
-from lanindex.errors import UsageError, counted
-from lanindex.notation import eaf, left_out
+from lanindex.errors import LanindexError, UsageError, counted, shown
+from lanindex.notation import NOTATIONS, eaf, left_out
 from lanindex.notation.tiers import TierEntry, milliseconds
 from lanindex.pipeline import dataset
-from lanindex.pipeline.export import FORMATS, ClipOptions, clips
+from lanindex.pipeline.export import FORMATS, ClipOptions, clips, source_of
 from lanindex.pipeline.jobs import Job
 from lanindex.pipeline.named import Request, from_lines
 from lanindex.web.jobs import trouble
 from lanindex.web.routes import Call
 
 if TYPE_CHECKING:
+    from lanindex.model import Capture
     from lanindex.pipeline.library import Library
 
 MOST = 2000
@@ -112,6 +113,15 @@ _KINDS: dict[str, Callable[[Library, list[Request], dict[str, str], Note], Files
 }
 
 
+def _trouble(library: Library, capture: Capture) -> LanindexError | None:
+    """Return why a capture's file cannot be taken as it was ingested, if so."""
+    try:
+        source_of(library.store, capture)
+    except LanindexError as error:
+        return error
+    return None
+
+
 class Export(Job[IO[bytes]]):
     """Hits that are written into a ZIP."""
 
@@ -126,7 +136,7 @@ class Export(Job[IO[bytes]]):
         self._begin()
 
     def _work(self) -> IO[bytes]:
-        requests = from_lines(self._library.store, map(json.dumps, self._hits))
+        requests = self._requests()
         file = tempfile.TemporaryFile()  # noqa: SIM115 (open as long as the job is kept)
         finalize(self, file.close)
         with ZipFile(file, "w", ZIP_DEFLATED) as packed:
@@ -135,6 +145,29 @@ class Export(Job[IO[bytes]]):
                 packed.writestr(ZipInfo(name), content, ZIP_DEFLATED)
                 self._tell(self.noun, done, 0)
         return file
+
+    def _requests(self) -> list[Request]:
+        """Return what can be written; what cannot be is noted, and is raised if nothing can be."""
+        store, there, why = self._library.store, dict[int, LanindexError | None](), Counter[str]()
+        found, errors = list[Request](), list[LanindexError]()
+        for hit in self._hits:
+            try:
+                (request,) = from_lines(store, [json.dumps(hit)])
+                capture = request.capture
+                if self.kind != "elan" and capture.format not in NOTATIONS:
+                    if capture.id not in there:
+                        there[capture.id] = _trouble(self._library, capture)
+                    if error := there[capture.id]:
+                        raise error
+                found.append(request)
+            except LanindexError as error:
+                errors.append(error)
+                path = hit.get("capture") if isinstance(hit, dict) else None
+                why[f"{shown(str(path), 200)}: {error.found}"] += 1
+        if not found:
+            raise errors[0]
+        self.notes += [f"left out: {counted(number, 'hit')} of {it}" for it, number in why.items()]
+        return found
 
     def _noted(self) -> Files:
         if self.notes:

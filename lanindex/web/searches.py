@@ -11,7 +11,7 @@ from lanindex import records
 from lanindex.draw import svg
 from lanindex.draw.staff import has_column
 from lanindex.errors import LanindexError, UsageError
-from lanindex.film.hits import playback, poses, seen_from
+from lanindex.film.hits import HEIGHT, fitted, playback, poses, seen_from
 from lanindex.library.selection import Selection
 from lanindex.model import Hit
 from lanindex.model.capture import in_words
@@ -234,7 +234,7 @@ def card(call: Call) -> dict[str, Any]:
         raise UsageError(f"hit {call.path['hit']}", wanted="one that was found")
     hit = found[0]
     parts = list(dict.fromkeys(it.part for it in hit.symbols))
-    answer = {"poses": "", "staff": "", "trouble": "", "words": ", ".join(in_words(hit.symbols))}
+    answer: dict[str, Any] = {"poses": "", "tall": 0, "staff": "", "trouble": ""}
     start, stop, begin, end = _times(hit)
     if columns := [it for it in parts if has_column(it)]:
         stretch = min(max(_STRIP / (end - begin), 0.1), 10.0)
@@ -244,10 +244,12 @@ def card(call: Call) -> dict[str, Any]:
         body = library.motion(hit.capture.id, begin, end, _RATE)
         played = playback(body, parts, (start - begin, stop - begin), (0.0, end - begin))
         if played:
-            answer["poses"] = svg.write(poses(played, seen_from([played]), hit.path))
+            eye = seen_from([played])
+            answer["poses"] = svg.write(poses(played, eye, hit.path))
+            answer["tall"] = HEIGHT / fitted(played, eye)[2]  # mm from its lower edge to its upper
     except LanindexError as error:  # a source that is gone: the staff tells enough
         answer["trouble"] = str(error)
-    return {**answer, "parts": parts}
+    return {**answer, "parts": parts, "words": ", ".join(in_words(hit.symbols))}
 
 
 def _times(hit: Hit) -> tuple[float, float, float, float]:

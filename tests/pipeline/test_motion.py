@@ -263,5 +263,8 @@ def test_a_window_of_points_is_read_without_all_others() -> None:
         assert part is not None
         whole = figure(formats.read_file(replace(file, content=written), Reading(), ALL))
         assert np.nanmax(np.abs(part.places - whole.places[shown])) < 0.01
-        most = 0.2 if form == "c3d" else 1.5  # lines are looked for in all of a text
+        most = 0.2 if form == "c3d" else 1.5  # lines are looked for in all of a text, once
         assert file.content.fetched < most * len(written)
+        file.content.fetched = 0
+        motion._stretch(file, Reading(rate=30), shown - 5000, long.rate, len(long))
+        assert file.content.fetched < 0.2 * len(written)

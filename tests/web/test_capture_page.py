@@ -264,3 +264,11 @@ def test_what_has_no_curves_says_so(browser: Browser, link: str, library: lanind
     page.get_by_text("There are no curves: a score, which has no movement").wait_for()
     page.locator("svg.curves").wait_for(state="hidden")
     context.close()
+
+
+def test_on_a_phone_the_buttons_that_play_are_seen(opened: Callable[..., Page], jacks: str) -> None:
+    page = opened(jacks, viewport={"width": 390, "height": 700})
+    page.locator(".staff-layer svg").first.wait_for()
+    play = page.get_by_role("button", name="Play").bounding_box()
+    assert play
+    assert play["y"] + play["height"] <= 700

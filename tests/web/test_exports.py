@@ -3,11 +3,13 @@
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
+from shutil import copyfile
 from typing import Any
 from xml.etree import ElementTree
 from zipfile import ZipFile
 
 import numpy as np
+import pytest
 from made_c3d import c3d, standing
 from page_client import asking
 from starlette.testclient import TestClient
@@ -66,3 +68,30 @@ def test_hits_that_overlap_keep_their_times_in_tiers_of_their_own(corpus_library
     wanted = [(round(a * 1000 / rate), round(b * 1000 / rate)) for a, b in spans]
     assert sorted(own) == sorted(wanted)
     assert {"hits", "hits 2", "hits 3"} <= tiers.keys()
+
+
+@pytest.mark.parametrize("kind", ["clips", "films", "dataset", "elan"])
+def test_what_is_gone_is_left_out_and_the_rest_is_written(tmp_path: Path, kind: str) -> None:
+    corpus = Path(__file__).parent.parent.parent / "corpus"
+    for name in ("compass", "marching", "greetings"):
+        copyfile(corpus / f"{name}.bvh", tmp_path / f"{name}.bvh")
+    with lanindex.open_library(tmp_path / "own.db", create=True) as library, asking(library) as ask:
+        library.ingest(*sorted(tmp_path.glob("*.bvh")))
+        hits = [
+            {"capture": it.path, "capture_id": it.id, "start_frame": start, "end_frame": start + 9}
+            for it in library.captures()
+            for start in (0, 20)
+        ]
+        (tmp_path / "greetings.bvh").unlink()
+        library.remove(library.capture(str(tmp_path / "marching.bvh")).id)
+        found, notes = packed(ask, kind, hits)
+        lost = [it for it in hits if "marching" in it["capture"]]
+        job = ask.post("/api/exports", json={"kind": kind, "hits": lost}).json()["job"]
+        refused = ask.get(f"/api/jobs/{job}/events").text
+    gone = ["marching"] if kind == "elan" else ["greetings", "marching"]
+    assert [Path(it.partition(" of ")[2].partition(".bvh")[0]).name for it in notes] == gone
+    assert all(it.startswith("left out: 2 hits of ") for it in notes)
+    assert found.read("NOTES.txt").decode().splitlines() == notes
+    assert any("compass" in it for it in found.namelist())
+    assert not any(name in it for it in found.namelist() for name in gone)
+    assert '"error"' in refused

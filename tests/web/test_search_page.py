@@ -38,6 +38,35 @@ def test_words_are_searched_for_and_a_hit_is_watched(opened: Opened) -> None:
     assert "q=waving" in page.url
 
 
+AS_LARGE = r"""() => {
+  const colored = (numbers) => Math.max(...numbers) - Math.min(...numbers) > 60; // a limb
+  const numbers = (text) => (text.match(/\d+/g) ?? [0]).map(Number);
+  const card = document.querySelector(".hit"), canvas = card.querySelector(".moving");
+  if (!canvas?.width) return false;
+  const { width, height } = canvas;
+  const { data } = canvas.getContext("2d").getImageData(0, 0, width, height), ys = [];
+  for (let at = 0; at < data.length; at += 4) {
+    if (colored(data.subarray(at, at + 3))) ys.push(Math.floor(at / 4 / width));
+  }
+  const limbs = [...card.querySelectorAll(".poses svg path")]
+    .filter((it) => colored(numbers(getComputedStyle(it).stroke)))
+    .map((it) => it.getBoundingClientRect());
+  const still = Math.max(...limbs.map((it) => it.bottom)) - Math.min(...limbs.map((it) => it.top));
+  const share = (ys.at(-1) - ys[0]) * canvas.clientHeight / height / still;
+  const ground = numbers(getComputedStyle(card).backgroundColor).join();
+  return share > 0.85 && share < 1.15 && ground === data.subarray(0, 3).join();
+}"""
+
+
+@pytest.mark.slow
+def test_a_hit_moves_as_large_as_it_stands_and_on_the_same_ground(opened: Opened) -> None:
+    page = opened("/search?q=arms+place+high&in=*.bvh")
+    first = page.locator(".hit").first
+    first.locator(".poses svg").wait_for()
+    first.hover()
+    page.wait_for_function(AS_LARGE, polling=100)  # it moves its arms up again and again
+
+
 def test_what_is_offered_is_taken_and_what_is_wrong_is_marked(opened: Opened) -> None:
     page = opened("/search")
     line = page.get_by_role("textbox", name="What is searched for")

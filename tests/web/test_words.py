@@ -92,6 +92,11 @@ def test_a_word_moves_and_is_searched_for(
     page = opened("/words?word=bow")
     page.get_by_role("heading", name="bow", exact=True).wait_for()
     page.get_by_role("button", name="Pause").wait_for()
+    frame, figure = (page.locator(it).bounding_box() for it in (".clip .stage", ".clip canvas"))
+    assert frame
+    assert figure
+    for side in ("width", "height"):
+        assert figure[side] == pytest.approx(frame[side], abs=3)
     page.get_by_label("Filter words").fill("hands above")
     links = page.get_by_label("Words", exact=True).get_by_role("link")
     links.first.wait_for()

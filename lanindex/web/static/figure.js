@@ -49,6 +49,8 @@ export class Figure {
   drawn = 0;
   /** @type {number | null} how high the floor is, mm */
   floor = null;
+  /** @type {number | null} how many mm are shown from bottom to top; null: as many as the bodies need */
+  span = null;
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -241,7 +243,7 @@ export class Figure {
   #measure() {
     const size = Math.max(0, ...this.#bodies.map(({ strokes, pose }) => longest(strokes, pose)));
     if (!size) return;
-    this.#span = ROOM * size;
+    this.#span = this.span ?? ROOM * size;
     this.#front = front(this.#bodies[0]);
   }
 

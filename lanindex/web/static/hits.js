@@ -20,7 +20,7 @@ import { Player } from "./player.js";
  * @property {number} fit
  * @property {Matched[]} symbols
  *
- * @typedef {{poses: string, staff: string, trouble: string, words: string, parts: string[]}} Card
+ * @typedef {{poses: string, staff: string, trouble: string, words: string, parts: string[], tall: number}} Card
  */
 
 const BESIDE = 0.4; // seconds around a hit that are played, too
@@ -112,7 +112,7 @@ export class HitList {
         if (card.staff) staff.append(svg(card.staff));
         if (card.trouble) poses.append(el("p", { class: "soft" }, card.trouble));
         words.textContent = card.words || words.textContent;
-        if (card.poses) moves(item, poses, hit, card.parts);
+        if (card.poses) moves(item, poses, hit, card);
       } catch (error) {
         if (!isAbort(error)) poses.append(trouble(problemOf(error)));
       }
@@ -127,9 +127,9 @@ export class HitList {
  * @param {HTMLElement} card
  * @param {HTMLElement} place
  * @param {Hit} hit
- * @param {string[]} parts
+ * @param {Card} pictures
  */
-function moves(card, place, hit, parts) {
+function moves(card, place, hit, { parts, tall }) {
   /** @type {(() => void) | null} */
   let stop = null;
   const start = async () => {
@@ -144,6 +144,7 @@ function moves(card, place, hit, parts) {
     const figure = new Figure(canvas, { kind: "canvas" }), motion = new Motion(path, description), player = new Player(motion, description.rate);
     canvas.tabIndex = -1;
     figure.floor = description.floor;
+    figure.span = tall * place.clientHeight / drawnHeight(place.querySelector("svg"));
     const lit = new Set(parts), { strokes } = description;
     motion.changed = () => player.refresh();
     player.listen((seconds) => {
@@ -169,6 +170,15 @@ function moves(card, place, hit, parts) {
   card.addEventListener("pointerleave", end);
   card.addEventListener("focusin", start);
   card.addEventListener("focusout", end);
+}
+
+/**
+ * Return how high a picture is drawn, which keeps its proportions: its place may be higher.
+ * @param {SVGSVGElement | null} picture
+ */
+function drawnHeight(picture) {
+  const { width = 1, height = 1 } = picture?.viewBox.baseVal ?? {};
+  return Math.min(picture?.clientHeight ?? 1, (picture?.clientWidth ?? 1) * height / width);
 }
 
 /**
