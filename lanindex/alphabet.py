@@ -5,6 +5,7 @@ storage, search and drawing read it. A direction's code is its azimuth in steps 
 (right 0, forward 2, left 4, back 6), with ``place`` behind them.
 """
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -193,6 +194,19 @@ def mirrored_part(name: str) -> str:
 def group_of(part: str) -> str:
     """Return a part's name without its side."""
     return part[2:] if part[:2] in ("r_", "l_") else part
+
+
+_SPOKEN = {"r_": "right ", "l_": "left ", "body_": ""}
+
+
+def plain(words: str) -> str:
+    """Return names of parts and directions in some words as a person says them.
+
+    >>> from lanindex.alphabet import plain
+    >>> plain("r_arm_bend"), plain("body_travel"), plain("r_arm l_forward high")
+    ('right arm bend', 'travel', 'right arm left forward high')
+    """
+    return re.sub(r"\b(r|l|body)_", lambda it: _SPOKEN[it[0]], words).replace("_", " ")
 
 
 def is_limb(part: str) -> bool:

@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTION_CODES, KINDS, PLACE, group_of, kind_of
+from lanindex.alphabet import DIRECTION_CODES, KINDS, PLACE, group_of, kind_of, plain
 from lanindex.data import shipped
 from lanindex.draw.picture import (
     BOW,
@@ -470,7 +470,7 @@ def column_names(layout: PageLayout, x: int, y: int) -> list[Mark]:
 
 def name_of(part: str) -> str:
     """Return a part's name below its column: there its side is plain to see."""
-    return group_of(part).removeprefix("body_").replace("_", " ")
+    return plain(group_of(part))
 
 
 # How wide the circle is that keeps the weight on one foot, or on both
@@ -767,12 +767,11 @@ def symbol_group(symbol: Symbol, score: Score, marks: list[Mark]) -> MarkGroup:
     data = {"part": symbol.part, "direction": symbol.direction, "level": symbol.level}
     data |= {"amount": None if symbol.amount is None else str(symbol.amount)}
     data |= {"start": start, "end": stop}
-    side, rest = symbol.part[:2], symbol.part[2:].replace("_", " ")
-    part = {"r_": "right ", "l_": "left "}.get(side, side.replace("_", " ")) + rest
     when = f"{start} s" if start == stop else f"{start}-{stop} s"
     words = symbol.words or "goes on so" * (kind_of(symbol.part) == "gesture")
     known = {name: it for name, it in data.items() if it is not None}
-    return MarkGroup(tuple(marks), ", ".join(filter(None, (part, words, when))), known)
+    told = ", ".join(filter(None, (plain(symbol.part), words, when)))
+    return MarkGroup(tuple(marks), told, known)
 
 
 LEGEND_WIDTH = 13 * C  # room for signs and words

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex import __version__, records
+from lanindex.alphabet import DIRECTIONS, TRACKS, plain
 from lanindex.draw.staff import has_column, usual_tracks
 from lanindex.errors import AbsentError, UsageError
 from lanindex.model.capture import common_folder
@@ -350,6 +351,7 @@ def _about(call: Call) -> dict[str, Any]:
         "symbols": stats.symbols,
         "seconds": round(float(stats.seconds), 3),
         "parts": library.store.parts(checked=False),
+        "names": {it: plain(it) for it in (*TRACKS, *DIRECTIONS)},
         "columns": call.site.table.columns(),
         "folder": call.site.table.now().folder,
     }

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lanindex import records
+from lanindex.alphabet import plain
 from lanindex.draw import svg
 from lanindex.draw.staff import has_column
 from lanindex.errors import LanindexError, UsageError
@@ -249,7 +250,7 @@ def card(call: Call) -> dict[str, Any]:
             answer["tall"] = HEIGHT / fitted(played, eye)[2]  # mm from its lower edge to its upper
     except LanindexError as error:  # a source that is gone: the staff tells enough
         answer["trouble"] = str(error)
-    return {**answer, "parts": parts, "words": ", ".join(in_words(hit.symbols))}
+    return {**answer, "parts": parts, "words": plain(", ".join(in_words(hit.symbols)))}
 
 
 def _times(hit: Hit) -> tuple[float, float, float, float]:

@@ -12,6 +12,7 @@ from typing import Any
 from starlette.responses import Response
 
 from lanindex import records
+from lanindex.alphabet import plain
 from lanindex.model.capture import in_words
 from lanindex.pipeline.files import choreographies
 from lanindex.pipeline.library import Library
@@ -63,7 +64,10 @@ def motion(call: Call) -> Response:
 
 def _clearest(library: Library, entry: Entry) -> dict[str, Any] | None:
     found = hits_in(library.search(entry.pattern, best=1, timeout=_PATIENCE))
-    return {**records.of_hit(found[0]), "words": in_words(found[0].symbols)} if found else None
+    if not found:
+        return None
+    words = [plain(it) for it in in_words(found[0].symbols)]
+    return {**records.of_hit(found[0]), "words": words}
 
 
 @cache

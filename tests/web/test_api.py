@@ -24,7 +24,21 @@ def test_the_library_is_described(ask: TestClient, library: lanindex.Library) ->
     assert about["captures"] == len(library.captures())
     assert set(about["parts"]) <= set(library.parts())
     assert "r_arm" in about["parts"]
+    assert {it: about["names"][it] for it in ("r_arm_bend", "body_travel", "l_back")} == {
+        "r_arm_bend": "right arm bend",
+        "body_travel": "travel",
+        "l_back": "left back",
+    }
+    assert not any("_" in about["names"][part] for part in about["parts"])
     assert not about["readonly"]
+
+
+def test_a_hit_is_told_in_words_and_as_tall_as_its_poses(ask: TestClient) -> None:
+    job = ask.post("/api/searches", json={"pattern": "r_forearm r_forward high"}).json()["job"]
+    assert '"state":"done"' in ask.get(f"/api/jobs/{job}/events").text
+    card = ask.get(f"/api/searches/{job}/hits/0/card").json()
+    assert card["words"] == "right forearm right forward high"
+    assert 1500 < card["tall"] < 6000  # mm
 
 
 def test_captures_are_filtered_counted_and_sorted(ask: TestClient) -> None:

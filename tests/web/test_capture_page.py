@@ -195,7 +195,8 @@ def test_columns_are_chosen_by_keys_while_it_plays(
     page.keyboard.press("Space")
     tabbed(page, "Columns of the staff")
     page.keyboard.press("Enter")
-    page.get_by_label("r_arm", exact=True).wait_for()
+    page.get_by_label("right arm bend", exact=True).wait_for()
+    page.get_by_label("right arm", exact=True).wait_for()
     page.keyboard.press("Tab")
     while page.evaluate("document.activeElement.value") != "r_arm":
         page.keyboard.press("Tab")

@@ -152,9 +152,9 @@ def test_every_kind_of_symbol_is_written_by_keys(
 def test_degrees_are_changed_by_keys(own_page: Callable[..., Page], library: Path) -> None:
     page = own_page(library, "/edit")
     page.wait_for_selector(".edit-drawn svg")
-    while not typed(page, "ArrowRight").startswith("body turn"):
+    while not typed(page, "ArrowRight").startswith("turn"):
         pass
-    assert typed(page, "4", "]", "]") == "body turn, left 120, bar 1 beat 1, 1 beat"
+    assert typed(page, "4", "]", "]") == "turn, left 120, bar 1 beat 1, 1 beat"
     assert kept(page) == [["body_turn", 0, 24, "left", "120"]]
     page.get_by_label("Degrees").fill("45")
     page.keyboard.press("Enter")

@@ -6,7 +6,7 @@ from fractions import Fraction
 from itertools import chain, islice
 from typing import Any
 
-from lanindex.alphabet import kind_of
+from lanindex.alphabet import kind_of, plain
 from lanindex.data import shipped
 from lanindex.search.language import query as tree
 from lanindex.search.language.clauses import CLIP, MATCH, Comparison, Mirrors, Reference, Stage, Sum
@@ -131,12 +131,11 @@ def _who(mover: Mover) -> str:
     if doing := _doing(mover):
         return doing[0]
     name = mover.name.replace("_bend", "", 1).replace("_touches", "s").replace("_touch", "")
-    name = name.replace("stances", "feet").replace("stance", "foot").replace("_", " ")
+    name = plain(name.replace("stances", "feet").replace("stance", "foot"))
     if name == "hands":
         return "the hands" if mover.form == "one" else "both hands"
     if mover.form == "one":
-        side = {"r": "right ", "l": "left "}.get(mover.name[:1], "") if mover.sided else ""
-        return f"the {side}{name[2:] if side else name}"
+        return f"the {name}"
     return f"either {name}" if mover.form == "either" else f"both {name} together"
 
 

@@ -2,6 +2,7 @@
 
 import { get, problemOf, isAbort } from "./api.js";
 import { byId, el, trouble } from "./dom.js";
+import { takeNames } from "./names.js";
 
 /**
  * @typedef {Object} Library
@@ -14,6 +15,7 @@ import { byId, el, trouble } from "./dom.js";
  * @property {number} symbols
  * @property {number} seconds
  * @property {string[]} parts
+ * @property {Record<string, string>} names of parts and directions, as a person says them
  * @property {string[]} columns
  * @property {string} folder the one in which all captures are
  */
@@ -68,6 +70,7 @@ async function open(url) {
   main.className = "";
   try {
     library ??= /** @type {Library} */ (await get("/api/library", own.signal));
+    takeNames(library.names);
     byId("library").textContent = library.name;
     if (!screen) throw new Error("there is no such page");
     const { show } = await screen.load();

@@ -1,6 +1,7 @@
 /** The curves of a limb: its speed, how far it is from where it rested, and the two angles with the borders of cells. */
 
 import { el, shape } from "./dom.js";
+import { nameOf } from "./names.js";
 
 /**
  * @typedef {{cell: string, start: number, end: number, achieved: number, outcome: string, rule: number}} Run
@@ -159,7 +160,7 @@ export class CurveView {
       if (run.outcome === "symbol" && run.achieved >= it.times[0]) nodes.push(shape("circle", { class: "achieved", cx: this.#x(run.achieved), cy: top - GAP - 4, r: 4 }, shape("title", {}, `${run.cell}, ${run.achieved.toFixed(2)} s`)));
     }
     this.#plot.replaceChildren(...nodes, this.#line);
-    this.#plot.setAttribute("aria-label", `${it.part}, ${this.#first.toFixed(1)} to ${(this.#first + this.#wide).toFixed(1)} s: ${it.candidates.length} candidates, ${it.moves.length} segments; v0 ${Math.round(it.thresholds.v0)} mm/s, d_t ${Math.round(it.thresholds.d_t)} mm`);
+    this.#plot.setAttribute("aria-label", `${nameOf(it.part)}, ${this.#first.toFixed(1)} to ${(this.#first + this.#wide).toFixed(1)} s: ${it.candidates.length} candidates, ${it.moves.length} segments; v0 ${Math.round(it.thresholds.v0)} mm/s, d_t ${Math.round(it.thresholds.d_t)} mm`);
   }
 
   /**
@@ -186,7 +187,7 @@ export class CurveView {
     const at = nearest(it.times, this.#time), known = at < it.times.length && Math.abs(it.times[at] - this.#time) < 1.5 / it.rate;
     const text = known
       ? `${this.#time.toFixed(2)} s: ${Math.round(it.speed[at])} mm/s, ${Math.round(it.distance[at])} mm from where it rested, azimuth ${Math.round(it.azimuth[at])}\u00b0, elevation ${Math.round(it.elevation[at])}\u00b0: ${it.cells[at]}`
-      : `${this.#time.toFixed(2)} s: ${it.part} is not known here`;
+      : `${this.#time.toFixed(2)} s: ${nameOf(it.part)} is not known here`;
     if (this.#said.textContent !== text) this.#said.textContent = text;
   }
 

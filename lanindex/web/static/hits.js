@@ -4,6 +4,7 @@ import { address, get, isAbort, problemOf } from "./api.js";
 import { duration, el, svg, trouble } from "./dom.js";
 import { Figure } from "./figure.js";
 import { Motion } from "./motion.js";
+import { nameOf } from "./names.js";
 import { Player } from "./player.js";
 
 /**
@@ -95,14 +96,14 @@ export class HitList {
    */
   #card(hit, pictures, link, grouped) {
     const poses = el("div", { class: "poses" }), staff = el("div", { class: "strip" });
-    const words = el("p", { class: "soft words" }, hit.symbols.map(({ part, direction, level }) => [part, direction, level].filter(Boolean).join(" ")).join(", "));
+    const words = el("p", { class: "soft words" }, hit.symbols.map(({ part, direction, level }) => [part, direction, level].filter(Boolean).map(nameOf).join(" ")).join(", "));
     const item = el("li", { class: "card hit" },
       !grouped && this.#name(hit),
       el("a", { class: "show", href: link }, el("span", { class: "hidden" }, `Watch ${hit.capture}, ${hit.start.toFixed(2)} to ${hit.end.toFixed(2)} s`), el("div", { class: "seen", "aria-hidden": "true" }, poses, staff)),
       el("div", { class: "row num" },
         el("span", {}, `${hit.start.toFixed(2)}\u2013${hit.end.toFixed(2)} s`),
         el("span", { class: "soft" }, duration(hit.end - hit.start)),
-        el("span", { class: "soft", title: "How clearly it lies in its cells" }, `fit ${hit.fit.toFixed(2)}`),
+        el("span", { class: "soft", title: "How clearly its symbols lie in their cells, from 0 to 1; below 0.5 it differs from the pattern" }, `fit ${hit.fit.toFixed(2)}`),
         el("span", { class: "grow" }), ...this.actions(hit)),
       words);
     this.#waiting.set(item, async () => {

@@ -1,5 +1,7 @@
 /** A query as columns of steps, which a staff can show and change, from its tree and back to one. */
 
+import { nameOf } from "./names.js";
+
 /**
  * @typedef {any} Tree as `/api/parse` returns it
  * @typedef {{of: string, values: string[], negated: boolean}} Word
@@ -301,7 +303,7 @@ function blockText(block) {
 /** Return a name as it is read: right arm. @param {string} name @param {{name: string, form: string}[]} movers */
 export function titleOf(name, movers) {
   const form = movers.find((it) => it.name === name)?.form;
-  const said = name.replace(/^r_/, "right ").replace(/^l_/, "left ").replaceAll("_", " ");
+  const said = nameOf(name);
   return form === "either" || form === "both" ? `${form} ${said}` : said;
 }
 

@@ -1,7 +1,7 @@
 // What is written at the cursor: the words of a symbol, as buttons with their signs.
 
 import { el, svg } from "../dom.js";
-import { nameOf } from "./score.js";
+import { nameOf } from "../names.js";
 
 /**
  * @typedef {import("./score.js").Alphabet} Alphabet

@@ -2,7 +2,8 @@
 
 import { isAbort, problemOf, send } from "../api.js";
 import { el, svg } from "../dom.js";
-import { end, grain, nameOf, packed } from "./score.js";
+import { nameOf } from "../names.js";
+import { end, grain, packed } from "./score.js";
 
 /**
  * @typedef {import("./score.js").Score} Score
@@ -178,7 +179,7 @@ export class Paper {
     this.#drawn.style.bottom = `${foot - drawing.foot + drawing.from * beat}px`;
     this.#names.style.width = this.#sheet.style.width;
     this.#names.replaceChildren(...this.lanes.map(({ track, left, right }) => {
-      const node = el("span", {}, track.column ? nameOf(track.part).replace(/^(right|left|body) /, "") : nameOf(track.part));
+      const node = el("span", {}, track.column ? nameOf(track.part).replace(/^(right|left) /, "") : nameOf(track.part));
       node.style.left = `${(left + right) / 2}px`;
       return node;
     }));

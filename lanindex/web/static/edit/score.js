@@ -1,5 +1,7 @@
 // The score that the editor holds: symbols in ticks. Nothing is changed; every edit makes a new one.
 
+import { nameOf } from "../names.js";
+
 /**
  * @typedef {object} Sign a symbol: what a part does between two ticks; a position has no length
  * @property {string} part
@@ -195,11 +197,6 @@ export function part(score, symbols) {
   const own = moves.map((it) => ({ ...it, start: it.start - first, stop: it.stop - first }));
   const last = Math.max(...own.map((it) => it.stop));
   return { ...score, other: [], units: Math.max(1, Math.ceil(last / score.division)), symbols: own.sort(inOrder) };
-}
-
-/** Return a name in words: right arm, left back. @param {string} name */
-export function nameOf(name) {
-  return name.replace(/^r_/, "right ").replace(/^l_/, "left ").replaceAll("_", " ");
 }
 
 /** Return a number of beats in few digits. @param {number} count */

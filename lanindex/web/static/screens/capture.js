@@ -5,6 +5,7 @@ import { CurveView } from "../curves.js";
 import { announce, counted, duration, el, readOut, svg, trouble } from "../dom.js";
 import { Figure, figureBar } from "../figure.js";
 import { Motion } from "../motion.js";
+import { nameOf } from "../names.js";
 import { Player, playerBar, playerKeys } from "../player.js";
 import { StaffView } from "../staff.js";
 import { Editing } from "./library/editing.js";
@@ -186,8 +187,8 @@ export async function show(app) {
         parts = all === usual ? "" : all;
         staff.reload();
         tell();
-        readOut(`${part} ${checked ? "is shown" : "is hidden"}`);
-      } }), ` ${part}`));
+        readOut(`${nameOf(part)} ${checked ? "is shown" : "is hidden"}`);
+      } }), ` ${nameOf(part)}`));
     return el("details", { class: "choose" }, el("summary", {}, "Columns of the staff"), el("div", { class: "row" }, ...boxes));
   }
 
@@ -198,7 +199,7 @@ export async function show(app) {
       curve = limb.value;
       curves.reload();
       tell();
-    } }, ...limbs.map((it) => el("option", { value: it, selected: it === curve }, it)));
+    } }, ...limbs.map((it) => el("option", { value: it, selected: it === curve }, nameOf(it))));
     const panel = el("details", { class: "curve-panel", open: curve !== "", ontoggle: () => {
       if (panel.open === (curve !== "")) return;
       curve = panel.open ? limb.value : "";

@@ -4,6 +4,7 @@ import { address, get, isAbort, problemOf } from "../api.js";
 import { announce, counted, duration, el, readOut, svg, trouble } from "../dom.js";
 import { Figure } from "../figure.js";
 import { Motion } from "../motion.js";
+import { nameOf } from "../names.js";
 import { picker } from "../picker.js";
 import { Player, playerBar, playerKeys } from "../player.js";
 import { StaffView, along } from "../staff.js";
@@ -189,11 +190,11 @@ export async function show(app) {
     return el("section", { class: "guide differences" },
       el("h2", {}, "Differences"),
       el("p", {}, summary(found)),
-      ...found.only.map((parts, at) => parts.length > 0 && el("p", { class: "soft" }, `Only ${NAMES[at]} tells of ${parts.join(", ")}.`)),
+      ...found.only.map((parts, at) => parts.length > 0 && el("p", { class: "soft" }, `Only ${NAMES[at]} tells of ${parts.map(nameOf).join(", ")}.`)),
       found.differences.length > 0 && el("div", { class: "scrolled", tabindex: 0, role: "group", "aria-label": "Differences" }, el("table", {},
         el("thead", {}, el("tr", {}, ...["part", "A", "seconds", "B", "seconds", "B is"].map((it) => el("th", { scope: "col" }, it)))),
         el("tbody", {}, ...found.differences.map((it) => el("tr", {},
-          el("td", {}, it.part), ...cells(it.one, (at) => at), ...cells(it.other, there), el("td", {}, it.change)))))),
+          el("td", {}, nameOf(it.part)), ...cells(it.one, (at) => at), ...cells(it.other, there), el("td", {}, it.change)))))),
       more > 0 && el("p", { class: "soft" }, `and ${more.toLocaleString("en")} more`));
   }
 

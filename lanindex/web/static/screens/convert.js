@@ -5,6 +5,7 @@ import { announce, counted, el, svg, trouble } from "../dom.js";
 import { Draft, fellow } from "../draft.js";
 import { Figure } from "../figure.js";
 import { Motion } from "../motion.js";
+import { nameOf } from "../names.js";
 import { picker } from "../picker.js";
 import { fieldsOf } from "../profile_fields.js";
 import { Player, playerBar, playerKeys } from "../player.js";
@@ -55,7 +56,7 @@ export async function show(app) {
   const [beforeRoot, afterRoot] = [el("div", {}), el("div", {})];
   const words = el("p", { class: "num now" }), summary = el("p", { class: "summary", role: "status" }), problems = el("div", {});
   const fields = el("div", { class: "fields" }), list = el("details", { class: "differences" }), bars = el("div", { class: "bars" });
-  const partSelect = el("select", { onchange: () => choose(partSelect.value) }, ...parts.map((it) => el("option", { value: it, selected: it === part }, named(it))));
+  const partSelect = el("select", { onchange: () => choose(partSelect.value) }, ...parts.map((it) => el("option", { value: it, selected: it === part }, nameOf(it))));
   const both = el("input", { type: "checkbox", checked: alike, onchange: () => { alike = both.checked; tell(); } });
   const profileSelect = el("select", { onchange: () => take(profileSelect.value) }, ...names.map((it) => el("option", { value: it, selected: it === chosen }, it)));
   const undo = el("button", { type: "button", "aria-keyshortcuts": "Control+Z", title: "Ctrl-Z", onclick: () => draft.undo() }, "Undo");
@@ -139,7 +140,7 @@ export async function show(app) {
       const at = it.after ?? it.before, time = at ? at[1] : 0;
       return el("tr", {},
         el("td", {}, el("button", { type: "button", class: "plain num", "aria-label": `Go to ${time.toFixed(2)} s`, onclick: () => player.seek(time) }, `${time.toFixed(2)} s`)),
-        el("td", {}, named(it.part)), el("td", {}, said(it.before)), el("td", {}, said(it.after)), el("td", {}, it.kind));
+        el("td", {}, nameOf(it.part)), el("td", {}, said(it.before)), el("td", {}, said(it.after)), el("td", {}, it.kind));
     });
     const open = list.open;
     list.hidden = !rows.length;
@@ -291,14 +292,6 @@ export async function show(app) {
 /** @param {[string, number, number] | null} symbol */
 function said(symbol) {
   return symbol ? `${symbol[0]} ${symbol[1].toFixed(2)}\u2013${symbol[2].toFixed(2)} s` : "\u2013";
-}
-
-/**
- * Return the name of a part as it is said.
- * @param {string} part
- */
-export function named(part) {
-  return part.replace(/^r_/, "right ").replace(/^l_/, "left ").replace("_", " ");
 }
 
 /**

@@ -4,9 +4,10 @@ import { address, ask, get, isAbort, problemOf, send } from "../api.js";
 import { announce, counted, duration, el, trouble } from "../dom.js";
 import { Palette } from "../edit/palette.js";
 import { Paper } from "../edit/paper.js";
-import { blank, changed, end, grain, inMeter, later, mirrored, nameOf, ofBars, packed, part, placeOf, short, stretched, told, trackOf, unpacked } from "../edit/score.js";
+import { blank, changed, end, grain, inMeter, later, mirrored, ofBars, packed, part, placeOf, short, stretched, told, trackOf, unpacked } from "../edit/score.js";
 import { Stage } from "../edit/stage.js";
 import { Figure } from "../figure.js";
+import { nameOf } from "../names.js";
 import { picker } from "../picker.js";
 import { Player, playerBar } from "../player.js";
 

@@ -2,6 +2,7 @@
 
 import { address, follow, get, isAbort, problemOf, send } from "../api.js";
 import { counted, el, readOut, svg, trouble } from "../dom.js";
+import { nameOf } from "../names.js";
 import { cellPlot, percent, progressBar, ratePlot } from "../plots.js";
 import { Poses } from "../poses.js";
 
@@ -21,8 +22,8 @@ export async function show(app) {
   const { main, url, library, signal } = app, query = url.searchParams;
   const what = WAYS.some(([name]) => name === query.get("what")) ? String(query.get("what")) : "statistics";
   const path = el("input", { type: "search", value: query.get("in") ?? "", placeholder: "All paths", "aria-label": "Path contains" });
-  const where = el("input", { type: "search", value: query.getAll("where").join(", "), placeholder: "label=walk*", "aria-label": "Where a column is", list: "columns" });
-  const part = choice("Part", "all parts", library.parts, query.get("part"));
+  const where = el("input", { type: "search", value: query.getAll("where").join(", "), placeholder: "label=walk*", title: "A column of the captures and what stands in it; * stands for any letters. Several, with commas, must all hold.", "aria-label": "Where a column is", list: "columns" });
+  const part = choice("Part", "all parts", library.parts, query.get("part"), nameOf);
   const by = choice("By", "all together", library.columns, query.get("by"));
   const one = choice("First group", "all groups", [], null), two = choice("Second group", "all groups", [], null);
   const comparing = el("span", { class: "row", hidden: !by.value }, el("label", {}, "Compare ", one), el("label", {}, "with ", two));
@@ -145,8 +146,8 @@ export async function show(app) {
       el("p", {}, names.length > 1 ? `${counted(names.length, "group")}: ${names.map((it) => `${it || "none"} (${found.groups[it]})`).join(", ")}` : counted(found.groups[names[0]] ?? 0, "capture")),
       ...(names.length === 2 ? [differences(found, names)] : []),
       ...(names.length > 1
-        ? parts.map((name) => el("section", {}, el("h2", {}, name.replace("_", " ")), el("div", { class: "moves" }, ...found.moves.filter((it) => it.part === name).map((it) => figure(it, it.group || "none", most)))))
-        : [el("div", { class: "moves" }, ...found.moves.map((it) => figure(it, it.part.replace("_", " "), most)))]),
+        ? parts.map((name) => el("section", {}, el("h2", {}, nameOf(name)), el("div", { class: "moves" }, ...found.moves.filter((it) => it.part === name).map((it) => figure(it, it.group || "none", most)))))
+        : [el("div", { class: "moves" }, ...found.moves.map((it) => figure(it, nameOf(it.part), most)))]),
     ];
   }
 
@@ -154,11 +155,11 @@ export async function show(app) {
   function figure(moves, name, most) {
     return el("figure", { class: "card" },
       el("figcaption", {}, name),
-      cellPlot(moves.cells, `${moves.part}, ${moves.group || "none"}`),
+      cellPlot(moves.cells, `${nameOf(moves.part)}, ${moves.group || "none"}`),
       ratePlot(moves.over_time, most),
       el("p", { class: "soft num" }, `${counted(moves.movements, "movement")} in ${counted(moves.captures, "capture")}, ${moves.rate.toFixed(2)} a second; known ${percent(moves.coverage)} of the time`),
       el("details", {}, el("summary", {}, "The most frequent ways"), el("ol", {}, ...moves.transitions.map(([from, to, count]) =>
-        el("li", {}, el("a", { href: address("/search", { q: `${moves.part} ${from} -> ${to}` }) }, `${from} \u2192 ${to}`), ` ${count}`)))));
+        el("li", {}, el("a", { href: address("/search", { q: `${moves.part} ${from} -> ${to}` }) }, [from, to].map((it) => it.split(" ").map(nameOf).join(" ")).join(" \u2192 ")), ` ${count}`)))));
   }
 
   /** @param {{differences: Difference[], compared: number}} found @param {string[]} names */
@@ -168,13 +169,13 @@ export async function show(app) {
       el("p", { class: "soft" }, `${rows.length} of ${compared} differences matter: means over captures; intervals and p hold for all of them together.`),
       rows.length > 0 && el("table", {},
         el("thead", {}, el("tr", {}, ...["part", "where", ...names.map((it) => it || "none"), "difference", "95 % interval", "p"].map((it) => el("th", { scope: "col" }, it)))),
-        el("tbody", {}, ...rows.map((it) => el("tr", {}, ...[it.part, it.what, ...it.values.map((value) => told(it.what, value)), told(it.what, it.difference), `${told(it.what, it.least)} to ${told(it.what, it.most)}`, it.p.toFixed(3)].map((cell) => el("td", { class: "num" }, cell)))))));
+        el("tbody", {}, ...rows.map((it) => el("tr", {}, ...[nameOf(it.part), it.what, ...it.values.map((value) => told(it.what, value)), told(it.what, it.difference), `${told(it.what, it.least)} to ${told(it.what, it.most)}`, it.p.toFixed(3)].map((cell) => el("td", { class: "num" }, cell)))))));
   }
 }
 
-/** @param {string} label @param {string} none @param {string[]} values @param {string | null} chosen */
-function choice(label, none, values, chosen) {
-  return el("select", { "aria-label": label }, el("option", { value: "" }, none), ...values.map((it) => el("option", { value: it, selected: it === chosen }, it)));
+/** @param {string} label @param {string} none @param {string[]} values @param {string | null} chosen @param {(value: string) => string} said */
+function choice(label, none, values, chosen, said = (it) => it) {
+  return el("select", { "aria-label": label }, el("option", { value: "" }, none), ...values.map((it) => el("option", { value: it, selected: it === chosen }, said(it))));
 }
 
 /** @param {string} path */

@@ -51,7 +51,8 @@ export function show(app) {
   const problem = el("div"), example = el("p", { hidden: true });
   const order = choice("Order", ORDERS, given.get("order") ?? "best");
   const edits = choice("Edits a match may cost", EDITS, given.get("fuzzy") ?? "");
-  const within = el("input", { type: "search", value: given.get("in") ?? "", placeholder: "all captures, or *walk*", "aria-label": "Only captures whose path matches" });
+  const within = el("input", { type: "search", value: given.get("in") ?? "", placeholder: "all captures, or *walk*", title: "Only captures whose path is like this; * stands for any letters", "aria-label": "Only captures whose path matches" });
+  edits.title = "How far a hit may differ from the pattern: a missing step costs one edit; so much of an edit is allowed for each step after the second";
   const near = el("input", { type: "checkbox", checked: given.has("near") });
   const line = new QueryLine({ read: (reading) => soon(reading), run: (reading) => run(reading, true) });
   const chosen = given.getAll("where"), chips = el("div", { class: "row", hidden: !chosen.length }, ...chosen.map((it) =>
