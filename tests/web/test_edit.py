@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
+from page_client import serving
 
 import lanindex
 
 pytestmark = pytest.mark.slow  # journeys in a browser
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Page
+    from playwright.sync_api import Browser, Page
 
 CORPUS = Path(__file__).parent.parent.parent / "corpus"
 
@@ -241,6 +242,61 @@ def test_lanes_beside_the_staff_have_signs(own_page: Callable[..., Page], librar
     bow = page.locator(".edit-block.edit-touch")
     bow.wait_for()
     assert bow.evaluate("(it) => getComputedStyle(it, '::after').borderBottomWidth") == "2px"
+
+
+def test_each_tab_keeps_its_own_draft_and_new_asks(
+    own_page: Callable[..., Page], library: Path
+) -> None:
+    page = own_page(library, "/edit")
+    page.wait_for_selector(".edit-drawn svg")
+    other = page.context.new_page()
+    other.goto(page.url)
+    other.wait_for_selector(".edit-drawn svg")
+    typed(page, "6")
+    typed(other, "4")
+    page.get_by_text("Another tab writes").wait_for()
+    page.reload()
+    page.wait_for_selector(".edit-drawn [data-symbol]")
+    page.locator(STAFF).focus()
+    typed(page, "Home")
+    assert typed(page, "ArrowUp") == "right arm, right mid, bar 1 beat 1, 1 beat"
+    page.get_by_role("button", name="New").click()
+    page.get_by_role("button", name="Cancel").click()
+    drawn(page, 1)
+    page.get_by_role("button", name="New").click()
+    page.get_by_role("button", name="Begin a new one").click()
+    drawn(page, 0)
+
+
+def test_a_sign_within_a_step_of_the_grid_is_chosen(
+    own_page: Callable[..., Page], library: Path
+) -> None:
+    page = own_page(library, "/edit")
+    page.wait_for_selector(".edit-drawn svg")
+    grid = page.get_by_label("Grid")
+    grid.select_option("1/4")
+    page.locator(STAFF).focus()
+    typed(page, "ArrowUp", "6")
+    assert typed(page, "Escape") == "right arm, right mid, bar 1 beat 1.25, 1 beat, not chosen"
+    grid.select_option("1")
+    page.locator(STAFF).focus()
+    typed(page, "Home")
+    assert typed(page, "ArrowUp").startswith("right arm, right mid, bar 1 beat 1")
+
+
+def test_what_the_figure_cannot_carry_out_is_said(browser: Browser, library: Path) -> None:
+    with serving(library) as link:
+        page = browser.new_context().new_page()  # a request that is refused is told in its console
+        page.goto(link)
+        page.goto(link.partition("/?")[0] + "/edit")
+        page.wait_for_selector(".edit-drawn svg")
+        page.get_by_label("Bars").fill("5000")
+        page.get_by_label("Bars").press("Enter")
+        page.get_by_text("a score of 600000 frames").wait_for()
+        page.get_by_label("Bars").fill("4")
+        page.get_by_label("Bars").press("Enter")
+        page.get_by_text("a score of 600000 frames").wait_for(state="detached")
+        page.context.close()
 
 
 def test_a_capture_is_edited_and_held_against_itself(

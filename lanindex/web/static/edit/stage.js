@@ -106,6 +106,11 @@ export class Stage {
 
   retry() {}
 
+  /** Why it is not carried out, or not all of it. */
+  get problem() {
+    return this.#failure;
+  }
+
   /**
    * Return the body at some seconds; null: it is not carried out yet.
    * @param {number} seconds

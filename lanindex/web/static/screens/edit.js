@@ -10,6 +10,7 @@ import { Figure } from "../figure.js";
 import { nameOf } from "../names.js";
 import { picker } from "../picker.js";
 import { Player, playerBar } from "../player.js";
+import { asked } from "./library/editing.js";
 
 /** @typedef {import("../app.js").App} App */
 /** @typedef {import("../edit/score.js").Score} Score */
@@ -62,7 +63,7 @@ export async function show(app) {
   function notice() {
     if (left === null) {
       return el("p", { class: "row soft" }, "This is the draft that this browser keeps. ", tool("Begin again", "", () => {
-        localStorage.removeItem(draft);
+        forget(draft);
         app.go(url.pathname + url.search);
       }));
     }
@@ -72,7 +73,7 @@ export async function show(app) {
     return el("p", { class: "soft" }, `Without ${left.map(nameOf).join(", ")}: the figure would follow those and not the whole limbs. `, el("a", { href: all.pathname + all.search }, "Open all tracks"));
   }
 
-  const state = el("p", { class: "edit-state", role: "status" }), problems = el("div", { class: "edit-problems" });
+  const state = el("p", { class: "edit-state", role: "status" }), problems = el("div", { class: "edit-problems" }), cannot = el("div", {});
   const sheet = el("div", { class: "edit-paper", tabindex: 0, role: "application", "aria-label": "The staff. Arrow keys move the cursor, 1 to 9 write a direction, H, M and L its level, Enter writes, Delete takes away; all keys are told below it." });
   const board = el("div", { class: "edit-palette", role: "group", "aria-label": "Signs" }), heading = el("h2", {});
   const palette = new Palette(board, alphabet, (words, at) => {
@@ -123,7 +124,7 @@ export async function show(app) {
         el("details", {}, el("summary", {}, "Columns"), columns),
         el("details", {}, el("summary", {}, "Keys"), el("dl", { class: "edit-keys" }, ...KEYS.flatMap(([key, what]) => [el("dt", {}, key), el("dd", {}, what)])))),
       el("section", { class: "edit-middle", "aria-label": "Staff" }, sheet, state),
-      el("section", { class: "edit-side", "aria-label": "Figure" }, el("div", { class: "edit-figure" }, canvas), el("div", { class: "edit-player" }),
+      el("section", { class: "edit-side", "aria-label": "Figure" }, el("div", { class: "edit-figure" }, canvas), cannot, el("div", { class: "edit-player" }),
         el("div", { class: "card edit-acts" },
           el("div", { class: "row" }, notation, tool("Save", "", save)),
           el("div", { class: "row" }, tool("Put into the library", "", store, library.readonly), tool("Search for it", "", search)),
@@ -166,6 +167,7 @@ export async function show(app) {
   stage.changed = () => {
     player.range = null; // all of it, which may be longer now
     const left = stage.warnings.map((it) => el("p", { class: "soft" }, it));
+    cannot.replaceChildren(stage.problem ? trouble(problemOf(stage.problem)) : "");
     main.querySelector(".edit-warnings")?.remove();
     if (left.length) main.querySelector(".edit-acts")?.append(el("details", { class: "edit-warnings" }, el("summary", {}, `The figure could not do ${counted(left.length, "thing")}`), ...left));
   };
@@ -196,10 +198,11 @@ export async function show(app) {
     return { ...at, tick: at.tick < 0 ? -1 : Math.floor(at.tick / step() + 1e-6) * step() };
   }
 
-  /** Return the symbol at the cursor. */
+  /** Return the symbol at the cursor: that of its tick, or one that begins before the next step. */
   function here() {
-    const { part: own, tick } = cell;
-    return score.symbols.find((it) => it.part === own && (tick < 0 ? it.stop === 0 : it.stop > 0 && (it.start <= tick && tick < it.stop || it.start === tick)));
+    const { part: own, tick } = cell, signs = score.symbols.filter((it) => it.part === own && (it.stop === 0) === (tick < 0));
+    if (tick < 0) return signs[0];
+    return signs.find((it) => it.start <= tick && tick < it.stop || it.start === tick) ?? signs.find((it) => tick < it.start && it.start < tick + step());
   }
 
   /** Show what is chosen, and tell it. */
@@ -207,7 +210,8 @@ export async function show(app) {
     const track = trackOf(cell.part, alphabet), own = selection.find((it) => it.part === cell.part) ?? selection[0];
     heading.textContent = nameOf(cell.part);
     palette.show(track, own && trackOf(own.part, alphabet).kind === track.kind ? own.words : undefined);
-    const said = selection.length > 1 ? `${counted(selection.length, "symbol")} chosen` : own ? told(score, own) : `${nameOf(cell.part)}, ${placeOf(score, cell.tick)}, empty`;
+    const under = own ?? here();
+    const said = selection.length > 1 ? `${counted(selection.length, "symbol")} chosen` : under ? `${told(score, under)}${own ? "" : ", not chosen"}` : `${nameOf(cell.part)}, ${placeOf(score, cell.tick)}, empty`;
     if (state.textContent !== said) state.textContent = said;
     undo.disabled = !done.length;
     redo.disabled = !undone.length;
@@ -265,7 +269,8 @@ export async function show(app) {
 
   function keep() {
     try {
-      localStorage.setItem(draft, JSON.stringify({ score, title: name.value }));
+      const text = JSON.stringify({ score, title: name.value });
+      for (const it of [sessionStorage, localStorage]) it.setItem(draft, text);
     } catch {
       announce("This browser has no room for a draft: save the score before you leave.");
     }
@@ -358,14 +363,13 @@ export async function show(app) {
     follow(next.score, next.selection);
   }
 
-  function fresh() {
-    localStorage.removeItem(draft);
-    if (capture) app.go("/edit");
-    else {
-      name.value = "new score";
-      become(blank(), []);
-      localStorage.removeItem(draft);
-    }
+  async function fresh() {
+    if (score.symbols.length && !await asked("Begin a new score?", "What is written here goes. Saved as a file, or put into the library, it stays.", [], "Begin a new one")) return;
+    forget(draft);
+    if (capture) return app.go("/edit");
+    name.value = "new score";
+    become(blank(), []);
+    forget(draft);
   }
 
   /** @param {number} by lanes @param {boolean} alike of the same kind only @returns {string} */
@@ -436,6 +440,9 @@ export async function show(app) {
     say(`${speed} beats a minute`);
   }
 
+  addEventListener("storage", (event) => {
+    if (event.key === draft && event.newValue) announce("Another tab writes a score here, too: each keeps its own while it is open, and then what was written last is kept.");
+  }, { signal });
   sheet.addEventListener("keydown", (event) => {
     if (key(event)) event.preventDefault();
   });
@@ -542,6 +549,11 @@ export async function show(app) {
   };
 }
 
+/** @param {string} key */
+function forget(key) {
+  for (const it of [sessionStorage, localStorage]) it.removeItem(key);
+}
+
 /**
  * Return a draft that this browser keeps.
  * @param {string} key
@@ -549,7 +561,7 @@ export async function show(app) {
  */
 function stored(key) {
   try {
-    const kept = JSON.parse(localStorage.getItem(key) ?? "null");
+    const kept = JSON.parse(sessionStorage.getItem(key) ?? localStorage.getItem(key) ?? "null"); // that of this tab first
     return kept?.score?.symbols ? kept : null;
   } catch {
     return null; // of another version, or storage is switched off

@@ -146,15 +146,16 @@ export class Editing {
   /**
    * Take captures out of the library, once that is confirmed.
    * @param {number[]} captures
+   * @param {string} [files] what is said of their files
    */
-  async remove(captures) {
+  async remove(captures, files = "Their files stay where they are.") {
     const some = counted(captures.length, "capture");
-    const text = "Their files stay where they are. What was written down of them goes, their labels and columns too; this cannot be undone.";
+    const text = `${files} What was written down of them goes, their labels and columns too; this cannot be undone.`;
     if (!await asked(`Remove ${some} from the library?`, text, [], `Remove ${some}`)) return;
     try {
       await send("POST", "/api/captures/remove", { captures });
       this.#undo = [];
-      announce(`${some} removed; the files stay`);
+      announce(`${some} removed`);
       this.#changed(false, captures);
     } catch (error) {
       announce(problemOf(error).found);
@@ -176,7 +177,7 @@ function sentence(error) {
  * @param {string} action
  * @returns {Promise<string[] | null>}
  */
-function asked(title, text, fields, action) {
+export function asked(title, text, fields, action) {
   return new Promise((resolve) => {
     const inputs = fields.map(([, list]) => el("input", { list: list || null, required: list === "columns" }));
     const dialog = el("dialog", { "aria-label": title, onclose: () => {
