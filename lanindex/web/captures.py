@@ -320,6 +320,11 @@ def _merged(before: Mapping[str, str], columns: Mapping[str, str]) -> dict[str, 
     return {name: it for name, it in {**before, **columns}.items() if it} if columns else None
 
 
+def missing(call: Call) -> dict[str, Any]:
+    """Return the numbers of captures whose file is not where it was."""
+    return {"captures": [it.id for it in call.site.library.store.missing()]}
+
+
 def remove(call: Call) -> dict[str, Any]:
     """Take captures out of the library; their files stay."""
     numbers = call.said("captures", list, [])

@@ -1,5 +1,6 @@
 """What the server answers, without a browser."""
 
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -181,6 +182,18 @@ def test_a_change_by_another_is_listed_too(ask: TestClient, library: lanindex.Li
     ask.patch("/api/captures", json=change)
     listed = ask.get("/api/captures").json()["captures"]
     assert [it["label"] for it in listed[:2]] == ["ours", "theirs"]
+
+
+def test_captures_whose_files_are_gone_are_told(tmp_path: Path) -> None:
+    names = ["compass.bvh", "greetings.bvh"]
+    for name in names:
+        shutil.copy(Path(__file__).parents[2] / "corpus" / name, tmp_path / name)
+    with lanindex.open_library(tmp_path / "own.db", create=True) as library:
+        library.ingest(*(tmp_path / name for name in names))
+        (tmp_path / names[1]).unlink()
+        with asking(library, readonly=True) as ask:
+            wanted = {"captures": [library.capture(names[1]).id]}
+            assert ask.get("/api/captures/missing").json() == wanted
 
 
 def test_nothing_is_changed_where_a_library_is_only_shown(corpus_library: Path) -> None:

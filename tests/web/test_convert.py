@@ -192,7 +192,7 @@ def test_a_profile_is_saved_by_the_keyboard(
     page.get_by_label("Name of the profile").focus()
     page.keyboard.type("wide arms")
     page.keyboard.press("Enter")
-    page.get_by_text("Saved. To ingest with it").wait_for()
+    page.get_by_text("Saved. Encode the library with it").wait_for()
     assert page.get_by_role("combobox", name="Profile", exact=True).input_value() == "wide arms"
     saved = lanindex.load_profile(path.with_name("own-profiles") / "wide arms")
     assert saved.ranges["r_arm"].mid == saved.ranges["l_arm"].mid == 95
@@ -215,7 +215,7 @@ def test_a_library_is_encoded_with_what_was_edited(
     assert encode.is_disabled()  # what was changed must be saved first
     page.get_by_label("Name of the profile").fill("high arms")
     page.get_by_role("button", name="Save as a profile").click()
-    page.get_by_text("Saved. To ingest with it").wait_for()
+    page.get_by_text("Saved. Encode the library with it").wait_for()
     summary(page, "symbols changed")
     encode.click()
     dialog = page.get_by_role("dialog")

@@ -172,6 +172,27 @@ def test_files_are_dropped_into_an_empty_library(
     page.wait_for_url("**/captures/1")
 
 
+def test_files_are_dropped_on_another_screen(own_page: Opened, tmp_path: Path) -> None:
+    page = own_page(tmp_path / "new.db", "/words")
+    page.get_by_role("heading", level=1).wait_for()
+    page.evaluate(DROP, [["compass.bvh", (CORPUS / "compass.bvh").read_text()]])
+    page.get_by_role("heading", name="1 added").wait_for()
+    soon(page, lambda: names(page) == ["compass.bvh"])
+
+
+def test_captures_whose_files_are_gone_are_removed(own_page: Opened, tmp_path: Path) -> None:
+    for name in ("compass.lnd", "greetings.lnd"):
+        shutil.copy(CORPUS / name, tmp_path / name)
+    with lanindex.open_library(tmp_path / "own.db", create=True) as library:
+        library.ingest(tmp_path / "compass.lnd", tmp_path / "greetings.lnd")
+    page = own_page(tmp_path / "own.db")
+    assert len(names(page)) == 2
+    (tmp_path / "compass.lnd").unlink()
+    page.goto(f"{page.url}?missing=yes")
+    page.get_by_role("button", name="Remove 1 capture").click()
+    soon(page, lambda: names(page) == ["greetings.lnd"])
+
+
 def test_what_is_sent_can_be_paused_and_cancelled(own_page: Opened, tmp_path: Path) -> None:
     page = own_page(tmp_path / "new.db")
     page.route("**/api/uploads/*", lambda route: None)  # as a server that takes its time

@@ -1,8 +1,9 @@
 // The frame of the page: which screen an address shows, and how links move between them.
 
 import { get, problemOf, isAbort } from "./api.js";
-import { byId, el, trouble } from "./dom.js";
+import { announce, byId, el, trouble } from "./dom.js";
 import { takeNames } from "./names.js";
+import { filesOf } from "./sending.js";
 
 /**
  * @typedef {Object} Library
@@ -97,7 +98,7 @@ function title(name) {
 function go(path) {
   history.pushState(null, "", path);
   scrollTo(0, 0);
-  open(new URL(location.href)).then(() => {
+  return open(new URL(location.href)).then(() => {
     const main = byId("main"); // unless the screen has put the focus where it begins
     if (!main.contains(document.activeElement)) main.focus({ preventScroll: true });
   });
@@ -128,6 +129,29 @@ document.addEventListener("click", (event) => {
   if (link.hash && link.pathname === location.pathname) return;
   event.preventDefault();
   go(link.pathname + link.search + link.hash);
+});
+const carries = (/** @type {DragEvent} */ event) => event.dataTransfer?.types.includes("Files") ?? false;
+addEventListener("dragover", (event) => {
+  if (!carries(event)) return;
+  event.preventDefault(); // else the browser leaves the page for the file
+  document.body.classList.toggle("dropping", library?.readonly === false);
+});
+addEventListener("dragleave", (event) => {
+  if (!event.relatedTarget) document.body.classList.remove("dropping");
+});
+addEventListener("drop", async (event) => {
+  document.body.classList.remove("dropping");
+  if (!carries(event) || !event.dataTransfer) return;
+  event.preventDefault();
+  const dropped = filesOf(event.dataTransfer);
+  if (library?.readonly) return announce("This library is only shown: nothing can be added to it.");
+  try {
+    const files = await dropped, { adding } = await import("./screens/library.js");
+    if (location.pathname !== "/") await go("/");
+    await adding().add(files);
+  } catch (error) {
+    announce(problemOf(error).found);
+  }
 });
 addEventListener("popstate", () => open(new URL(location.href)));
 

@@ -103,8 +103,15 @@ export function trouble(problem) {
   const { place, found, wanted, remedy } = problem;
   return el("div", { class: "trouble", role: "alert" },
     el("p", {}, place ? `${place}: ` : "", found, wanted ? `, wanted ${wanted}` : "", "."),
-    remedy && el("p", {}, remedy));
+    remedy && el("p", {}, remedy),
+    ...HERE.filter(([words]) => remedy?.includes(words)).map(([, href, text]) => el("p", {}, "Or here: ", el("a", { href }, text))));
 }
+
+/** What the page does as the terminal would: words of a remedy, an address, what it is called. */
+const HERE = [
+  ["lanindex list", "/", "all captures"],
+  ["lanindex remove --missing", "/?missing=yes", "remove missing captures"],
+];
 
 /**
  * Return seconds as people write them: 3.25 s, 2:05 min, 1:02:03 h.

@@ -230,7 +230,7 @@ export function fieldsOf(root, given) {
       event.preventDefault();
       try {
         const saved = await given.save(name.value, replace.checked);
-        said.replaceChildren(el("p", {}, `Saved. To ingest with it: `, el("code", {}, `lanindex ingest --profile "${saved.folder}" \u2026`)));
+        said.replaceChildren(el("p", {}, "Saved. Encode the library with it below, or choose it in Add captures, under How they are read. In a terminal: ", el("code", {}, `lanindex ingest --profile "${saved.folder}" \u2026`)));
       } catch (error) {
         said.replaceChildren(trouble(problemOf(error)));
       }

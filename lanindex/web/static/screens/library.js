@@ -18,7 +18,12 @@ const SORTS = [["added", "Oldest first"], ["-added", "Newest first"], ["path", "
   ["-length", "Longest first"], ["length", "Shortest first"], ["-doubts", "Most doubts first"]];
 
 /** @type {Adding | undefined} goes on while another screen is shown */
-let adding;
+let only;
+
+/** Return what adds captures, on whatever screen they are dropped. */
+export function adding() {
+  return only ??= new Adding();
+}
 
 /** @param {App} app */
 export async function show(app) {
@@ -52,11 +57,8 @@ export async function show(app) {
     if (!shown) load(true);
     else page(0, 0).then(tell, (error) => isAbort(error) || announce(problemOf(error).found));
   });
-  if (!adding && !library.readonly) {
-    adding = new Adding();
-    await adding.find();
-  }
-  const added = library.readonly ? undefined : adding;
+  const added = library.readonly ? undefined : adding();
+  await added?.find();
   const add = added && el("button", { type: "button", class: "main", onclick: () => {
     if (added.root.hidden) added.open();
     else added.root.hidden = true;
@@ -66,7 +68,6 @@ export async function show(app) {
       app.refresh();
       if (!signal.aborted) load(true);
     };
-    added.listen(signal);
   }
   main.append(
     el("header", { class: "row" }, el("h1", {}, library.name), el("div", { class: "grow" }, summary), add ?? ""),
@@ -184,7 +185,7 @@ export async function show(app) {
     const some = found.total < found.all ? `${found.total.toLocaleString("en")} of ` : "";
     const text = `${some}${counted(found.all, "capture")}, ${duration(found.seconds)}`;
     summary.replaceChildren(text);
-    if (found.folder) summary.append(", all in ", el("span", { class: "path" }, found.folder));
+    if (found.folder && found.folder !== "/") summary.append(", all in ", el("span", { class: "path" }, found.folder));
     facets.show(found.facets, asked.getAll("where"));
     const named = found.facets.find((it) => it.name === "label")?.values ?? [];
     labels.replaceChildren(...named.filter(([it]) => it).map(([value]) => el("option", { value })));
@@ -283,6 +284,16 @@ export async function show(app) {
         ...capture.warnings.map((it) => el("p", {}, it))));
   }
   await load();
+  if (asked.has("missing")) await missing();
+
+  /** Offer to remove the captures whose files are gone. */
+  async function missing() {
+    const { captures } = await get("/api/captures/missing", signal);
+    change({ missing: [] });
+    if (!captures.length) announce("The files of all captures are there.");
+    else if (editing) await editing.remove(captures, "Their files are not where they were read.");
+    else announce(`The files of ${counted(captures.length, "capture")} are gone, and this library is only shown.`);
+  }
 }
 
 /** Return a file's name that breaks behind its underscores and dashes. @param {string} name */

@@ -2,7 +2,7 @@
 
 import { follow, get, goingOn, problemOf, send } from "../../api.js";
 import { announce, counted, el, readOut, trouble } from "../../dom.js";
-import { filesOf, Sending } from "../../sending.js";
+import { Sending } from "../../sending.js";
 
 /** @typedef {import("../../sending.js").Given} Given */
 /** @typedef {{endings: string[], unread: Record<string, string>, other: string, profiles: string[]}} About */
@@ -22,6 +22,8 @@ export class Adding {
   #up = choice("found in the file", ["y", "z", "x", "-y", "-z", "-x"]);
   #fps = el("input", { inputmode: "decimal", size: 6, placeholder: "the file's" });
   #sending = 0; // what is read goes on without the page, what is sent does not
+
+  #found = false;
 
   constructor() {
     const files = el("input", { type: "file", multiple: true, hidden: true, onchange: () => this.#chosen(files) });
@@ -43,27 +45,6 @@ export class Adding {
     });
   }
 
-  /** Take what is dropped anywhere on a screen, as long as it is shown. @param {AbortSignal} signal */
-  listen(signal) {
-    const body = document.body;
-    const carries = (/** @type {DragEvent} */ event) => event.dataTransfer?.types.includes("Files") ?? false;
-    addEventListener("dragover", (event) => {
-      if (!carries(event)) return;
-      event.preventDefault();
-      body.classList.add("dropping");
-    }, { signal });
-    addEventListener("dragleave", (event) => {
-      if (!event.relatedTarget) body.classList.remove("dropping");
-    }, { signal });
-    addEventListener("drop", async (event) => {
-      body.classList.remove("dropping");
-      if (!carries(event) || !event.dataTransfer) return;
-      event.preventDefault();
-      this.add(await filesOf(event.dataTransfer));
-    }, { signal });
-    signal.addEventListener("abort", () => body.classList.remove("dropping"));
-  }
-
   async open() {
     this.root.hidden = false;
     const { profiles } = /** @type {About} */ (await get("/api/ingests"));
@@ -71,8 +52,10 @@ export class Adding {
     this.#profile.replaceChildren(...profiles.map((it) => el("option", { selected: it === before }, it)));
   }
 
-  /** Find what was begun before this page was loaded. */
+  /** Find, once, what was begun before this page was loaded. */
   async find() {
+    if (this.#found) return;
+    this.#found = true;
     for (const job of await goingOn("ingest")) {
       await this.open();
       this.#part("Adding captures").watch(job);
