@@ -137,7 +137,7 @@ def test_from_the_guide_to_a_heading_and_a_search(
     opened: Callable[..., "Page"], violations: Callable[["Page"], list[str]]
 ) -> None:
     page = opened("/help")
-    page.get_by_role("heading", name="First steps").wait_for()
+    page.get_by_role("heading", level=1, name="The page in a browser").wait_for()
     page.get_by_label("Help", exact=True).get_by_role("link", name="Method Reference").click()
     page.get_by_role("heading", level=1).wait_for()
     page.locator('a[href="/help/body#palms"]').click()

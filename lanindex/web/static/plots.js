@@ -35,9 +35,13 @@ export function cellPlot(cells, name) {
  */
 export function ratePlot(rates, most) {
   const wide = 200 / rates.length, mean = rates.reduce((sum, it) => sum + it, 0) / rates.length;
-  return shape("svg", { class: "rates", viewBox: "0 -42 200 44", role: "img", "aria-label": `${mean.toFixed(2)} movements a second, from the captures' beginnings to their ends` },
+  return shape("svg", { class: "rates", viewBox: "0 -50 200 61", role: "img", "aria-label": `${mean.toFixed(2)} movements a second, from the captures' beginnings to their ends` },
     ...rates.map((rate, at) => shape("rect", { x: at * wide + 0.5, y: -40 * rate / (most || 1), width: wide - 1, height: 40 * rate / (most || 1) }, shape("title", {}, `${rate.toFixed(2)} a second`))),
-    shape("path", { d: "M0 0h200" }));
+    shape("path", { d: "M0 0h200" }),
+    shape("path", { class: "most", d: "M0 -40h200" }),
+    shape("text", { x: 0, y: -43 }, `${most.toFixed(2)} a second`),
+    shape("text", { x: 0, y: 9 }, "beginning"),
+    shape("text", { x: 200, y: 9, class: "end" }, "end"));
 }
 
 /** @param {number} share */

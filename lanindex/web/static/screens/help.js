@@ -17,13 +17,13 @@ const SHORT = { lnd: "LND", json: "JSON" };
 
 /** @param {App} app */
 export async function show(app) {
-  const { main, url, signal } = app, name = url.pathname.split("/")[2] || "first-steps";
+  const { main, url, signal } = app, name = url.pathname.split("/")[2] || "page";
   /** @type {{topics: {name: string, about: string}[]}} */
   const { topics } = await get("/api/help", signal);
   const about = [...OWN, ...topics].find((it) => it.name === name)?.about ?? "";
   const page = el("article", { class: "guide" });
   main.append(el("div", { class: "aside" },
-    el("nav", { "aria-label": "Help" }, el("ul", {}, ...[...topics.slice(0, 1), ...OWN, ...topics.slice(1)].map((it) =>
+    el("nav", { "aria-label": "Help" }, el("ul", {}, ...[...topics.filter((it) => it.name === "page"), ...OWN, ...topics.filter((it) => it.name !== "page")].map((it) =>
       el("li", {}, el("a", { href: `/help/${it.name}`, "aria-current": it.name === name ? "page" : null }, plain(it.name), el("span", { class: "soft" }, it.about)))))),
     page));
   app.title(plain(name));
