@@ -87,8 +87,37 @@ def test_the_staff_follows_the_line(opened: Opened) -> None:
     expect(page.locator(".q-note")).to_contain_text("not understood")
     expect(steps).to_have_count(2)  # what was drawn stays
     chosen(page).focus()
+    for key in ("9", "Control+z"):
+        page.keyboard.press(key)
+        expect(page.locator("#status")).to_contain_text("the line is not understood")
+        expect(line(page)).to_have_value("l_leg forward bakc")  # nobody's words are taken away
+    page.get_by_role("button", name="Write what is drawn").press("Enter")
+    expect(line(page)).to_have_value("l_leg forward ... back")
+    expect(page.locator(".q-note")).to_have_text("")
+    chosen(page).focus()
     page.keyboard.press("Control+z")
     expect(line(page)).to_have_value(re.compile("^head left x2 -> "))
+
+
+@pytest.mark.slow
+def test_keys_go_on_behind_a_press_on_the_palette(opened: Opened) -> None:
+    page = opened("/search?draw=1")
+    page.get_by_role("button", name="right", exact=True).click()
+    page.keyboard.press("h")
+    expect(line(page)).to_have_value("r_arm right high")
+    for clause, text in [
+        ("match.length > 0.1s", "r_arm right high where match.length > 0.1s"),
+        (
+            "| count by clip.label",
+            "r_arm right high where match.length > 0.1s | count by clip.label",
+        ),
+    ]:
+        page.keyboard.press("w")
+        page.get_by_role("textbox", name="Clause").fill(clause)
+        page.keyboard.press("Enter")
+        expect(line(page)).to_have_value(text)
+    page.get_by_role("button", name="undo").click()
+    expect(line(page)).to_have_value("r_arm right high where match.length > 0.1s")
 
 
 @pytest.mark.parametrize(

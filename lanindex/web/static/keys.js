@@ -76,6 +76,7 @@ export const KEYS = [
     ["F2", "the step as text"],
     ["C  P  R  Shift+R", "add a column; its part; how it lies to the first; the time between"],
     ["V  E", "another alternative; either side"],
+    ["W", "add a clause: a condition, a rhythm, a name, a stage"],
     ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"],
   ]],
 ];

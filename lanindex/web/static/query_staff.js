@@ -34,6 +34,7 @@ import { blank, cell, column, deny, drawingOf, either, gap, insert, LEVELS, MANN
 const KEPT = 200; // changes that can be undone
 const ALONE = "the first column stands alone: the others lie beside it";
 const USUAL = "r_arm"; // who moves in a step where nothing tells
+const LOCKED = "the line is not understood: mend it, or write what is drawn";
 const MOST = 4; // signs of a step
 const PAD = [7, 8, 9, 4, 5, 6, 1, 2, 3];
 
@@ -48,6 +49,7 @@ export class QueryStaff {
   #writing = false;
   #stale = false;
   #also = false;
+  #locked = false; // while the line has a mistake: a change here would take it away
   /** @type {Map<string, SVGSVGElement>} */
   #signs = new Map();
   #tabs = el("div", { class: "q-tabs row", role: "group", "aria-label": "Alternatives" });
@@ -68,7 +70,7 @@ export class QueryStaff {
     this.root = el("section", { class: "q-staff", "aria-label": "The query as a staff" },
       el("div", { class: "q-drawn" }, this.#tabs, this.#sheet, this.#prompt, this.#note, this.#chips), this.#palette());
     this.root.addEventListener("keydown", (event) => this.#undoes(event));
-    this.#sheet.addEventListener("keydown", (event) => this.#key(event));
+    this.root.addEventListener("keydown", (event) => this.#key(event));
     this.#draw();
   }
 
@@ -89,8 +91,9 @@ export class QueryStaff {
   show(reading, own = false) {
     if (this.#writing) return;
     const { text, tree, error } = reading, empty = !text.trim();
-    this.#note.textContent = error ? `${own ? error.found : "The line is not understood: what is drawn was before it."}` : "";
-    this.root.classList.toggle("q-old", error !== null && !own);
+    this.#locked = error !== null && !own;
+    this.#note.replaceChildren(...(this.#locked ? ["The line is not understood: what is drawn was before it. ", el("button", { type: "button", onclick: () => this.#write() }, "Write what is drawn")] : [error?.found ?? ""]));
+    this.root.classList.toggle("q-old", this.#locked);
     if ((own && empty) || (!tree && !empty)) return;
     const drawing = empty ? blank(this.#mover) : drawingOf(tree);
     if (!own && this.tree && JSON.stringify(drawing) !== JSON.stringify(this.#drawing)) this.#keep();
@@ -143,6 +146,7 @@ export class QueryStaff {
 
   /** @param {() => void} change @param {string} [said] */
   #edit(change, said) {
+    if (this.#locked) return announce(LOCKED);
     this.#keep();
     change();
     this.#draw();
@@ -166,6 +170,7 @@ export class QueryStaff {
 
   /** @param {Kept[]} from @param {Kept[]} to @param {string} what */
   #step(from, to, what) {
+    if (this.#locked) return announce(LOCKED);
     const kept = from.pop();
     if (!kept) return announce(`nothing to ${what}`);
     to.push({ drawing: this.#drawing, at: this.#at });
@@ -307,6 +312,15 @@ export class QueryStaff {
     this.#promptFor("Time between", "0.5s", own.limit, (limit) => this.#edit(() => (this.#column.limit = limit)));
   }
 
+  /** Ask for a clause as the language has it: without a word before it, it is a condition. */
+  #addClause() {
+    this.#promptFor("Clause", "b.end - a.start > 1s, rhythm 1:2, | count", "", (typed) => {
+      const [, word = "", rest] = /** @type {RegExpExecArray} */ (/^(let\b|rhythm\b|where\b|\|)?\s*(.*)$/s.exec(typed));
+      const kind = /** @type {Chip["kind"]} */ ({ let: "let", rhythm: "rhythm", "|": "stage" }[word] ?? "condition");
+      if (rest) this.#edit(() => this.#drawing.chips.push({ kind, text: kind === "stage" || kind === "condition" ? rest : `${word} ${rest}` }), `${word || "where"} ${rest}`);
+    });
+  }
+
   #askText() {
     const own = this.#cell;
     if (!own) return announce("no step is chosen");
@@ -396,6 +410,7 @@ export class QueryStaff {
       { key: "Shift+r", name: "time beside", title: "Time between the column and the first: with, without, after, before", run: () => this.#askLimit() },
       { key: "v", name: "+ alternative", title: "Another staff that will do as well", run: () => this.#alternative() },
       { key: "e", name: "either side", title: "The mirror image will do as well", run: () => this.#edit(() => either(this.#drawing), this.#sided ? "this side only" : "either side") },
+      { key: "w", name: "+ clause", title: "A condition, a rhythm, a name of a pattern, a stage", run: () => this.#addClause() },
       { key: "Control+z", name: "undo", title: "Undo", run: () => this.#step(this.#past, this.#future, "undo") },
       { key: "Control+Shift+z", name: "redo", title: "Redo", run: () => this.#step(this.#future, this.#past, "redo") },
     ];
@@ -419,7 +434,7 @@ export class QueryStaff {
     return el("div", { class: "q-palette", role: "group", "aria-label": "Signs and changes" },
       el("div", { class: "q-signs" }, el("div", { class: "q-pad" }, ...ways), el("div", { class: "q-levels" }, ...levels)),
       el("div", { class: "row" }, relative, ...acts("a", "n", "/").children),
-      acts("Enter", "Shift+Enter", "Delete"), acts("Alt+ArrowUp", "Alt+ArrowDown", "u"), acts("g", "Shift+g"), acts("o", "t", "x", "b", "F2"), acts("c", "p", "r", "Shift+r"), acts("v", "e"), acts("Control+z", "Control+Shift+z"));
+      acts("Enter", "Shift+Enter", "Delete"), acts("Alt+ArrowUp", "Alt+ArrowDown", "u"), acts("g", "Shift+g"), acts("o", "t", "x", "b", "F2"), acts("c", "p", "r", "Shift+r"), acts("v", "e", "w"), acts("Control+z", "Control+Shift+z"));
   }
 
   /** @param {string} key @param {string} text @param {string} title @param {() => void} run @param {Node} [sign] */
@@ -441,6 +456,8 @@ export class QueryStaff {
 
   /** @param {KeyboardEvent} event */
   #key(event) {
+    const within = event.target instanceof Element && event.target.closest(".q-sheet, .q-palette");
+    if (!within || event.target instanceof HTMLSelectElement) return;
     if (event.ctrlKey || event.metaKey || (event.altKey && !event.key.startsWith("Arrow"))) return;
     const { key } = event, at = this.#at, step = !(event.target instanceof HTMLButtonElement);
     const digit = /^(?:Digit|Numpad)([1-9])$/.exec(event.code)?.[1], number = /^[1-9]$/.test(key) || event.code.startsWith("Numpad") ? Number(/^[1-9]$/.test(key) ? key : digit) : 0;
