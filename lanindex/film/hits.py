@@ -188,7 +188,8 @@ def poses(played: Playback, eye: View, path: str) -> Picture:
             ways = tuple(
                 ((round(a), round(b)), (round(c), round(d))) for (a, b), (c, d), *_ in some
             )
-            thick = max(round(width * scale), _THIN)
+            least = 2 * _THIN if color == "lit" else _THIN  # it must show below the other
+            thick = max(round(width * scale), least)
             marks.append(Polyline(x, y, ways, style=color, width=thick))
     title = f"{count} poses of {path}" if count > 1 else f"a pose of {path}"
     return Picture(count * WIDTH, HEIGHT, title, title, tuple(marks))

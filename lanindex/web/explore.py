@@ -18,6 +18,7 @@ from lanindex.pipeline.library import Library
 from lanindex.pipeline.movement import COUNTABLE_PARTS, Moves
 from lanindex.records import of_error
 from lanindex.web.routes import Call
+from lanindex.web.watch import unnamed
 
 _PATIENCE = 300.0  # seconds that it may take
 _MOTIFS = 60  # that are shown, each with its staff
@@ -96,7 +97,7 @@ def _motifs(
         if has_column(motif.part):
             scale = min(_HEIGHT / (stop - start), 3.0)
             how: dict[str, Any] = {"parts": [motif.part], "scale": scale, "near": True}
-            drawn = library.staff(own.id, start, stop, **how).svg()
+            drawn = unnamed(library.staff(own.id, start, stop, **how))
         rows.append(
             {
                 "pattern": motif.pattern,

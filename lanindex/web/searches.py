@@ -24,6 +24,7 @@ from lanindex.search.language.clauses import CLIP, Reference
 from lanindex.search.language.written import pattern_text
 from lanindex.web.jobs import Told, trouble
 from lanindex.web.routes import Call
+from lanindex.web.watch import unnamed
 
 _PAGE = 100  # hits in an answer, at most
 _LIKE = re.compile(r"\d+(:\d+-\d+)?")
@@ -240,7 +241,7 @@ def card(call: Call) -> dict[str, Any]:
     if columns := [it for it in parts if has_column(it)]:
         stretch = min(max(_STRIP / (end - begin), 0.1), 10.0)
         staff = library.staff(hit, begin, end, parts=columns, stretch=stretch, near=True)
-        answer["staff"] = staff.svg()
+        answer["staff"] = unnamed(staff)
     try:
         body = library.motion(hit.capture.id, begin, end, _RATE)
         played = playback(body, parts, (start - begin, stop - begin), (0.0, end - begin))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from math import ceil
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from starlette.responses import Response
 
 from lanindex.draw import svg
+from lanindex.draw.staff import MARGIN, NAMES
 from lanindex.errors import LanindexError, UsageError
 from lanindex.film import tiles
 from lanindex.film.figure import Figure, faced, stood
@@ -20,6 +22,7 @@ from lanindex.search.example.stretch import pattern_of_symbol
 from lanindex.web.routes import Call
 
 if TYPE_CHECKING:
+    from lanindex.draw.strip import Staff
     from lanindex.model import Capture
     from lanindex.pipeline.library import Library
 
@@ -121,6 +124,12 @@ def staff(call: Call) -> dict[str, Any]:
         for name, it in whole.symbols(start, stop).items()
     }
     return {**whole.tile(start, stop), "symbols": symbols}
+
+
+def unnamed(staff: Staff) -> str:
+    """Return a small staff as SVG, without the names of its columns: nobody could read them."""
+    picture = staff.picture()
+    return svg.write(replace(picture, height=picture.height - NAMES - MARGIN), scale=staff.scale)
 
 
 def curves(call: Call) -> dict[str, Any]:

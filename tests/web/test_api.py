@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -40,6 +41,10 @@ def test_a_hit_is_told_in_words_and_as_tall_as_its_poses(ask: TestClient) -> Non
     card = ask.get(f"/api/searches/{job}/hits/0/card").json()
     assert card["words"] == "right forearm right forward high"
     assert 1500 < card["tall"] < 6000  # mm
+    staff = ElementTree.fromstring(card["staff"])
+    texts = staff.iter("{http://www.w3.org/2000/svg}text")
+    (name,) = (it for it in texts if it.text == "forearm")
+    assert float(name.get("y", 0)) > float(staff.get("viewBox", "").split()[3])  # it is cut
 
 
 def test_captures_are_filtered_counted_and_sorted(ask: TestClient) -> None:

@@ -107,7 +107,7 @@ def test_curves_move_with_the_player(opened: Callable[..., Page], jacks: str) ->
     said = page.locator(".said-now")
     assert re.match(r"2\.50 s: \d+ mm/s, .* right", said.inner_text())
     page.get_by_label("Limb").select_option("l_leg")
-    page.locator("svg.curves[aria-label^=l_leg]").wait_for()
+    page.locator("svg.curves[aria-label^='left leg']").wait_for()
     assert "curve=l_leg" in page.url
     line, before = plot.locator(".now"), plot.locator(".now").get_attribute("x1")
     page.locator("body").press("ArrowRight")
@@ -231,6 +231,11 @@ def test_a_capture_whose_file_is_gone_is_told_and_its_staff_plays(
         told.wait_for()
         assert "away.bvh" in told.inner_text()
         assert "Traceback" not in told.inner_text()
+        beside = page.locator(".stage .staff").bounding_box()
+        frame = told.bounding_box()
+        assert frame
+        assert beside
+        assert frame["height"] < beside["height"] / 2  # as high as its words
         page.locator(".staff g[data-part=r_arm]").first.wait_for(state="attached")
         page.locator("body").press("ArrowRight")
         page.locator(".clock", has_text="0:02.00").wait_for()
@@ -273,3 +278,16 @@ def test_on_a_phone_the_buttons_that_play_are_seen(opened: Callable[..., Page], 
     play = page.get_by_role("button", name="Play").bounding_box()
     assert play
     assert play["y"] + play["height"] <= 700
+
+
+def test_the_names_of_columns_can_be_read(opened: Callable[..., Page], jacks: str) -> None:
+    page = opened(jacks)
+    names = page.locator(".staff-names text")
+    names.first.wait_for(state="attached")
+    boxes = names.evaluate_all("(all) => all.map((it) => it.getBoundingClientRect().toJSON())")
+    frame = page.locator(".staff-names").bounding_box()
+    assert frame
+    assert "arm" in names.all_text_contents()
+    for box in boxes:
+        assert box["width"] >= 10  # they stand upright
+        assert box["bottom"] <= frame["y"] + frame["height"]

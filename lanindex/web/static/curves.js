@@ -150,14 +150,14 @@ export class CurveView {
       const y = (/** @type {number} */ value) => top + tall - tall * value / highest[name];
       nodes.push(shape("line", { class: "base", x1: LEFT, x2: WIDE - RIGHT, y1: top + tall, y2: top + tall }), shape("text", { class: "unit", x: LEFT, y: top - 4 }, units[name]));
       for (const [label, value] of lines[name]) {
-        nodes.push(shape("line", { class: name === "azimuth" || name === "elevation" ? "border" : "threshold", x1: LEFT, x2: WIDE - RIGHT, y1: y(value), y2: y(value) }), shape("text", { class: "label", x: WIDE - RIGHT + 5, y: y(value) + (down[label] ?? 4) }, label));
+        nodes.push(shape("line", { class: name === "azimuth" || name === "elevation" ? "border" : "threshold", x1: LEFT, x2: WIDE - RIGHT, y1: y(value), y2: y(value) }), shape("text", { class: "label", x: WIDE - RIGHT + 5, y: y(value) + (down[label] ?? 4) }, nameOf(label)));
       }
       nodes.push(shape("path", { class: `curve ${name}`, d: this.#path(it, it[name], y, name === "azimuth") }));
       if (name === "speed") for (const at of it.candidates) nodes.push(shape("circle", { class: "candidate", cx: this.#x(at), cy: y(it.speed[nearest(it.times, at)]), r: 4 }, shape("title", {}, `candidate, ${at.toFixed(2)} s`)));
       top += tall + GAP;
     }
     for (const run of it.runs) {
-      if (run.outcome === "symbol" && run.achieved >= it.times[0]) nodes.push(shape("circle", { class: "achieved", cx: this.#x(run.achieved), cy: top - GAP - 4, r: 4 }, shape("title", {}, `${run.cell}, ${run.achieved.toFixed(2)} s`)));
+      if (run.outcome === "symbol" && run.achieved >= it.times[0]) nodes.push(shape("circle", { class: "achieved", cx: this.#x(run.achieved), cy: top - GAP - 4, r: 4 }, shape("title", {}, `${said(run.cell)}, ${run.achieved.toFixed(2)} s`)));
     }
     this.#plot.replaceChildren(...nodes, this.#line);
     this.#plot.setAttribute("aria-label", `${nameOf(it.part)}, ${this.#first.toFixed(1)} to ${(this.#first + this.#wide).toFixed(1)} s: ${it.candidates.length} candidates, ${it.moves.length} segments; v0 ${Math.round(it.thresholds.v0)} mm/s, d_t ${Math.round(it.thresholds.d_t)} mm`);
@@ -186,7 +186,7 @@ export class CurveView {
     if (!it) return;
     const at = nearest(it.times, this.#time), known = at < it.times.length && Math.abs(it.times[at] - this.#time) < 1.5 / it.rate;
     const text = known
-      ? `${this.#time.toFixed(2)} s: ${Math.round(it.speed[at])} mm/s, ${Math.round(it.distance[at])} mm from where it rested, azimuth ${Math.round(it.azimuth[at])}\u00b0, elevation ${Math.round(it.elevation[at])}\u00b0: ${it.cells[at]}`
+      ? `${this.#time.toFixed(2)} s: ${Math.round(it.speed[at])} mm/s, ${Math.round(it.distance[at])} mm from where it rested, azimuth ${Math.round(it.azimuth[at])}\u00b0, elevation ${Math.round(it.elevation[at])}\u00b0: ${said(it.cells[at])}`
       : `${this.#time.toFixed(2)} s: ${nameOf(it.part)} is not known here`;
     if (this.#said.textContent !== text) this.#said.textContent = text;
   }
@@ -212,4 +212,9 @@ function nearest(sorted, value) {
     else high = middle;
   }
   return low && value - sorted[low - 1] < sorted[low] - value ? low - 1 : low;
+}
+
+/** Return a cell as a person says it. @param {string} cell */
+function said(cell) {
+  return cell.split(" ").map(nameOf).join(" ");
 }

@@ -18,6 +18,7 @@
  */
 
 const LINE = 1 / 4; // of the height above the names is below the line
+const NAME = 120, LETTER = 0.6; // units that the name of a column is high, and as a share of that a letter is wide
 const LARGEST = 0.1, LEAST = 0.08; // pixels of a unit of the drawing: a wider staff is scrolled aside
 const KEPT = 24; // pieces, at most
 const ZOOMS = [0.25, 0.5, 1, 2, 4];
@@ -291,12 +292,12 @@ export class StaffView {
    * @returns {Held}
    */
   #hold(piece, from, to) {
-    const node = this.#options.parse(piece.svg), { x, width, height } = node.viewBox.baseVal;
+    const node = this.#options.parse(piece.svg), { x, width } = node.viewBox.baseVal;
     if (this.#named !== this.#round) {
       this.#named = this.#round;
       const names = /** @type {SVGSVGElement} */ (node.cloneNode(true));
       for (const child of [...names.children]) if (child.tagName !== "text" || Number(child.getAttribute("y")) < piece.names) child.remove();
-      cut(names, x, piece.names, width, height - piece.names);
+      cut(names, x, piece.names, width, enlarged(names));
       names.setAttribute("aria-hidden", "true");
       this.#names.replaceChildren(names);
     }
@@ -439,6 +440,21 @@ function put(held, roof, scale, shown) {
   node.style.transform = `translateY(${roof}px)`;
   node.dataset.roof = String(roof);
   shown.add(held);
+}
+
+/**
+ * Make the names of columns as large as they can be read, and return how much room they take.
+ * @param {SVGSVGElement} names
+ */
+function enlarged(names) {
+  let longest = 0;
+  for (const name of names.querySelectorAll("text")) {
+    const more = NAME - Number(name.getAttribute("font-size"));
+    name.setAttribute("font-size", String(NAME));
+    name.setAttribute("dy", String(more / 3)); // it stays in the middle of its column
+    longest = Math.max(longest, name.textContent?.length ?? 0);
+  }
+  return NAME * (LETTER * longest + 1);
 }
 
 /**
