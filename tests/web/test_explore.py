@@ -106,7 +106,7 @@ def test_from_a_plot_to_motifs_and_a_search(
     page.get_by_text("differences matter").wait_for()
     assert "compare=conducting&compare=marching" in page.url
     assert page.get_by_role("img", name="right arm, conducting").count() == 1
-    assert page.locator("svg.rates text").all_inner_texts()[1:3] == ["beginning", "end"]
+    assert page.locator("svg.rates text").all_text_contents()[1:3] == ["beginning", "end"]
     assert violations(page) == []
     page.get_by_role("link", name="Motifs").focus()
     page.keyboard.press("Enter")
