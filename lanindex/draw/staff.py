@@ -768,7 +768,7 @@ def symbol_group(symbol: Symbol, score: Score, marks: list[Mark]) -> MarkGroup:
     data |= {"amount": None if symbol.amount is None else str(symbol.amount)}
     data |= {"start": start, "end": stop}
     when = f"{start} s" if start == stop else f"{start}-{stop} s"
-    words = symbol.words or "goes on so" * (kind_of(symbol.part) == "gesture")
+    words = plain(symbol.words) or "goes on so" * (kind_of(symbol.part) == "gesture")
     known = {name: it for name, it in data.items() if it is not None}
     told = ", ".join(filter(None, (plain(symbol.part), words, when)))
     return MarkGroup(tuple(marks), told, known)

@@ -212,6 +212,11 @@ def test_one_frame_is_drawn() -> None:
     assert [group.title for group in picture.groups()] == ["right arm, right low, 0 s"]
 
 
+def test_symbols_are_told_in_plain_words() -> None:
+    picture = drawn_lnd("direction r_arm l_back mid 0 1")
+    assert [group.title for group in picture.groups()] == ["right arm, left back mid, 0-1 s"]
+
+
 @pytest.mark.parametrize(
     ("options", "word"),
     [

@@ -107,6 +107,8 @@ def test_from_a_plot_to_motifs_and_a_search(
     assert "compare=conducting&compare=marching" in page.url
     assert page.get_by_role("img", name="right arm, conducting").count() == 1
     assert page.locator("svg.rates text").all_text_contents()[1:3] == ["beginning", "end"]
+    titles = page.locator("svg.cells title").all_text_contents()
+    assert any(it.startswith("right forward mid: ") for it in titles)
     assert violations(page) == []
     page.get_by_role("link", name="Motifs").focus()
     page.keyboard.press("Enter")

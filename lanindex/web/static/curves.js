@@ -157,7 +157,7 @@ export class CurveView {
       top += tall + GAP;
     }
     for (const run of it.runs) {
-      if (run.outcome === "symbol" && run.achieved >= it.times[0]) nodes.push(shape("circle", { class: "achieved", cx: this.#x(run.achieved), cy: top - GAP - 4, r: 4 }, shape("title", {}, `${said(run.cell)}, ${run.achieved.toFixed(2)} s`)));
+      if (run.outcome === "symbol" && run.achieved >= it.times[0]) nodes.push(shape("circle", { class: "achieved", cx: this.#x(run.achieved), cy: top - GAP - 4, r: 4 }, shape("title", {}, `${nameOf(run.cell)}, ${run.achieved.toFixed(2)} s`)));
     }
     this.#plot.replaceChildren(...nodes, this.#line);
     this.#plot.setAttribute("aria-label", `${nameOf(it.part)}, ${this.#first.toFixed(1)} to ${(this.#first + this.#wide).toFixed(1)} s: ${it.candidates.length} candidates, ${it.moves.length} segments; v0 ${Math.round(it.thresholds.v0)} mm/s, d_t ${Math.round(it.thresholds.d_t)} mm`);
@@ -186,7 +186,7 @@ export class CurveView {
     if (!it) return;
     const at = nearest(it.times, this.#time), known = at < it.times.length && Math.abs(it.times[at] - this.#time) < 1.5 / it.rate;
     const text = known
-      ? `${this.#time.toFixed(2)} s: ${Math.round(it.speed[at])} mm/s, ${Math.round(it.distance[at])} mm from where it rested, azimuth ${Math.round(it.azimuth[at])}\u00b0, elevation ${Math.round(it.elevation[at])}\u00b0: ${said(it.cells[at])}`
+      ? `${this.#time.toFixed(2)} s: ${Math.round(it.speed[at])} mm/s, ${Math.round(it.distance[at])} mm from where it rested, azimuth ${Math.round(it.azimuth[at])}\u00b0, elevation ${Math.round(it.elevation[at])}\u00b0: ${nameOf(it.cells[at])}`
       : `${this.#time.toFixed(2)} s: ${nameOf(it.part)} is not known here`;
     if (this.#said.textContent !== text) this.#said.textContent = text;
   }
@@ -212,9 +212,4 @@ function nearest(sorted, value) {
     else high = middle;
   }
   return low && value - sorted[low - 1] < sorted[low] - value ? low - 1 : low;
-}
-
-/** Return a cell as a person says it. @param {string} cell */
-function said(cell) {
-  return cell.split(" ").map(nameOf).join(" ");
 }

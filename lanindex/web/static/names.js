@@ -12,9 +12,9 @@ export function takeNames(names) {
 }
 
 /**
- * Return a name as a person says it: right arm bend, travel, left back.
- * @param {string} name
+ * Return names as a person says them: right arm bend, travel, left back high.
+ * @param {string} names
  */
-export function nameOf(name) {
-  return spoken.get(name) ?? name.replaceAll("_", " ");
+export function nameOf(names) {
+  return names.split(" ").map((it) => spoken.get(it) ?? it.replaceAll("_", " ")).join(" ");
 }

@@ -1,6 +1,7 @@
 /** Plots of how a part moves: where it goes, and when. */
 
 import { el, shape } from "./dom.js";
+import { nameOf } from "./names.js";
 
 const LEVELS = ["low", "mid", "high"];
 const DIRECTIONS = ["right", "r_forward", "forward", "l_forward", "left", "l_back", "back", "r_back"]; // counterclockwise, seen from above
@@ -15,14 +16,14 @@ const RING = 27; // from place to a direction
  */
 export function cellPlot(cells, name) {
   const all = Object.values(cells).reduce((sum, it) => sum + it, 0) || 1, most = Math.max(...Object.values(cells), 1);
-  const first = Object.entries(cells).sort((a, b) => b[1] - a[1]).slice(0, 3).map(([cell, count]) => `${cell} ${percent(count / all)}`);
+  const first = Object.entries(cells).sort((a, b) => b[1] - a[1]).slice(0, 3).map(([cell, count]) => `${nameOf(cell)} ${percent(count / all)}`);
   const plot = shape("svg", { class: "cells", viewBox: `-42 -42 ${2 * APART + 84} 100`, role: "img", "aria-label": `${name}: ${first.join(", ") || "no movement"}` });
   LEVELS.forEach((level, column) => {
     plot.append(shape("circle", { class: "rim", cx: APART * column, cy: 0, r: 40 }), shape("text", { x: APART * column, y: 53 }, level));
     [["place", 0, 0], ...DIRECTIONS.map((it, at) => [it, RING * Math.cos(at * Math.PI / 4), -RING * Math.sin(at * Math.PI / 4)])].forEach(([direction, x, y]) => {
       const cell = `${direction} ${level}`, count = cells[cell] ?? 0, share = count / most;
       plot.append(shape("circle", { class: count ? "cell" : "none", cx: APART * column + Number(x), cy: y, r: count ? 3 + 8 * Math.sqrt(share) : 1.5, opacity: count ? 0.35 + 0.65 * share : 1 },
-        shape("title", {}, `${cell}: ${count.toLocaleString("en")}, ${percent(count / all)}`)));
+        shape("title", {}, `${nameOf(cell)}: ${count.toLocaleString("en")}, ${percent(count / all)}`)));
     });
   });
   return plot;

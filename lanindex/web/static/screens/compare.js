@@ -201,7 +201,7 @@ export async function show(app) {
   /** @param {Timed | null} timed @param {(at: number) => number} place where it is in A */
   function cells(timed, place) {
     if (!timed) return [el("td", {}), el("td", {})];
-    const words = [timed.direction, timed.level, timed.amount].filter((it) => it !== null && it !== undefined).join(" ") || "\u2014";
+    const words = nameOf([timed.direction, timed.level, timed.amount].filter((it) => it !== null && it !== undefined).join(" ")) || "\u2014";
     return [el("td", {}, words), el("td", { class: "num" }, el("button", { type: "button", class: "plain", title: "Go there", onclick: () => {
       first = place(timed.start);
       player?.pause();

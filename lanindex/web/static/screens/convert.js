@@ -291,7 +291,7 @@ export async function show(app) {
 
 /** @param {[string, number, number] | null} symbol */
 function said(symbol) {
-  return symbol ? `${symbol[0]} ${symbol[1].toFixed(2)}\u2013${symbol[2].toFixed(2)} s` : "\u2013";
+  return symbol ? `${nameOf(symbol[0])} ${symbol[1].toFixed(2)}\u2013${symbol[2].toFixed(2)} s` : "\u2013";
 }
 
 /**

@@ -159,7 +159,7 @@ export async function show(app) {
       ratePlot(moves.over_time, most),
       el("p", { class: "soft num" }, `${counted(moves.movements, "movement")} in ${counted(moves.captures, "capture")}, ${moves.rate.toFixed(2)} a second; known ${percent(moves.coverage)} of the time`),
       el("details", {}, el("summary", {}, "The most frequent ways"), el("ol", {}, ...moves.transitions.map(([from, to, count]) =>
-        el("li", {}, el("a", { href: address("/search", { q: `${moves.part} ${from} -> ${to}` }) }, [from, to].map((it) => it.split(" ").map(nameOf).join(" ")).join(" \u2192 ")), ` ${count}`)))));
+        el("li", {}, el("a", { href: address("/search", { q: `${moves.part} ${from} -> ${to}` }) }, `${nameOf(from)} \u2192 ${nameOf(to)}`), ` ${count}`)))));
   }
 
   /** @param {{differences: Difference[], compared: number}} found @param {string[]} names */
@@ -169,7 +169,7 @@ export async function show(app) {
       el("p", { class: "soft" }, `${rows.length} of ${compared} differences matter: means over captures; intervals and p hold for all of them together.`),
       rows.length > 0 && el("table", {},
         el("thead", {}, el("tr", {}, ...["part", "where", ...names.map((it) => it || "none"), "difference", "95 % interval", "p"].map((it) => el("th", { scope: "col" }, it)))),
-        el("tbody", {}, ...rows.map((it) => el("tr", {}, ...[nameOf(it.part), it.what, ...it.values.map((value) => told(it.what, value)), told(it.what, it.difference), `${told(it.what, it.least)} to ${told(it.what, it.most)}`, it.p.toFixed(3)].map((cell) => el("td", { class: "num" }, cell)))))));
+        el("tbody", {}, ...rows.map((it) => el("tr", {}, ...[nameOf(it.part), nameOf(it.what), ...it.values.map((value) => told(it.what, value)), told(it.what, it.difference), `${told(it.what, it.least)} to ${told(it.what, it.most)}`, it.p.toFixed(3)].map((cell) => el("td", { class: "num" }, cell)))))));
   }
 }
 
