@@ -496,6 +496,28 @@ def test_it_ends_at_once_whoever_follows_a_job(own: Path, sent: signal.Signals) 
     assert said == "lanindex: interrupted\n"
 
 
+SLOW = """
+import sys, time
+from lanindex.app.cli import main
+from lanindex.web import captures
+captures.library = lambda call: time.sleep(60)
+main()
+"""
+
+
+def test_it_ends_while_somebody_waits_for_an_answer(own: Path) -> None:
+    command = [sys.executable, "-c", SLOW, "serve", str(own), "--port", "0", "--no-open"]
+    with subprocess.Popen(command, stdout=-1, stderr=-1, text=True, cwd=own.parent) as process:
+        assert process.stdout is not None
+        caller = Caller(process.stdout.readline().strip())
+        with caller.connect(b"GET /api/library HTTP/1.1\r\n", caller.own, b"\r\n"):
+            assert caller.get("/api/captures")["all"] > 5
+            process.send_signal(signal.SIGINT)
+            said = process.communicate(timeout=20)[1]
+    assert process.returncode == 130
+    assert said == "lanindex: interrupted\n"
+
+
 def test_a_port_that_is_taken_is_said(own: Path, caller: Caller) -> None:
     command = [sys.executable, "-m", "lanindex", "serve", str(own), "--port", str(caller.port)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
