@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from itertools import pairwise
+from threading import Timer
 from typing import Any
 
 import typer
@@ -39,6 +40,11 @@ SHELLS = ("bash", "zsh", "fish", "powershell", "pwsh")
 
 GARBAGE_THRESHOLD = 100_000
 """How many new objects start a garbage collection: thousands of rows and hits hold no cycles."""
+
+INTERRUPTED = 130
+"""The code with which a command ends that was interrupted."""
+
+_GRACE = 3.0  # seconds that its threads have then
 
 _ParserError: Any = typer.BadParameter.__base__
 """The base class of the argument parser's errors, which typer exports only by its subclass."""
@@ -128,7 +134,7 @@ def _errors_reported(ctx: Any) -> Iterator[None]:
         progress = how_far()
         end_progress()
         say_error(error if isinstance(error, LanindexError) else _message(error, ctx, progress))
-        raise typer.Exit(130 if isinstance(error, KeyboardInterrupt) else 2) from error
+        raise typer.Exit(INTERRUPTED if isinstance(error, KeyboardInterrupt) else 2) from error
 
 
 def _message(error: BaseException, ctx: Any, progress: str) -> str:
@@ -232,4 +238,9 @@ def main() -> None:
         if getattr(sys, name) is None:  # the caller closed the stream
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 (open until the process ends)
         getattr(sys, name).reconfigure(errors="backslashreplace")
-    sys.exit(run(sys.argv[1:]))
+    code = run(sys.argv[1:])
+    if code == INTERRUPTED:  # a thread that works on for nobody is not waited for
+        end = Timer(_GRACE, os._exit, [code])
+        end.daemon = True
+        end.start()
+    sys.exit(code)

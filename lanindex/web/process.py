@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import logging
-import os
 import socket
 from asyncio import BaseTransport
-from threading import Timer
 from typing import TYPE_CHECKING, Any
 
 import uvicorn
@@ -18,8 +16,6 @@ if TYPE_CHECKING:
 PATIENCE = 30.0
 """Seconds within which a caller must have asked for something."""
 
-_ENDS = 2.0  # seconds after which the process ends, whoever still works
-_CODE = 130  # of what was interrupted
 _FILES = 10_000  # that are open at once: more than any page needs, fewer than macOS refuses
 
 
@@ -50,16 +46,10 @@ class Server(uvicorn.Server):
         self._site = site
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Break off all jobs, so that nobody follows them any more, and end.
-
-        A thread that works out an answer would keep the process: it is not waited for.
-        """
+        """Break off all jobs, so that nobody follows them any more, and end."""
         self._site.close()
         logging.getLogger("uvicorn.error").disabled = True  # an answer that is cut off is no error
         await super().shutdown(sockets)
-        end = Timer(_ENDS, os._exit, [_CODE])
-        end.daemon = True
-        end.start()
 
 
 def open_many() -> None:

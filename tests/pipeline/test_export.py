@@ -386,14 +386,15 @@ def test_an_export_does_not_go_through_all_captures(
 def test_clips_come_as_bytes_with_a_name(tmp_path: Path, library: Library) -> None:
     wanted = [from_range(library.store, name, 3, 9) for name in ("bow.bvh", "score.lnd")]
     manifest: list[dict[str, object]] = []
-    files = list(clips(library.store, wanted, ClipOptions(), manifest))
+    notes: list[str] = []
+    files = list(clips(library.store, wanted, ClipOptions(), manifest, notes.append))
     names = ["bow_3-9.bvh", "bow_3-9.lnd", "score_3-9.lnd", "manifest.csv", "manifest.jsonl"]
     assert [file.name for file in files] == names
     assert [row["clip"] for row in manifest] == ["bow_3-9.bvh", "score_3-9.lnd"]
     assert export(library.store, wanted, tmp_path / "out") == manifest
     for file in files:
         assert (tmp_path / "out" / file.name).read_bytes() == file.content
-    assert list(clips(library.store, [], ClipOptions(), [])) == []
+    assert list(clips(library.store, [], ClipOptions(), [], notes.append)) == []
 
 
 def test_names_at_the_limit_of_the_file_system(tmp_path: Path, library: Library) -> None:
@@ -411,7 +412,7 @@ def test_no_cell_of_the_table_is_a_formula(library: Library, first: str) -> None
     said = {"part": first + "1", "direction": None, "level": "mid", "start_frame": 1}
     wanted = Request(capture, Span(3, 9), first + "> r_arm", 0.5, ({**said, "end_frame": 2},))
     manifest: list[dict[str, object]] = []
-    files = clips(library.store, [wanted], ClipOptions(), manifest)
+    files = clips(library.store, [wanted], ClipOptions(), manifest, print)
     content = {file.name: file.content for file in files}
     table = csv.DictReader(io.StringIO(content["manifest.csv"].decode(), newline=""))
     (row,) = table

@@ -613,6 +613,7 @@ def test_a_server_that_is_killed_during_an_ingest_leaves_a_whole_library(
 SCRIPT = '<img src=x onerror="document.title=1"><script>document.title=1</script>'
 
 
+@pytest.mark.slow
 def test_scripts_in_labels_names_and_patterns_are_text(
     own: Path, own_page: Callable[..., Page]
 ) -> None:

@@ -97,6 +97,7 @@ def test_what_takes_long_is_broken_off() -> None:
     assert "found" not in job.told()
 
 
+@pytest.mark.slow
 def test_from_a_plot_to_motifs_and_a_search(
     opened: Callable[..., "Page"], violations: Callable[["Page"], list[str]]
 ) -> None:
@@ -121,6 +122,7 @@ def test_from_a_plot_to_motifs_and_a_search(
     assert violations(page) == []
 
 
+@pytest.mark.slow
 def test_captures_that_are_alike_are_shown(
     opened: Callable[..., "Page"], violations: Callable[["Page"], list[str]]
 ) -> None:

@@ -104,6 +104,7 @@ def test_pictures_are_those_of_the_guide(ask: TestClient) -> None:
         assert ask.get(f"/api/help/pictures/{name}").status_code == 404
 
 
+@pytest.mark.slow
 def test_pictures_are_seen_on_a_phone(opened: Callable[..., "Page"]) -> None:
     page = opened("/help/looking", viewport={"width": 400, "height": 800})
     pictures = page.locator(".guide img")
@@ -133,6 +134,7 @@ def test_every_sign_is_drawn_beside_its_words(ask: TestClient) -> None:
     assert ask.get("/api/help/sings").status_code == 400
 
 
+@pytest.mark.slow
 def test_from_the_guide_to_a_heading_and_a_search(
     opened: Callable[..., "Page"], violations: Callable[["Page"], list[str]]
 ) -> None:

@@ -67,6 +67,7 @@ def test_a_hit_moves_as_large_as_it_stands_and_on_the_same_ground(opened: Opened
     page.wait_for_function(AS_LARGE, polling=100)  # it moves its arms up again and again
 
 
+@pytest.mark.slow
 def test_what_is_offered_is_taken_and_what_is_wrong_is_marked(opened: Opened) -> None:
     page = opened("/search")
     line = page.get_by_role("textbox", name="What is searched for")
@@ -82,6 +83,7 @@ def test_what_is_offered_is_taken_and_what_is_wrong_is_marked(opened: Opened) ->
     expect(line).to_have_attribute("aria-invalid", "true")
 
 
+@pytest.mark.slow
 def test_a_search_that_is_not_kept_any_more_is_made_again(browser: "Browser", link: str) -> None:
     page = browser.new_page()
     forgotten: dict[str, Any] = {"status": 404, "json": {"error": {"found": "not kept any more"}}}
@@ -94,6 +96,7 @@ def test_a_search_that_is_not_kept_any_more_is_made_again(browser: "Browser", li
     page.context.close()
 
 
+@pytest.mark.slow
 def test_a_link_shows_the_same_in_another_browser(opened: Opened) -> None:
     address = "/search?q=arms+place+high&in=*.bvh&order=capture"
     counts = []
@@ -105,17 +108,20 @@ def test_a_link_shows_the_same_in_another_browser(opened: Opened) -> None:
     assert page.get_by_label("Only captures whose path matches").input_value() == "*.bvh"
 
 
+@pytest.mark.slow
 def test_what_is_counted_is_shown(opened: Opened) -> None:
     page = opened("/search?q=arms+place+high+%7C+count+by+clip.label&in=*.bvh")
     expect(page.locator(".counts li")).to_have_text(["radio gymnastics: 4", "port de bras: 1"])
 
 
+@pytest.mark.slow
 def test_nothing_found_says_what_would_be(opened: Opened) -> None:
     page = opened("/search?q=arms+low+-%3E+high&in=*.bvh")
     page.get_by_role("button", name="arms low ... high").click()
     expect(page.locator(".summary")).to_have_text(re.compile(r"18 hits in \d+ captures"))
 
 
+@pytest.mark.slow
 def test_hits_that_are_put_aside_leave_as_a_zip(opened: Opened) -> None:
     page = opened("/search?q=arms+place+high+-%3E+side+mid&in=*.bvh")
     for number in range(2):
@@ -128,6 +134,7 @@ def test_hits_that_are_put_aside_leave_as_a_zip(opened: Opened) -> None:
     assert endings == ["bvh", "bvh", "csv", "jsonl", "lnd", "lnd"]
 
 
+@pytest.mark.slow
 def test_a_search_is_copied_as_what_finds_the_same(
     opened: Opened, corpus_library: Path, tmp_path: Path
 ) -> None:
@@ -152,6 +159,7 @@ def test_a_search_is_copied_as_what_finds_the_same(
     expect(page).to_have_url(re.compile(r"/search\?q=arms(?!.*where)"))
 
 
+@pytest.mark.slow
 def test_more_like_a_hit_and_its_symbols_are_found(opened: Opened) -> None:
     page = opened("/captures/1?from=1&to=4")
     page.get_by_role("button", name="search for its symbols").click()
@@ -162,6 +170,7 @@ def test_more_like_a_hit_and_its_symbols_are_found(opened: Opened) -> None:
     expect(page.locator(".hit").first).to_be_visible()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("address", ["/search?q=wave", "/captures/3?t=1"])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_keeps_anyone_out(

@@ -58,6 +58,7 @@ def test_the_example_of_a_word_is_its_clearest_hit(library: lanindex.Library) ->
         assert ask.get("/api/words/kneel/example").json() == {"hit": None, "bundled": False}
 
 
+@pytest.mark.slow
 def test_a_choreography_moves_where_the_library_has_nothing(
     own_page: Callable[..., "Page"], tmp_path: Path
 ) -> None:
@@ -86,6 +87,7 @@ def test_an_example_holds_until_the_library_changes(library: lanindex.Library) -
     assert second["capture_id"] != first["capture_id"]
 
 
+@pytest.mark.slow
 def test_a_word_moves_and_is_searched_for(
     opened: Callable[..., "Page"], violations: Callable[["Page"], list[str]]
 ) -> None:
