@@ -225,6 +225,8 @@ def test_a_finger_drags_symbols_and_scrolls_elsewhere(
 
 
 def test_lanes_beside_the_staff_have_signs(own_page: Callable[..., Page], library: Path) -> None:
+    from playwright.sync_api import expect
+
     page = own_page(library, "/edit")
     page.wait_for_selector(".edit-drawn svg")
     page.locator("summary", has_text="Columns").click()
@@ -236,12 +238,12 @@ def test_lanes_beside_the_staff_have_signs(own_page: Callable[..., Page], librar
         typed(page, "Enter")
     typed(page, "Escape")
     flight = page.locator(".edit-block.edit-jump")
-    flight.wait_for()
-    assert flight.evaluate("(it) => getComputedStyle(it).borderLeftWidth") == "2px"
-    assert flight.evaluate("(it) => getComputedStyle(it).borderTopWidth") == "0px"
-    bow = page.locator(".edit-block.edit-touch")
-    bow.wait_for()
-    assert bow.evaluate("(it) => getComputedStyle(it, '::after').borderBottomWidth") == "2px"
+    expect(flight).to_have_css("border-left-width", "2px")
+    expect(flight).to_have_css("border-top-width", "0px")
+    page.wait_for_function("""() => {
+  const bow = document.querySelector(".edit-block.edit-touch");
+  return bow && getComputedStyle(bow, "::after").borderBottomWidth === "2px";
+}""")
 
 
 def test_each_tab_keeps_its_own_draft_and_new_asks(
