@@ -271,3 +271,13 @@ def test_what_is_in_the_basket_is_listed_and_taken_out(opened: Opened) -> None:
     expect(stars.nth(0)).to_have_attribute("aria-pressed", "false")
     expect(stars.nth(1)).to_have_attribute("aria-pressed", "true")
     expect(out).to_be_focused()
+
+
+@pytest.mark.slow
+def test_a_hit_that_is_not_there_any_more_keeps_nothing_from_the_address(opened: Opened) -> None:
+    page = opened("/search?q=arms+high&hit=999")
+    expect(page.locator(".summary")).to_have_text(re.compile("captures?$"))
+    expect(page.locator(".hit")).not_to_have_count(0)
+    page.get_by_role("textbox", name="What is searched for").fill("head left")
+    expect(page).to_have_url(re.compile("q=head"))
+    assert "hit=" not in page.url

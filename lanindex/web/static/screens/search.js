@@ -144,6 +144,7 @@ export function show(app) {
       return;
     }
     ran = path;
+    if (job) wanted = 0; // it was a hit of the search that the screen began with
     app.title(title);
     if (!wanted) told(path);
     settled = meant;
@@ -289,8 +290,9 @@ export function show(app) {
   /** Go to the hit that the address names, once it is there. */
   function reach() {
     const link = list.root.querySelectorAll(".hit")[wanted - 1]?.querySelector("a.show");
-    if (!(link instanceof HTMLElement)) return void (list.length < all && wanted <= all && setTimeout(page));
+    if (!link && list.length < all && wanted <= all) return void setTimeout(page);
     wanted = 0;
+    if (!(link instanceof HTMLElement)) return;
     link.focus({ preventScroll: true });
     link.scrollIntoView({ block: "center" });
   }
