@@ -374,6 +374,9 @@ def _check_head(head: list[str], place: str) -> None:
         if name and name in head[: number - 1]:
             found = f'columns {head.index(name) + 1} and {number} are both called "{shown(name)}"'
             raise UsageError(found, place=place, wanted="a name for each")
+        if "=" in name:  # a condition, column=glob, cannot name it
+            found = f'column {number} is called "{shown(name)}"'
+            raise UsageError(found, place=place, wanted='a name without "="')
 
 
 def _check_row(row: list[str], head: list[str], place: str) -> None:

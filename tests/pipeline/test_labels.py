@@ -108,6 +108,10 @@ def test_what_fits_no_file_is_told() -> None:
         ("file,label\na,b,c\n", "l.csv:2: 3 cells, wanted 2 as in line 1"),
         ("file,label\na,b\na,c\n", "l.csv:3"),
         ("\nfile,style,label,Style\n", 'l.csv:2: columns 2 and 4 are both called "style"'),
+        (
+            "file,a=b\nx,1\n",
+            'l.csv:1: column 2 is called "a=b", wanted a name without "="',
+        ),
         ("file,File\n", 'l.csv:1: columns 1 and 2 are both called "file"'),
         ("file,,label,\na,,b\n\nc,,d,x\n", 'l.csv:4: column 4 has no name and holds "x"'),
         ("label,file\na\n", "l.csv:2: no file"),

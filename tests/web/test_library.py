@@ -270,6 +270,25 @@ def test_labels_and_columns_are_changed_in_place_by_keys(own_page: Opened, dance
     soon(page, lambda: stored(dances)["compass.bvh"][0] == MARKUP)
 
 
+def test_a_label_that_is_typed_stays_while_captures_come(own_page: Opened, dances: Path) -> None:
+    page = own_page(dances)
+    card = page.locator(".shot", has_text="compass.bvh")
+    card.locator(".label .editable").dblclick()
+    page.keyboard.type("half")
+    page.evaluate(
+        """async () => {
+          const { adding } = await import("/static/screens/library.js");
+          adding().came();
+          await new Promise((done) => setTimeout(done, 500));
+        }"""
+    )
+    page.keyboard.type(" done")
+    with page.expect_response(lambda it: "/api/captures?" in it.url):  # the list, behind it
+        page.keyboard.press("Enter")
+    soon(page, lambda: stored(dances)["compass.bvh"][0] == "half done")
+    assert "half done" in card.inner_text()
+
+
 def test_several_are_selected_labelled_and_removed(
     own_page: Opened, violations: Callable[[Page], list[str]], dances: Path
 ) -> None:

@@ -144,11 +144,17 @@ export async function show(app) {
   /** Show what the address asks for, from the capture on that it names; `quiet` where all is said. */
   async function load(quiet = false) {
     loading.abort();
-    loading = new AbortController();
+    const own = (loading = new AbortController());
     const at = Number(asked.get("at")) || 0;
     const from = Math.max(0, Math.floor(at / PAGE) - 1) * PAGE;
     try {
-      const found = await page(from, at ? 3 * PAGE : FIRST);
+      let found, calm; // what is being typed in a card is ended before the card is made anew
+      do {
+        calm = editing?.typed;
+        await calm;
+        if (own !== loading) return;
+        found = await page(from, at ? 3 * PAGE : FIRST);
+      } while (editing?.typed !== calm);
       ({ folder, total } = found);
       first = from;
       poses.clear();

@@ -12,6 +12,8 @@ export class Editing {
   #undo = [];
   /** @type {Promise<unknown>} changes follow each other: the newest is undone first */
   #last = Promise.resolve();
+  /** @type {Promise<unknown>} until nothing is being typed in place, and what was typed is kept */
+  typed = Promise.resolve();
   /** @type {HTMLElement | undefined} */
   #offer;
   #changed;
@@ -91,19 +93,22 @@ export class Editing {
       button.setAttribute("aria-label", `${column} of ${name}: ${text || "none"}, change`);
     }
     const begin = () => {
-      let open = true;
+      let open = true, release = () => {};
+      this.typed = Promise.all([this.typed, new Promise((resolve) => (release = () => resolve(null)))]);
       /** @param {boolean} keep */
       const end = async (keep) => {
         if (!open) return;
         open = false;
         const before = value(), after = input.value.trim();
         input.replaceWith(button);
-        if (!keep || after === before) return;
+        if (!keep || after === before) return release();
         shown(after);
         if (own) capture.metadata[column] = after;
         else capture.label = after;
         const change = own ? { columns: { [column]: after } } : { label: after };
-        if (await this.change([{ captures: [capture.capture_id], ...change }], `${column} changed`, true)) return;
+        const done = await this.change([{ captures: [capture.capture_id], ...change }], `${column} changed`, true);
+        release();
+        if (done) return;
         if (own) capture.metadata[column] = before;
         else capture.label = before;
         shown(before);
