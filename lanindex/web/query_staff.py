@@ -6,9 +6,10 @@ from functools import lru_cache
 from itertools import product
 from typing import Any
 
-from lanindex.alphabet import DIRECTIONS, LEVELS
+from lanindex.alphabet import DIRECTIONS, LEVELS, TRACKS
 from lanindex.draw import svg
 from lanindex.draw.picture import C, Picture, sign
+from lanindex.draw.staff import staff_columns
 from lanindex.search.language.words import RELATIONS, RELATIVE, Vocabulary
 from lanindex.web.routes import Call
 
@@ -20,9 +21,15 @@ def about(call: Call) -> dict[str, Any]:
     """Return the names of parts, the relations of lines, and the signs of directions and levels."""
     vocabulary = Vocabulary(call.site.parts())
     movers = [it for name, it in vocabulary.movers.items() if name == it.name]
+    places = staff_columns(TRACKS).places  # from left to right, 0 in the middle
     return {
         "movers": [
-            {"name": it.name, "parts": it.members, "form": it.form}
+            {
+                "name": it.name,
+                "parts": it.members,
+                "form": it.form,
+                "place": places.get(it.members[0], 0),
+            }
             for it in sorted(movers, key=lambda it: _rank(vocabulary, it.members[0]))
             if not vocabulary.held.isdisjoint(it.members)
         ],

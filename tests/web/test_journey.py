@@ -57,7 +57,6 @@ def test_dropped_found_drawn_played_selected_alike_and_exported(
 
     line.fill("")
     line.press("Escape")  # what is offered lies above what is below
-    page.get_by_text("Draw it").click()
     page.get_by_role("listbox", name="right arm").get_by_role("option").click()
     for key in ("6", "Enter", "5", "g"):
         page.keyboard.press(key)

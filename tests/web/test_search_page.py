@@ -235,6 +235,28 @@ def test_hits_are_those_of_the_line(opened: Opened) -> None:
 
 
 @pytest.mark.slow
+def test_what_is_typed_while_less_is_searched_for_is_searched_for_next(opened: Opened) -> None:
+    page = opened("/search")
+    line = page.get_by_role("textbox", name="What is searched for")
+    page.evaluate(
+        """() => {
+          const ask = window.fetch; // what is typed last is understood late
+          window.fetch = async (path, how) => {
+            const late = path === "/api/parse" && JSON.parse(how.body).text.endsWith("place");
+            if (late) await new Promise((done) => setTimeout(done, 1000));
+            return ask(path, how);
+          };
+        }"""
+    )
+    line.fill("r_arm right")
+    expect(page.locator(".said")).to_contain_text("The right arm moves to the right")
+    with page.expect_request(
+        lambda it: it.url.endswith("/searches") and "place" in (it.post_data or ""), timeout=10_000
+    ):
+        line.fill("r_arm right -> place")
+
+
+@pytest.mark.slow
 def test_what_is_like_a_hit_stays_so_when_it_is_narrowed_down(opened: Opened) -> None:
     page = opened("/search?q=arms+high")
     page.get_by_role("link", name="more like this").first.click()

@@ -11,7 +11,7 @@ import { blank, cell, column, deny, drawingOf, either, gap, insert, LEVELS, MANN
  * @typedef {import("./query_tree.js").Chip} Chip
  * @typedef {import("./query_tree.js").Word} Word
  * @typedef {import("./query_line.js").Reading} Reading
- * @typedef {{name: string, parts: string[], form: string}} Mover
+ * @typedef {{name: string, parts: string[], form: string, place: number}} Mover `place` on a staff, from left to right, 0 in the middle
  * @typedef {{drawing: Drawing, at: import("./query_tree.js").Place}} Kept
  *
  * @typedef {object} About what `/api/query` returns
@@ -36,6 +36,7 @@ const ALONE = "the first column stands alone: the others lie beside it";
 const USUAL = "r_arm"; // who moves in a step where nothing tells
 const LOCKED = "the line is not understood: mend it, or write what is drawn";
 const MOST = 4; // signs of a step
+const SHORT = { Control: "Ctrl", Shift: "\u21e7", Enter: "\u21b5", Delete: "Del", ArrowUp: "\u2191", ArrowDown: "\u2193", "\u21e7+": "\u21e7" }; // names of keys
 const PAD = [7, 8, 9, 4, 5, 6, 1, 2, 3];
 
 export class QueryStaff {
@@ -120,6 +121,17 @@ export class QueryStaff {
   /** @returns {Cell | undefined} */
   get #cell() {
     return this.#column.cells[this.#at.step];
+  }
+
+  /** The numbers of the columns as they stand on a staff from left to right; those of the pattern follow its text. */
+  get #order() {
+    return this.#columns.map((_, at) => at).sort((one, other) => this.#placeOf(one) - this.#placeOf(other));
+  }
+
+  /** @param {number} at */
+  #placeOf(at) {
+    const { part } = this.#columns[at];
+    return this.#about.movers.find((it) => it.name === part)?.place ?? 0;
   }
 
   /** Let the place be one that there is. */
@@ -427,19 +439,22 @@ export class QueryStaff {
       if (relative.value) this.#say("direction", relative.value);
       relative.value = "";
     } }, el("option", { value: "" }, "by side \u2026"), ...this.#about.relative.map((it) => el("option", { value: it }, it.replaceAll("_", " "))));
-    const acts = (/** @type {string[]} */ ...keys) => el("div", { class: "row" }, ...keys.map((key) => {
+    const acts = (/** @type {string[]} */ ...keys) => keys.map((key) => {
       const { name, title, run } = /** @type {Act} */ (this.#acts.get(key));
       return this.#button(key, name, title, run);
-    }));
+    });
+    const group = (/** @type {string} */ name, /** @type {string[]} */ ...keys) => el("div", { class: "q-acts", role: "group", "aria-label": name }, el("span", { class: "soft", "aria-hidden": "true" }, name), el("div", { class: "row" }, ...acts(...keys)));
     return el("div", { class: "q-palette", role: "group", "aria-label": "Signs and changes" },
-      el("div", { class: "q-signs" }, el("div", { class: "q-pad" }, ...ways), el("div", { class: "q-levels" }, ...levels)),
-      el("div", { class: "row" }, relative, ...acts("a", "n", "/").children),
-      acts("Enter", "Shift+Enter", "Delete"), acts("Alt+ArrowUp", "Alt+ArrowDown", "u"), acts("g", "Shift+g"), acts("o", "t", "x", "b", "F2"), acts("c", "p", "r", "Shift+r"), acts("v", "e", "w"), acts("Control+z", "Control+Shift+z"));
+      el("div", { class: "q-signs" }, el("div", { class: "q-pad" }, ...ways), el("div", { class: "q-levels" }, ...levels), el("div", { class: "q-other" }, relative, ...acts("a", "n", "/", "o"))),
+      group("Step", "Enter", "Shift+Enter", "Delete", "Alt+ArrowUp", "Alt+ArrowDown", "b", "F2", "u"),
+      group("Time", "t", "x", "g", "Shift+g"),
+      group("Column", "c", "p", "r", "Shift+r"),
+      group("Query", "v", "e", "w", "Control+z", "Control+Shift+z"));
   }
 
   /** @param {string} key @param {string} text @param {string} title @param {() => void} run @param {Node} [sign] */
   #button(key, text, title, run, sign) {
-    const shown = key.replace("Control", "Ctrl").replace("ArrowUp", "\u2191").replace("ArrowDown", "\u2193").replace(/\b[a-z]$/, (it) => it.toUpperCase());
+    const shown = Object.entries(SHORT).reduce((text, [name, short]) => text.replace(name, short), key).replace(/\b[a-z]$/, (it) => it.toUpperCase());
     const node = el("button", { type: "button", title: `${title} (${shown})`, "aria-keyshortcuts": key, onclick: run }, sign ?? null, text || el("span", { class: "hidden" }, title), el("kbd", { "aria-hidden": "true" }, shown));
     this.#buttons.set(key, node);
     return node;
@@ -469,8 +484,8 @@ export class QueryStaff {
     else if (level) this.#say("level", level);
     else if (key === "ArrowUp") this.#go({ step: at.step + 1 });
     else if (key === "ArrowDown") this.#go({ step: at.step - 1 });
-    else if (key === "ArrowRight") this.#go({ column: at.column + 1 });
-    else if (key === "ArrowLeft") this.#go({ column: at.column - 1 });
+    else if (key === "ArrowRight") this.#beside(1);
+    else if (key === "ArrowLeft") this.#beside(-1);
     else if (key === "Home") this.#go({ step: 0 });
     else if (key === "End") this.#go({ step: this.#column.cells.length - 1 });
     else if (key === "PageUp" || key === "PageDown") this.#go({ tab: at.tab + (key === "PageUp" ? -1 : 1), column: 0, step: 0 });
@@ -489,11 +504,17 @@ export class QueryStaff {
     readOut(this.#told());
   }
 
+  /** @param {number} by 1: to the column on the right, -1: to that on the left */
+  #beside(by) {
+    const order = this.#order, there = order[order.indexOf(this.#at.column) + by];
+    this.#go({ column: there ?? this.#at.column });
+  }
+
   // What is seen
 
   /** @param {string} part */
   #title(part) {
-    return titleOf(part, this.#about.movers) || "a name";
+    return titleOf(part, this.#about.movers) || "a word";
   }
 
   /** Return what is chosen, to be read out. */
@@ -510,7 +531,8 @@ export class QueryStaff {
     const had = focus || this.#sheet.contains(document.activeElement);
     this.#tabs.hidden = this.#drawing.tabs.length < 2;
     this.#tabs.replaceChildren(...this.#drawing.tabs.map((_, tab) => el("button", { type: "button", "aria-pressed": String(tab === this.#at.tab), onclick: () => this.#go({ tab, column: 0, step: 0 }) }, tab ? `or ${tab + 1}` : "1")));
-    this.#sheet.replaceChildren(...this.#columns.map((own, at) => this.#columnNode(own, at)));
+    const order = this.#order, right = order.find((at) => this.#placeOf(at) > 0);
+    this.#sheet.replaceChildren(...order.map((at) => this.#columnNode(this.#columns[at], at, at === right && at !== order[0])));
     this.#chips.hidden = !this.#drawing.chips.length;
     this.#chips.replaceChildren(...this.#drawing.chips.map((it) => this.#chip(it)));
     this.#buttons.get("e")?.setAttribute("aria-pressed", String(this.#sided));
@@ -518,13 +540,13 @@ export class QueryStaff {
     this.#sheet.querySelector("[aria-selected=true]")?.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
 
-  /** @param {Column} own @param {number} at */
-  #columnNode(own, at) {
+  /** @param {Column} own @param {number} at @param {boolean} middle whether the middle of the body is on its left */
+  #columnNode(own, at, middle) {
     const { relation, limit, part, cells, end } = own, title = this.#title(part), here = at === this.#at.column;
     const side = part.startsWith("r_") ? "q-right" : part.startsWith("l_") ? "q-left" : "";
     const struck = relation === "without" || relation === "never" ? "q-struck" : "";
     const options = cells.length ? cells.map((it, step) => this.#stepNode(it, own, at, step)) : [el("div", { class: "q-step q-none", role: "option", tabindex: here ? 0 : -1, "aria-selected": String(here), onclick: () => this.#go({ column: at, step: 0 }) }, "draw here: 1\u20139, L M H")];
-    return el("div", { class: `q-column ${side} ${struck}` },
+    return el("div", { class: `q-column ${side} ${struck} ${middle ? "q-middle" : ""}` },
       el("div", { class: "q-head" }, el("span", { class: "q-relation" }, relation, limit && ` [${limit}]`, at || !this.#columns[1] ? "" : "\u00a0"), el("b", {}, title)),
       el("div", { class: "q-lane", role: "listbox", "aria-orientation": "vertical", "aria-label": [relation, limit, title].filter(Boolean).join(" ") }, ...options),
       end && el("div", { class: "q-end soft" }, `${end.later ? "\u22ee" : ""} ${end.limit} to the end`),

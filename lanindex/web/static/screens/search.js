@@ -28,6 +28,7 @@ const GONE = 404; // the status of what the server does not keep any more
 const PAGE = 24;
 const MOST = 100; // hits in an answer
 const LONG = 300; // characters of a pattern that gets a name in addresses
+const WIDE = "(min-width: 1100px)"; // where the staff of the query stands beside the hits
 const SOON = 150; // milliseconds after the last key, in which nobody wants hits
 const ORDERS = [["best", "best first"], ["capture", "in order"]];
 const WAYS = [["near", "near", "A symbol near the border of its cell matches from both sides"]];
@@ -59,15 +60,17 @@ export function show(app) {
     el("button", { type: "button", title: "Take it away", onclick: () => app.go(address("/search", { ...asked(line.text), where: chosen.filter((other) => other !== it) })) }, `${it} \u00d7`)));
   /** @type {QueryStaff | null} */
   let staff = null;
-  const drawn = el("details", { class: "q-toggle", open: given.has("draw"), ontoggle: () => draw() }, el("summary", {}, "Draw it"));
+  const wide = matchMedia(WIDE).matches, drawn = el("details", { class: "q-toggle", open: given.has("draw") ? given.get("draw") !== "0" : wide, ontoggle: () => draw() }, el("summary", {}, "Draw it"));
 
   main.append(
     el("h1", { class: "hidden" }, "Search"),
-    line.root,
-    drawn,
-    el("div", { class: "row" }, order, edits, el("label", { title: WAYS[0][2] }, near, " near"), within, el("span", { class: "grow" }), bar, cancel),
-    chips, example, el("div", { class: "row" }, summary, el("span", { class: "grow" }), copies(() => asked(line.text), app.library.file)), problem,
-    el("div", { class: "columns" }, facets, el("div", {}, list.root, more)),
+    el("div", { class: "asked" },
+      line.root,
+      drawn,
+      el("div", { class: "found" },
+        el("div", { class: "row" }, order, edits, el("label", { title: WAYS[0][2] }, near, " near"), within, el("span", { class: "grow" }), bar, cancel),
+        chips, example, el("div", { class: "row" }, summary, el("span", { class: "grow" }), copies(() => asked(line.text), app.library.file)), problem,
+        el("div", { class: "columns" }, facets, el("div", {}, list.root, more)))),
     basket.root);
 
   /** @type {string | null} */
@@ -128,24 +131,24 @@ export function show(app) {
    * @param {string} q
    */
   function asked(q) {
-    return { q, like, in: within.value, where: chosen, near: near.checked, fuzzy: edits.value, order: order.value === "best" ? "" : order.value, draw: drawn.open && 1 };
+    return { q, like, in: within.value, where: chosen, near: near.checked, fuzzy: edits.value, order: order.value === "best" ? "" : order.value, draw: drawn.open === wide ? "" : Number(drawn.open) };
   }
 
   /**
    * Ask for hits.
-   * @param {string} title
+   * @param {string} text what is asked, which may be less than is typed by now
    * @param {object} body
    * @param {boolean} meant whether it was asked for, not only typed
    */
-  async function search(title, body, meant) {
-    const path = address("/search", asked(line.text));
+  async function search(text, body, meant) {
+    const path = address("/search", asked(text));
     if (path === ran) {
       settled ||= meant;
       return;
     }
     ran = path;
     if (job) wanted = 0; // it was a hit of the search that the screen began with
-    app.title(title);
+    app.title(text || `like ${like}`);
     if (!wanted) told(path);
     settled = meant;
     stop();
@@ -164,8 +167,8 @@ export function show(app) {
   /** Open the staff of the query, or close it. */
   async function draw() {
     const url = new URL(location.href);
-    if (drawn.open) url.searchParams.set("draw", "1");
-    else url.searchParams.delete("draw");
+    if (drawn.open === wide) url.searchParams.delete("draw");
+    else url.searchParams.set("draw", String(Number(drawn.open)));
     app.replace(url.pathname + url.search);
     if (!drawn.open || staff) return;
     try {
@@ -210,7 +213,7 @@ export function show(app) {
   /** Search for what is like a clip. */
   function alike() {
     shown();
-    return search(`like ${like}`, { like }, true);
+    return search(line.text, { like }, true);
   }
 
   /** Say what the hits are like; such a search has no order and no edits. */
@@ -327,7 +330,7 @@ export function show(app) {
     try {
       const advice = await get(`/api/searches/${own}/advice`, signal);
       if (own !== job) return;
-      const way = (/** @type {string} */ pattern) => el("button", { type: "button", onclick: () => line.set(pattern).then((reading) => reading && run(reading, true)) }, pattern);
+      const way = (/** @type {string} */ pattern) => el("button", { type: "button", class: "way", onclick: () => line.set(pattern).then((reading) => reading && run(reading, true)) }, pattern);
       problem.append(
         advice.remark && el("p", {}, advice.remark),
         ...advice.never.map((/** @type {string} */ it) => el("p", {}, `"${it}" is nowhere to be found.`)),
