@@ -4,7 +4,6 @@ All functions run inside a transaction that the caller has begun.
 """
 
 import json
-from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -345,12 +344,20 @@ def _stretch(
     values = dict(zip(("number", "track"), track, strict=True))
     where = "FROM symbol_code WHERE capture_id = :number AND track = :track AND ordinal"
 
-    def end(row: int) -> int:
-        asked = f"SELECT start + length {where} = :row"
-        return int(ask(connection, asked, {**values, "row": row}).fetchone()[0])
+    def ended(frame: int) -> int:  # rows that end until a frame: a binary search in one question
+        asked = f"""WITH RECURSIVE found(rows, step) AS (
+            SELECT 0, :step
+            UNION ALL
+            SELECT CASE WHEN (SELECT start + length {where} = rows + step - 1) <= :frame
+                THEN rows + step ELSE rows END, step / 2
+            FROM found WHERE step > 0)
+        SELECT rows FROM found WHERE step = 0"""
+        step = 1 << count.bit_length() - 1 if count else 0
+        found = ask(connection, asked, {**values, "step": step, "frame": frame})
+        return int(found.fetchone()[0])
 
-    first = max(bisect_right(range(count), frames.start, key=end) - 1, 0)
-    last = min(bisect_left(range(count), frames.stop, lo=first, key=end), count - 1)
+    first = max(ended(frames.start) - 1, 0)
+    last = min(ended(frames.stop - 1), count - 1)
     asked = f"SELECT {', '.join(COLUMNS)} {where} BETWEEN :first AND :last ORDER BY ordinal"
     held = ask(connection, asked, {**values, "first": first, "last": last}).fetchall()
     if len(held) != last + 1 - first:
