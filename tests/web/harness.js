@@ -1,4 +1,4 @@
-import { Figure, figureBar } from "/static/figure.js";
+import { Figure, figureBar, spaceDrawer } from "/static/figure.js";
 import { Motion } from "/static/motion.js";
 import { Player, playerBar, playerKeys } from "/static/player.js";
 import { StaffView } from "/static/staff.js";
@@ -12,7 +12,7 @@ const description = await (await fetch(`${path}/figure`)).json();
 const motion = new Motion(path, description);
 const player = new Player(motion, description.rate);
 motion.changed = () => player.refresh();
-const figure = new Figure(document.getElementById("figure"), { label: "A walker" });
+const figure = new Figure(document.getElementById("figure"), { label: "A walker", space: await spaceDrawer() });
 figure.floor = description.floor;
 const log = [];
 const said = { picked: [], selected: [] };

@@ -82,6 +82,7 @@ def test_a_graphics_card_draws_in_space_and_software_flat(
 ) -> None:
     page = played("")
     page.context.add_init_script(RENDERER % renderer)
+    page.evaluate("sessionStorage.clear()")
     page.reload()
     page.wait_for_selector("body[data-ready]")
     assert page.evaluate("figure.kind") == kind
@@ -246,17 +247,25 @@ MADE = """async ({fails}) => {
 }"""
 
 
-def test_tiles_are_fetched_ahead_aborted_and_let_go(played: Any) -> None:
+def test_tiles_are_fetched_one_by_one_ahead_and_let_go(played: Any) -> None:
     code = """
-  motion.ready(5); const first = [...asked];
-  motion.ready(55); const given_up = [...aborted];
+  motion.changed = () => { motion.ready(55); };
+  for (const at of [2, 15, 25, 35, 55]) motion.ready(at);
+  const first = [...asked];
   await wait();
-  const pose = [...motion.pose(55)];
-  for (const at of [65, 75, 85, 95]) { motion.ready(at); await wait(); }
-  return { first, given_up, pose, held: motion.held, gone: motion.pose(55), last: asked.at(-1) };"""
+  const then = [...asked];
+  await wait();
+  const pose = [...motion.pose(55)], ahead = [...asked];
+  motion.changed = () => {};
+  for (const at of [74, 84, 94]) { motion.ready(at); await wait(); }
+  const { held } = motion, gone = motion.pose(55), last = asked.at(-1);
+  motion.ready(45); motion.abort();
+  return { first, then, ahead, pose, held, gone, last, aborted };"""
     found = played().evaluate(MADE % code, {"fails": False})
-    assert found["first"] == ["/c/motion/0", "/c/motion/1"]
-    assert found["given_up"] == found["first"]
+    assert found["first"] == ["/c/motion/0"]  # not what was only passed by
+    assert found["then"][:2] == ["/c/motion/0", "/c/motion/5"]
+    assert found["ahead"] == ["/c/motion/0", "/c/motion/5", "/c/motion/6"]
+    assert found["aborted"] == ["/c/motion/4"]
     assert found["held"] == 3
     assert found["gone"] is None
     assert found["last"] == "/c/motion/9"
@@ -264,14 +273,14 @@ def test_tiles_are_fetched_ahead_aborted_and_let_go(played: Any) -> None:
 
 def test_a_tile_that_cannot_come_is_told_and_asked_for_again(played: Any) -> None:
     code = """
-  motion.ready(5); await wait();
-  const told = motion.failure(5)?.message, before = asked.length;
-  motion.ready(5); motion.ready(5); const after = asked.length;
-  failing = false; motion.retry(); motion.ready(5); await wait();
-  return { told, before, after, now: motion.failure(5), pose: [...motion.pose(0)] };"""
+  motion.ready(2); await wait();
+  const told = motion.failure(2)?.message, before = asked.length;
+  motion.ready(2); motion.ready(2); const after = asked.length;
+  failing = false; motion.retry(); motion.ready(2); await wait();
+  return { told, before, after, now: motion.failure(2), pose: [...motion.pose(0)] };"""
     found = played().evaluate(MADE % code, {"fails": True})
     assert "500" in found["told"]
-    assert found["before"] == found["after"] == 2
+    assert found["before"] == found["after"] == 1
     assert found["now"] is None
     assert found["pose"][:3] == [101, 2, 3]
     assert all(np.isnan(it) for it in found["pose"][3:])
@@ -281,9 +290,9 @@ def test_figures_that_are_gone_hold_no_part_of_the_graphics_card(played: Any) ->
     page, said = played("space"), list[str]()
     page.on("console", lambda it: said.append(it.text))
     page.evaluate("""async () => {
-  const { Figure } = await import('/static/figure.js');
+  const { Figure, spaceDrawer } = await import('/static/figure.js');
   for (let number = 0; number < 20; number++) {
-    new Figure(document.createElement('canvas'), { kind: 'space' }).dispose();
+    new Figure(document.createElement('canvas'), { space: await spaceDrawer() }).dispose();
   }
 }""")
     page.wait_for_timeout(200)

@@ -83,8 +83,11 @@ def test_it_is_as_fast_as_chosen(played: Any, speed: float) -> None:
 def test_it_waits_for_a_tile_and_says_so(played: Any) -> None:
     page = played()
     held: list[Any] = []
+    with page.expect_response("**/motion/1"):
+        page.evaluate("player.seek(8)")  # what comes soon is fetched, too
+    page.wait_for_function("() => motion.held === 2")
     page.route("**/motion/*", lambda route: held.append(route))
-    page.evaluate("player.seek(15)")  # its tile came with the first
+    page.evaluate("player.seek(15)")
     assert now(page) == 15
     assert not page.evaluate("player.waiting")
     page.reload()
@@ -215,20 +218,26 @@ def test_nobody_is_shut_out(played: Any, violations: Any) -> None:
         assert violations(page) == []
 
 
-def test_pieces_of_the_staff_that_are_passed_by_are_given_up(played: Any) -> None:
+def test_pieces_of_the_staff_that_are_passed_by_are_not_fetched(played: Any) -> None:
     page = played()
     found = page.evaluate("""async () => {
   const { StaffView } = await import('/static/staff.js');
   const root = document.createElement('div'), asked = [], aborted = [];
   root.style.height = '300px';
   document.getElementById('stage').append(root);
+  let fail = () => {};
   const view = new StaffView(root, { seconds: 1000, parse: null, seek() {}, pick() {}, select() {},
     load: (from, to, zoom, signal) => new Promise((resolve, reject) => {
       asked.push(from);
+      fail = () => reject(new Error('none'));
       signal.addEventListener('abort', () => { aborted.push(from); reject(signal.reason); });
     }) });
   for (const at of [5, 55, 105, 155]) view.show(at);
+  const first = [...asked];
+  fail();
+  await new Promise((done) => setTimeout(done, 50));
+  const then = [...asked];
   view.dispose();
-  return { asked, aborted };
+  return { first, then, aborted };
 }""")
-    assert found == {"asked": [0, 50, 100, 150], "aborted": [0, 50, 100, 150]}
+    assert found == {"first": [0], "then": [0, 150], "aborted": [150]}

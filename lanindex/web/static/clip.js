@@ -23,7 +23,7 @@ export function clip(signal, { capture, capture_id: number, start, end, parts },
 
   async function open() {
     const path = `${captures}/${number}`, description = await get(`${path}/figure`, signal);
-    const figure = new Figure(canvas, { label: `A figure of ${capture}`, kind: "canvas" });
+    const figure = new Figure(canvas, { label: `A figure of ${capture}` });
     const motion = new Motion(path, description), player = new Player(motion, description.rate);
     const lit = new Set(parts), { strokes } = description, still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     figure.floor = description.floor;

@@ -1,7 +1,6 @@
 /** The figure on a canvas: what is looked at, from where, and the keys and pointers that turn it. */
 
 import { CanvasDrawer } from "./figure_canvas.js";
-import { SpaceDrawer, accelerated } from "./figure_space.js";
 import { COLORS } from "./look.js";
 import { button, toggle, toolbar } from "./widgets.js";
 
@@ -11,6 +10,7 @@ import { button, toggle, toolbar } from "./widgets.js";
  * @typedef {import("./look.js").Drawer} Drawer
  * @typedef {import("./look.js").Palette} Palette
  * @typedef {import("./look.js").View} View
+ * @typedef {typeof import("./figure_space.js").SpaceDrawer} Space
  */
 
 const TILT = 12; // degrees from which a figure is looked down upon, so that the floor is seen
@@ -21,6 +21,32 @@ const JUMP = 1500; // mm from which on it goes there at once
 const DEGREES = 10; // of an arrow key
 const LEAST = 3000; // mm that a plan shows, at least
 const KEYS = "Arrow keys turn it, plus and minus change its size, 0 sets it back.";
+
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // what draws WebGL without a graphics card
+const CARD = "card"; // under which the tab remembers whether there is one: to ask takes a while
+
+/**
+ * Return what draws a figure with WebGL; null where that would be done by software: a canvas is many
+ * times as fast. `?figure=space` and `?figure=canvas` choose.
+ * @returns {Promise<Space | null>}
+ */
+export async function spaceDrawer() {
+  const asked = new URLSearchParams(location.search).get("figure");
+  if (!(asked ? asked === "space" : accelerated())) return null;
+  return (await import("./figure_space.js")).SpaceDrawer;
+}
+
+/** Whether a graphics card draws WebGL: browsers give it by software, too, and tell that by its name alone. */
+function accelerated() {
+  const known = sessionStorage.getItem(CARD);
+  if (known) return known === "yes";
+  const context = document.createElement("canvas").getContext("webgl2");
+  const told = context?.getExtension("WEBGL_debug_renderer_info");
+  const card = context !== null && !SOFTWARE.test(context.getParameter(told?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  sessionStorage.setItem(CARD, card ? "yes" : "no");
+  return card;
+}
 
 export class Figure {
   /** @type {Body[]} */
@@ -54,14 +80,13 @@ export class Figure {
 
   /**
    * @param {HTMLCanvasElement} canvas
-   * @param {{label?: string, kind?: string | null}} options kind: "canvas" draws without WebGL,
-   *   "space" with it; null with it where a graphics card does it: by software the canvas is many times as fast
+   * @param {{label?: string, space?: Space | null}} options space: what draws it with WebGL
    */
-  constructor(canvas, { label = "The figure", kind = new URLSearchParams(location.search).get("figure") } = {}) {
+  constructor(canvas, { label = "The figure", space = null } = {}) {
     this.canvas = canvas;
-    const space = (kind ? kind === "space" : accelerated()) ? SpaceDrawer.on(canvas, () => this.later()) : null;
-    this.#drawer = space ?? new CanvasDrawer(canvas);
-    this.kind = space ? "space" : "canvas";
+    const drawer = space?.on(canvas, () => this.later()) ?? null;
+    this.#drawer = drawer ?? new CanvasDrawer(canvas);
+    this.kind = drawer ? "space" : "canvas";
     canvas.tabIndex = 0;
     canvas.setAttribute("role", "application");
     canvas.setAttribute("aria-label", `${label}. ${KEYS}`);

@@ -17,21 +17,6 @@ const SHADE = 0.12; // of the colour of bones is in the shadow
 const CORNERS = 8; // of what is round and thin: by software each corner costs time
 const ORDER = { shadow: 1, way: 2, ghost: 3, lit: 4, solid: 5 }; // what is drawn later covers
 
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i; // what draws WebGL without a graphics card
-
-/** @type {boolean | undefined} */
-let card;
-
-/** Whether a graphics card draws WebGL: browsers give it by software, too, and tell that by its name alone. */
-export function accelerated() {
-  if (card !== undefined) return card;
-  const context = document.createElement("canvas").getContext("webgl2");
-  const told = context?.getExtension("WEBGL_debug_renderer_info");
-  card = context !== null && !SOFTWARE.test(context.getParameter(told?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER));
-  context?.getExtension("WEBGL_lose_context")?.loseContext();
-  return card;
-}
-
 /** Many strokes of one look: bars with balls at their ends, and heads, which are balls alone. */
 class Strokes {
   #group;

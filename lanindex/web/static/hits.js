@@ -142,7 +142,7 @@ function moves(card, place, hit, { parts, tall }) {
     if (gone || !description) return;
     const canvas = el("canvas", { class: "moving" });
     place.append(canvas);
-    const figure = new Figure(canvas, { kind: "canvas" }), motion = new Motion(path, description), player = new Player(motion, description.rate);
+    const figure = new Figure(canvas), motion = new Motion(path, description), player = new Player(motion, description.rate);
     canvas.tabIndex = -1;
     figure.floor = description.floor;
     figure.span = tall * place.clientHeight / drawnHeight(place.querySelector("svg"));

@@ -19,6 +19,7 @@
 const UNKNOWN = -32768;
 const HEADER = 12; // bytes: the origin, three float32
 
+const SOON = 5; // seconds: what is played later is not fetched yet
 const STEP = 0.1; // seconds from one point of the way to the next
 const OFFSETS = [-0.75, -0.5, -0.25, 0.75, 0.5, 0.25]; // seconds at which ghosts are, the farthest first
 
@@ -42,8 +43,8 @@ export function unpacked(bytes) {
 export class Motion {
   /** @type {Map<number, Tile>} tiles by number, the one used last at the end */
   #tiles = new Map();
-  /** @type {Map<number, AbortController>} */
-  #coming = new Map();
+  /** @type {AbortController | null} of the tile that is on its way: one after the other, so that no server works on what nobody looks at any more */
+  #coming = null;
   /** @type {Map<number, Error>} */
   #failed = new Map();
   #fetch;
@@ -92,17 +93,14 @@ export class Motion {
   }
 
   /**
-   * Whether the pose at some seconds can be shown; fetches its tile and the next, and no others.
+   * Whether the pose at some seconds can be shown; fetches its tile, and those that come soon, and no others.
    * @param {number} seconds
    */
   ready(seconds) {
-    const at = this.#at(seconds), next = at + 1;
-    const wanted = next * this.description.tile < this.description.frames ? [at, next] : [at];
-    for (const [number, coming] of this.#coming) if (!wanted.includes(number)) coming.abort();
-    for (const number of wanted) {
-      if (!this.#tiles.has(number) && !this.#coming.has(number) && !this.#failed.has(number)) {
-        this.#load(number);
-      }
+    const at = this.#at(seconds);
+    if (!this.#coming) {
+      const lacking = [at, this.#at(seconds + SOON)].find((it) => !this.#tiles.has(it) && !this.#failed.has(it));
+      if (lacking !== undefined) this.#load(lacking);
     }
     return this.#tiles.has(at);
   }
@@ -120,15 +118,14 @@ export class Motion {
     this.#failed.clear();
   }
 
-  /** Stop all that is on its way. */
+  /** Stop what is on its way. */
   abort() {
-    for (const coming of this.#coming.values()) coming.abort();
+    this.#coming?.abort();
   }
 
   /** @param {number} number */
   async #load(number) {
-    const coming = new AbortController();
-    this.#coming.set(number, coming);
+    const coming = (this.#coming = new AbortController());
     try {
       const answer = await this.#fetch(`${this.path}/motion/${number}`, { signal: coming.signal });
       if (!answer.ok) throw new Error(`the movement could not be read (${answer.status})`);
@@ -141,7 +138,7 @@ export class Motion {
       if (coming.signal.aborted) return;
       this.#failed.set(number, error instanceof Error ? error : new Error(String(error)));
     } finally {
-      if (this.#coming.get(number) === coming) this.#coming.delete(number);
+      this.#coming = null;
     }
     this.changed();
   }

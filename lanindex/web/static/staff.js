@@ -23,14 +23,17 @@ const LARGEST = 0.1, LEAST = 0.08; // pixels of a unit of the drawing: a wider s
 const KEPT = 24; // pieces, at most
 const ZOOMS = [0.25, 0.5, 1, 2, 4];
 const STEP = 0.25; // seconds of an arrow key
+const JUMP = 1, SETTLED = 150; // seconds that are not played but jumped over; ms for which it stays then
 const CLICK = 4; // pixels that a press may move and still be none that drags
 const KEYS = "Up and down arrows move in time, with shift they select, left and right choose a symbol, enter takes it, plus and minus change its size, escape selects nothing.";
 
 export class StaffView {
   #options;
   #span;
-  /** @type {Map<number, Held | AbortController | "failed">} pieces by number, the one used last at the end */
+  /** @type {Map<number, Held | "failed">} pieces by number, the one used last at the end */
   #held = new Map();
+  /** @type {AbortController | null} of the piece that is on its way, one after the other */
+  #coming = null;
   /** @type {Map<number, Held>} pieces that are shown until those come that are taken anew */
   #stale = new Map();
   #layer = document.createElement("div");
@@ -41,6 +44,7 @@ export class StaffView {
   #zoom = 2;
   #time = 0;
   #across = 0; // pixels of its width
+  #settling = 0; // a timer, from a jump until it stays there
   #round = 0;
   #named = -1; // of which round the names of the columns are
   /** @type {[number, number] | null} */
@@ -93,14 +97,20 @@ export class StaffView {
    * @param {number} seconds
    */
   show(seconds) {
+    if (Math.abs(seconds - this.#time) > JUMP) {
+      clearTimeout(this.#settling);
+      this.#settling = setTimeout(() => {
+        this.#settling = 0;
+        this.#place();
+      }, SETTLED);
+    }
     this.#time = seconds;
     this.#place();
   }
 
   /** Take all pieces anew: the score has changed, or other columns are wanted. */
   reload() {
-    this.#giveUp(new Set());
-    this.#round++;
+    this.#giveUp();
     for (const [number, held] of this.#held) {
       if (!isHeld(held)) continue;
       this.#stale.get(number)?.node.remove();
@@ -112,9 +122,9 @@ export class StaffView {
   }
 
   dispose() {
+    clearTimeout(this.#settling);
     this.#gone.abort();
-    this.#giveUp(new Set());
-    this.#round++;
+    this.#giveUp();
     this.root.replaceChildren();
   }
 
@@ -251,7 +261,7 @@ export class StaffView {
    */
   #piece(number) {
     const held = this.#held.get(number);
-    if (held === undefined) this.#load(number);
+    if (held === undefined && !this.#coming) this.#load(number);
     if (!isHeld(held)) return this.#stale.get(number) ?? null;
     this.#held.delete(number);
     this.#held.set(number, held);
@@ -262,11 +272,11 @@ export class StaffView {
   async #load(number) {
     const from = number * this.#span, to = Math.min(from + this.#span, this.#options.seconds), round = this.#round;
     if (from >= to) return;
-    const coming = new AbortController();
-    this.#held.set(number, coming);
+    const coming = (this.#coming = new AbortController());
     try {
       const piece = await this.#options.load(from, to, ZOOMS[this.#zoom], coming.signal);
       if (round !== this.#round) return;
+      this.#coming = null;
       this.#held.set(number, this.#hold(piece, from, to));
       this.#stale.get(number)?.node.remove();
       this.#stale.delete(number);
@@ -278,6 +288,7 @@ export class StaffView {
       this.#state.textContent = "";
     } catch (error) {
       if (coming.signal.aborted || round !== this.#round) return;
+      this.#coming = null;
       this.#held.set(number, "failed");
       this.#state.textContent = `The staff could not be read: ${error instanceof Error ? error.message : error}`;
     }
@@ -308,16 +319,11 @@ export class StaffView {
     return { node, piece, from, to, wide: width, tall: low - high };
   }
 
-  /**
-   * Stop what is on its way but for what is wanted.
-   * @param {Set<number>} wanted
-   */
-  #giveUp(wanted) {
-    for (const [number, held] of this.#held) {
-      if (!(held instanceof AbortController) || wanted.has(number)) continue;
-      this.#held.delete(number);
-      held.abort();
-    }
+  /** Stop what is on its way, and take nothing of it. */
+  #giveUp() {
+    this.#round++;
+    this.#coming?.abort();
+    this.#coming = null;
   }
 
   /** Put every piece where it is now. */
@@ -327,10 +333,12 @@ export class StaffView {
     const number = Math.min(Math.floor(this.#time / this.#span), last), line = this.#lineAt();
     const shown = new Set();
     this.#line.style.transform = `translateY(${line}px)`;
-    this.#giveUp(new Set([number - 1, number, number + 1]));
     const here = this.#piece(number);
-    // those beside it come after it, and not while it is one that is replaced
-    const beside = (/** @type {number} */ at) => (here === this.#stale.get(number) ? this.#stale.get(at) : this.#piece(at));
+    // those beside it come after it, not while it is one that is replaced, nor from jump to jump
+    const beside = (/** @type {number} */ at) => {
+      if (here === this.#stale.get(number)) return this.#stale.get(at);
+      return this.#settling && !isHeld(this.#held.get(at)) ? null : this.#piece(at);
+    };
     if (here) {
       const scale = this.#scale(here);
       let foot = line + scale * (along(here.from, here.piece.times, here.piece.ys) - along(this.#time, here.piece.times, here.piece.ys));
@@ -420,11 +428,11 @@ export class StaffView {
 
 /**
  * Return whether a piece is there.
- * @param {Held | AbortController | "failed" | undefined} held
+ * @param {Held | "failed" | undefined} held
  * @returns {held is Held}
  */
 function isHeld(held) {
-  return held !== undefined && held !== "failed" && !(held instanceof AbortController);
+  return held !== undefined && held !== "failed";
 }
 
 /**

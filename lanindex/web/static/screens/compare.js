@@ -174,7 +174,7 @@ export async function show(app) {
     }));
     staff.seek = () => {};
     try {
-      const description = await get(`${path}/figure`, signal), figure = new Figure(canvas, { label: `The figure of ${NAMES[at]}`, kind: "canvas" });
+      const description = await get(`${path}/figure`, signal), figure = new Figure(canvas, { label: `The figure of ${NAMES[at]}` });
       figure.floor = description.floor;
       return { capture, motion: new Motion(path, description), figure, staff, strokes: description.strokes, floor: description.floor };
     } catch (error) {

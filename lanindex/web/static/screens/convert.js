@@ -3,7 +3,7 @@
 import { address, get, isAbort, problemOf, send } from "../api.js";
 import { announce, counted, el, svg, trouble } from "../dom.js";
 import { Draft, fellow } from "../draft.js";
-import { Figure } from "../figure.js";
+import { Figure, spaceDrawer } from "../figure.js";
 import { Motion } from "../motion.js";
 import { nameOf } from "../names.js";
 import { picker } from "../picker.js";
@@ -88,7 +88,7 @@ export async function show(app) {
   });
   const motion = description ? new Motion(path, description, undefined, 24) : null;
   const player = new Player(motion ?? { seconds: capture.seconds, ready: () => true, failure: () => null, retry: () => {} }, description?.rate ?? capture.fps);
-  const figure = description ? new Figure(figureCanvas, { label: "The figure" }) : null;
+  const figure = description ? new Figure(figureCanvas, { label: "The figure", space: await spaceDrawer() }) : null;
   if (figure) figure.floor = description.floor;
   if (motion) motion.changed = () => player.refresh();
   const sphere = new SphereView(sphereCanvas, { move: (border, value, done) => form.move(border, value, done) });

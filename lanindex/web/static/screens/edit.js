@@ -6,7 +6,7 @@ import { Palette } from "../edit/palette.js";
 import { Paper } from "../edit/paper.js";
 import { blank, changed, end, grain, inMeter, later, mirrored, ofBars, packed, part, placeOf, short, stretched, told, trackOf, unpacked } from "../edit/score.js";
 import { Stage } from "../edit/stage.js";
-import { Figure } from "../figure.js";
+import { Figure, spaceDrawer } from "../figure.js";
 import { nameOf } from "../names.js";
 import { picker } from "../picker.js";
 import { Player, playerBar } from "../player.js";
@@ -135,7 +135,7 @@ export async function show(app) {
           } }), compare),
           found))));
 
-  const figure = new Figure(canvas, { label: "The figure that carries out the score" });
+  const figure = new Figure(canvas, { label: "The figure that carries out the score", space: await spaceDrawer() });
   const stage = new Stage(), player = new Player(stage, 30);
   main.querySelector(".edit-player")?.append(playerBar(player));
   const paper = new Paper(sheet, {
