@@ -48,8 +48,14 @@ def motion(
     stop: float | None = None,
     fps: float | Fraction | None = None,
     cache: Cache = CACHE,
+    *,
+    wait: bool = True,
 ) -> Figure:
-    """Return the figure of a capture in a window: see `lanindex.Library.motion`."""
+    """Return the figure of a capture in a window: see `lanindex.Library.motion`.
+
+    Without `wait`, that of a large file may come before it is known to be the one that was
+    ingested: `check` tells.
+    """
     capture = store.capture(which)
     performed, rate = capture.format in NOTATIONS, rate_of(capture)
     stop = last_second(float(capture.frames / capture.rate), start, stop)
@@ -69,9 +75,20 @@ def motion(
     reading = replace(source.reading, rate=rate)  # which the times of some frames do not tell
     if not cache.holds(key):  # first: a process would slow it
         body = _stretch(large, reading, shown, rate_shown, capture.frames)
+    if body is not None and not wait and not source.same.done():
+        begin = partial(cache.begin, key, figured, job, aside=True)
+        source.same.add_done_callback(lambda same: same.exception() or begin())
+        return body
     source.same.result()
     made = cache.begin(key, figured, job, aside=True)
     return body or _window(made.result(), shown, rate_shown)
+
+
+def check(store: Store, which: int | str) -> None:
+    """Raise where the source of a capture is gone or has changed since it was ingested."""
+    capture = store.capture(which)
+    if capture.format not in NOTATIONS:
+        SOURCES.of(store, capture).same.result()
 
 
 def frames_shown(

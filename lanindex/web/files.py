@@ -12,6 +12,7 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, Response
 
 _FOLDER = Path(__file__).parent / "static"
+ICON = "icon.svg"
 _TYPES = {
     ".html": "text/html; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
@@ -47,7 +48,9 @@ def answer(request: Request, name: str) -> Response:
     file = _files().get(name)
     if file is None:
         return PlainTextResponse("There is no such page.\n", 404)
-    headers = {"etag": file.tag, "cache-control": "no-cache", "vary": "accept-encoding"}
+    # a browser asks for the icon with each change of the address
+    lasts = "max-age=3600" if name == ICON else "no-cache"
+    headers = {"etag": file.tag, "cache-control": lasts, "vary": "accept-encoding"}
     if request.headers.get("if-none-match") == file.tag:
         return Response(status_code=304, headers=headers)
     packs = "gzip" in request.headers.get("accept-encoding", "")

@@ -124,6 +124,13 @@ def _late(module: str, function: str) -> Work:
     return work
 
 
+def import_all() -> None:
+    """Import the modules of all routes, for which else the first request of each would wait."""
+    for routes in shipped("web/routes.toml").values():
+        for name in routes.values():
+            import_module(f"lanindex.web.{name.partition('.')[0]}")
+
+
 def route(site: Site, path: str, work: Work, *methods: str) -> Route:
     """Return the route of a function; what it returns is a response, or becomes JSON."""
 

@@ -7,6 +7,7 @@ import logging
 import os
 import secrets
 import socket
+import threading
 from collections.abc import Callable, Hashable
 from contextlib import asynccontextmanager
 from functools import cached_property, partial
@@ -23,7 +24,7 @@ from lanindex.pipeline.kept import Latest
 from lanindex.web import files, jobs, names
 from lanindex.web.guard import Guard
 from lanindex.web.jobs import Jobs
-from lanindex.web.routes import route, works
+from lanindex.web.routes import import_all, route, works
 from lanindex.web.uploads import Uploads, receive
 
 if TYPE_CHECKING:
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
     from lanindex.web.convert import Workshop
 
 PORT = 8421
+IDLE = 1.0
+"""Seconds after the start in which the first page should be there: then the rest is imported."""
+
 SCREENS = (
     *("/", "/search", "/captures/{number:int}", "/convert", "/edit", "/compare", "/explore"),
     *("/words", "/help", "/help/{topic}"),
@@ -156,6 +160,9 @@ def serve(
     shown = {"0.0.0.0": socket.gethostname(), "::": socket.gethostname()}.get(host, host)
     shown = f"[{shown}]" if ":" in shown else shown
     ready(f"http://{shown}:{port}/?token={token}")
+    importing = threading.Timer(IDLE, import_all)
+    importing.daemon = True
+    importing.start()
     Server(config, site).run(sockets=[listener])
 
 

@@ -13,10 +13,12 @@ from starlette.responses import Response
 
 from lanindex.draw import svg
 from lanindex.draw.staff import MARGIN, NAMES
-from lanindex.errors import LanindexError, UsageError
+from lanindex.errors import AbsentError, LanindexError, UsageError, shown
 from lanindex.film import tiles
 from lanindex.film.figure import Figure, faced, stood
 from lanindex.film.hits import Playback, poses, seen_from
+from lanindex.pipeline.motion import check
+from lanindex.pipeline.motion import motion as motion_of
 from lanindex.pipeline.motion import rate_of as motion_rate
 from lanindex.search.example.stretch import pattern_of_symbol
 from lanindex.web.routes import Call
@@ -42,20 +44,27 @@ def rate_of(capture: Capture) -> Fraction:
 
 def figure(call: Call) -> dict[str, Any]:
     """Return the figure of a capture: its strokes, its rate, and how it is cut into tiles."""
-    return figure_of(call.site.library, call.path["number"])
+    return figure_of(call.site.library, call.path["number"], wait=not call.text("early"))
 
 
 def motion(call: Call) -> Response:
     """Return a tile of a capture's movement."""
-    return tile_of(call.site.library, call.path["number"], call.path["tile"])
+    number, tile = call.path["number"], call.path["tile"]
+    return tile_of(call.site.library, number, tile, wait=not call.text("early"))
 
 
-def figure_of(library: Library, number: int) -> dict[str, Any]:
-    """Return the figure of a capture of a library."""
+def source(call: Call) -> dict[str, Any]:
+    """Answer once the file of a capture is known to be the one that was ingested."""
+    check(call.site.library.store, call.path["number"])
+    return {}
+
+
+def figure_of(library: Library, number: int, *, wait: bool = True) -> dict[str, Any]:
+    """Return the figure of a capture of a library; `source` tells what it does not wait for."""
     capture = library.capture(number)
     rate, seconds = rate_of(capture), float(capture.frames / capture.rate)
     frames = ceil(seconds * float(rate) - 1e-6)
-    body = library.motion(capture.id, 0, min(seconds, tiles.SECONDS), RATE)
+    body = motion_of(library.store, capture.id, 0, min(seconds, tiles.SECONDS), RATE, wait=wait)
     known = body.places[np.isfinite(body.places).all(axis=2)]
     return {
         "rate": float(rate),
@@ -67,7 +76,7 @@ def figure_of(library: Library, number: int) -> dict[str, Any]:
     }
 
 
-def tile_of(library: Library, number: int, tile: int) -> Response:
+def tile_of(library: Library, number: int, tile: int, *, wait: bool = True) -> Response:
     """Return a tile of the movement of a library's capture."""
     capture = library.capture(number)
     rate, seconds = rate_of(capture), float(capture.frames / capture.rate)
@@ -75,9 +84,10 @@ def tile_of(library: Library, number: int, tile: int) -> Response:
     start = tile * length
     if start >= seconds:
         raise UsageError(f"tile {tile}", wanted=f"one of {ceil(seconds / length)}")
-    body = library.motion(capture.id, start, min(start + length, seconds), RATE)
-    kind = "application/octet-stream"
-    return Response(tiles.packed(body.places), media_type=kind, headers=_STAMPED)
+    stop = min(start + length, seconds)
+    body = motion_of(library.store, capture.id, start, stop, RATE, wait=wait)
+    kind, headers = "application/octet-stream", _STAMPED if wait else {"cache-control": "no-store"}
+    return Response(tiles.packed(body.places), media_type=kind, headers=headers)
 
 
 _LOOKED_AT = 20.0, 12  # seconds of a capture in which its pose is looked for, frames a second
@@ -119,11 +129,21 @@ def staff(call: Call) -> dict[str, Any]:
     parts = [it for it in call.text("parts").split(",") if it]
     zoom = call.number("zoom", 1, 0.1, 10)
     whole = library.staff(number, start, stop, parts=parts or None, stretch=zoom, near=True)
-    symbols = {
-        name: {"words": it["words"], "pattern": pattern_of_symbol(it)}
-        for name, it in whole.symbols(start, stop).items()
-    }
-    return {**whole.tile(start, stop), "symbols": symbols}
+    return whole.tile(start, stop)
+
+
+def symbol(call: Call) -> dict[str, Any]:
+    """Return what a symbol of a capture's staff is, in words and as a pattern."""
+    library, number, name = call.site.library, call.path["number"], call.text("name")
+    seconds = float(library.capture(number).frames / library.capture(number).rate)
+    begins = call.number("at", 0.0, 0, seconds)
+    start, stop = max(begins - 0.01, 0.0), min(begins + 0.5, seconds)
+    parts = [it for it in call.text("parts").split(",") if it]
+    whole = library.staff(number, start, stop, parts=parts or None, near=True)
+    record = whole.symbols(start, stop).get(name)
+    if record is None:
+        raise AbsentError(f'no symbol "{shown(name)}"', place=f"second {begins:g}")
+    return {"words": record["words"], "pattern": pattern_of_symbol(record)}
 
 
 def unnamed(staff: Staff) -> str:

@@ -4,7 +4,9 @@ import os
 import threading
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -148,6 +150,32 @@ def test_a_large_file_is_read_aside_and_windows_meanwhile(
     monkeypatch.setattr(motion, "_stretch", None)
     assert same(motion.motion(store, "bow.bvh", 1, 2, cache=cache), whole, int(whole.rate))
     assert same(motion.motion(store, "bow.bvh", cache=cache), whole, 0)
+
+
+def test_a_large_file_is_shown_before_it_is_known_to_be_the_same(
+    library: Library, tmp_path: Path, cache: Cache, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(files, "WHOLE", 0)
+    path, go, check = tmp_path / "bow.bvh", threading.Event(), motion.check_source
+
+    def checked(*of: Any) -> formats.File:
+        go.wait(30)
+        return check(*of)
+
+    monkeypatch.setattr(motion, "check_source", checked)
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b"Frames:", b"Frames: "))
+    early = partial(motion.motion, library.store, "bow.bvh", 0, 1, cache=cache, wait=False)
+    assert len(early())
+    go.set()
+    for ask in (partial(motion.check, library.store, "bow.bvh"), early):
+        with pytest.raises(ExportError, match=r"has changed since it was ingested"):
+            ask()
+    assert not len(cache)  # nothing is made of it
+    path.write_bytes(content)
+    motion.check(library.store, "bow.bvh")
+    assert len(early())
+    assert len(cache) == 1
 
 
 def test_errors_come_from_the_other_process(cache: Cache, tmp_path: Path) -> None:

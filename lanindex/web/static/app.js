@@ -70,11 +70,11 @@ async function open(url) {
   main.replaceChildren();
   main.className = "";
   try {
-    library ??= /** @type {Library} */ (await get("/api/library", own.signal));
+    if (!screen) throw new Error("there is no such page");
+    const [about, { show }] = await Promise.all([library ?? get("/api/library", own.signal), screen.load()]);
+    library = /** @type {Library} */ (about);
     takeNames(library.names);
     byId("library").textContent = library.name;
-    if (!screen) throw new Error("there is no such page");
-    const { show } = await screen.load();
     if (own.signal.aborted) return;
     title(screen.name);
     const done = await show({ main, url, library, signal: own.signal, title, go, replace, push, refresh });

@@ -3,7 +3,7 @@
 import { address, get, isAbort, problemOf } from "../api.js";
 import { CurveView } from "../curves.js";
 import { announce, counted, duration, el, readOut, svg, trouble } from "../dom.js";
-import { Figure, figureBar } from "../figure.js";
+import { Figure, figureBar, spaceDrawer } from "../figure.js";
 import { Motion } from "../motion.js";
 import { nameOf } from "../names.js";
 import { Player, playerBar, playerKeys } from "../player.js";
@@ -16,6 +16,7 @@ import { Editing } from "./library/editing.js";
  */
 
 const RATE = 60; // frames a second that are played, at most
+const TOLD = 200; // ms for which a time is shown before the address tells it: browsers allow few changes a second
 
 /** @param {App} app */
 export async function show(app) {
@@ -23,7 +24,8 @@ export async function show(app) {
   const path = `/api${url.pathname}`, number = url.pathname.split("/").pop() ?? "";
   const given = new URLSearchParams(url.search);
   main.classList.add("watch");
-  const coming = get(`${path}/figure`, signal); // asked for before all else, waited for at the end
+  let early = "&early=1"; // a large file is shown before it is known to be the one that was ingested
+  const coming = get(`${path}/figure?${early}`, signal); // asked for before all else, waited for at the end
   coming.catch(() => {});
   const capture = /** @type {Shown} */ (await get(path, signal));
   app.title(capture.capture.split("/").pop() ?? "");
@@ -55,18 +57,12 @@ export async function show(app) {
   /** @type {Figure | null} */
   let figure = null;
   const player = new Player({ seconds, ready: (at) => motion.ready(at), failure: (at) => motion.failure(at), retry: () => motion.retry() }, Math.min(capture.fps, RATE));
-  /** @type {Map<string, {words: string, pattern: string}>} what is on the staff, by its name */
-  const symbols = new Map();
   const lit = new Set((given.get("lit") ?? "").split(",").filter(Boolean));
-  let parts = given.get("parts") ?? "", curve = given.get("curve") ?? "", ghosts = false, told = 0;
+  let parts = given.get("parts") ?? "", curve = given.get("curve") ?? "", ghosts = false, told = 0, telling = 0;
 
   const staff = new StaffView(side, {
     seconds,
-    load: async (from, to, zoom, coming) => {
-      const piece = await get(address(`${path}/staff`, { from, to, zoom, parts }), coming);
-      for (const [name, told] of Object.entries(piece.symbols)) symbols.set(name, told);
-      return piece;
-    },
+    load: (from, to, zoom, coming) => get(address(`${path}/staff`, { from, to, zoom, parts }), coming),
     parse: svg,
     seek: (at) => player.seek(at),
     pick: (symbol) => picked(symbol),
@@ -82,7 +78,8 @@ export async function show(app) {
     if (curve) curves.show(at);
     if (!player.playing && Math.abs(at - told) > 0.005) {
       told = at;
-      tell();
+      clearTimeout(telling);
+      telling = setTimeout(tell, TOLD);
     }
   });
   const choice = columns();
@@ -93,19 +90,31 @@ export async function show(app) {
 
   /** Show the figure beside the staff, which does not wait for it: a file may take long to read. */
   async function embody() {
+    const drawer = spaceDrawer(); // while the movement is on its way
+    /** @type {HTMLElement | undefined} */
+    let bar;
     try {
-      const description = await coming;
-      motion = new Motion(path, description, (tile, init) => fetch(`${tile}?v=${app.library.stamp}`, init), 48);
+      const description = await coming, space = await drawer;
+      if (signal.aborted) return;
+      motion = new Motion(path, description, (tile, init) => fetch(`${tile}?v=${app.library.stamp}${early}`, init), 48);
       motion.changed = () => player.refresh();
-      figure = new Figure(canvas, { label: "The figure" });
+      figure = new Figure(canvas, { label: "The figure", space });
       figure.floor = description.floor;
-      choice.before(figureBar(figure, (on) => {
+      bar = figureBar(figure, (on) => {
         ghosts = on;
         player.refresh();
-      }));
+      });
+      choice.before(bar);
+      player.refresh();
+      await get(`${path}/source`, signal);
+      early = "";
     } catch (error) {
       if (isAbort(error)) return;
       canvas.replaceWith(trouble(problemOf(error)));
+      bar?.remove();
+      figure?.dispose();
+      figure = null;
+      if (motion instanceof Motion) motion.abort();
       motion = still(seconds);
     }
     player.refresh();
@@ -137,9 +146,17 @@ export async function show(app) {
   }
 
   /** @param {SVGElement} symbol */
-  function picked(symbol) {
-    const told = symbols.get(symbol.dataset.symbol ?? ""), words = told?.words ?? symbol.querySelector("title")?.textContent ?? "";
-    chosen.replaceChildren(el("span", {}, words), told?.pattern ? el("a", { href: address("/search", { q: told.pattern }) }, `search for ${told.pattern}`) : "");
+  async function picked(symbol) {
+    const words = el("span", {}, symbol.querySelector("title")?.textContent ?? "");
+    chosen.replaceChildren(words);
+    const { symbol: name, start: at } = symbol.dataset;
+    if (!name) return;
+    try {
+      const { pattern } = await get(address(`${path}/symbol`, { name, at, parts }), signal);
+      if (pattern && words.isConnected) words.after(el("a", { href: address("/search", { q: pattern }) }, `search for ${pattern}`));
+    } catch (error) {
+      if (!isAbort(error) && words.isConnected) words.after(trouble(problemOf(error)));
+    }
   }
 
   /** @param {[number, number] | null} range */
@@ -227,6 +244,7 @@ export async function show(app) {
   if (from < to) player.play();
   void embody();
   return () => {
+    clearTimeout(telling);
     player.dispose();
     staff.dispose();
     curves.dispose();
