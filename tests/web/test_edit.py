@@ -150,6 +150,44 @@ def test_every_kind_of_symbol_is_written_by_keys(
     assert {*lanindex.read_lnd(coming.value.path()).tracks} >= written
 
 
+def test_an_edit_of_a_long_score_asks_for_what_is_near_alone(
+    own_page: Callable[..., Page], library: Path, tmp_path: Path
+) -> None:
+    ways = ("forward mid", "right mid", "right high", "place low")
+    lines = [
+        line
+        for bar in range(1, 301)
+        for line in (
+            f"#unit{bar}",
+            *(f"direction r_arm {ways[beat]} {beat} {beat + 1}" for beat in range(4)),
+        )
+    ]
+    long = tmp_path / "long.lnd"
+    long.write_text("\n".join(["#speed=60", "#rhythm 4/4", "#unit_total 300", *lines]))
+    page = own_page(library, "/edit")
+    page.wait_for_selector(".edit-drawn svg")
+    page.locator("input[type=file]").set_input_files(long)
+    page.locator(".edit-drawn [data-symbol]").nth(4).wait_for(state="attached")
+    page.locator(STAFF).focus()
+
+    def asked(what: str, *keys: str) -> dict[str, Any]:
+        with page.expect_response(f"**/api/scores/{what}") as coming:
+            typed(page, *keys)
+        return dict(coming.value.request.post_data_json)
+
+    drawing = asked("draw", "4")
+    assert len(kept(page)) == 1200
+    assert 4 < len(drawing["score"]["symbols"]) < 60
+    typed(page, "End")
+    there = asked("motion", "6")
+    assert there["from"] > 1100
+    assert there["to"] - there["from"] < 10
+    assert len(there["score"]["symbols"]) < 20
+    page.wait_for_selector("canvas.figure:not(.edit-waits)")
+    assert asked("motion", "Home")["from"] == 0  # the figure goes with the cursor
+    assert len(asked("motion", "Space")["score"]["symbols"]) == 1200  # what is played: all of it
+
+
 def test_degrees_are_changed_by_keys(own_page: Callable[..., Page], library: Path) -> None:
     page = own_page(library, "/edit")
     page.wait_for_selector(".edit-drawn svg")

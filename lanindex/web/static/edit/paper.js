@@ -3,7 +3,7 @@
 import { isAbort, problemOf, send } from "../api.js";
 import { el, svg } from "../dom.js";
 import { nameOf } from "../names.js";
-import { end, grain, packed } from "./score.js";
+import { around, end, grain, packed } from "./score.js";
 
 /**
  * @typedef {import("./score.js").Score} Score
@@ -38,6 +38,7 @@ const EDGE = 6; // pixels at the end of a symbol by which it is stretched
 const FINGER = 18; // the same where it is a finger that holds it
 const CLICK = 4; // pixels that a press may move and still be none that drags
 const START = 64; // pixels of the positions, before the first drawing tells
+const REACH = 4; // beats beside a window whose symbols are sent, too: those that are short make room for each other
 
 export class Paper {
   #hands;
@@ -120,8 +121,9 @@ export class Paper {
     this.refresh();
     try {
       const parts = this.#tracks.filter((it) => it.drawn).map((it) => it.part);
+      const near = around(score, (from - REACH) * grain(score), (to + REACH) * grain(score));
       /** @type {Drawing} */
-      const drawing = await send("POST", "/api/scores/draw", { score: packed(score), parts, from, to, scale: this.scale }, own.signal);
+      const drawing = await send("POST", "/api/scores/draw", { score: packed(near), parts, from, to, scale: this.scale }, own.signal);
       if (own.signal.aborted) return;
       const first = this.#drawing === null, node = svg(drawing.svg);
       node.querySelectorAll("title, desc").forEach((it) => it.remove()); // they would show as hints
@@ -139,11 +141,11 @@ export class Paper {
     }
   }
 
-  /** Return the beats that shall be drawn: those that are seen, and as many on either side. */
+  /** Return the beats that shall be drawn: those that are seen, and half as many on either side. */
   #window() {
     const { beat, foot } = this.#shape(), { clientHeight, scrollTop, scrollHeight } = this.root;
     const low = (scrollHeight - scrollTop - clientHeight - foot) / beat, tall = clientHeight / beat;
-    return [Math.max(Math.floor(low - tall), 0), Math.max(Math.ceil(low + 2 * tall), 4)];
+    return [Math.max(Math.floor(low - tall / 2), 0), Math.max(Math.ceil(low + 1.5 * tall), 4)];
   }
 
   #scrolled() {

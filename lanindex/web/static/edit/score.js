@@ -199,6 +199,19 @@ export function part(score, symbols) {
   return { ...score, other: [], units: Math.max(1, Math.ceil(last / score.division)), symbols: own.sort(inOrder) };
 }
 
+/**
+ * Return a score with the symbols alone that tell of a stretch: those in it, and of each part the last before it.
+ * @param {Score} score
+ * @param {number} from ticks
+ * @param {number} to
+ * @returns {Score}
+ */
+export function around(score, from, to) {
+  if (score.other.some((it) => /^\/\/ beats from/.test(it))) return score; // symbols tell when its beats come
+  const near = score.symbols.filter((it, at) => it.start <= to && (it.stop >= from || score.symbols[at + 1]?.part !== it.part || score.symbols[at + 1].stop >= from));
+  return { ...score, symbols: near };
+}
+
 /** Return a number of beats in few digits. @param {number} count */
 export function short(count) {
   return String(Math.round(count * 1000) / 1000);

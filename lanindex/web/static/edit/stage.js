@@ -2,26 +2,29 @@
 
 import { isAbort, send } from "../api.js";
 import { Motion } from "../motion.js";
+import { around, grain, packed } from "./score.js";
 
-/** @typedef {{motion: Motion, start: number, stop: number}} Clip seconds of the score, from and to */
+/** @typedef {import("./score.js").Score} Score */
+/** @typedef {{score: Score, motion: Motion, start: number, stop: number, whole: boolean}} Clip seconds of a score, from and to */
 /** @typedef {{start: number, stop: number, seconds: number, warnings: string[], figure: import("../motion.js").Description, places: string}} Answer */
 
-const NEAR = [1, 4]; // seconds before and behind where the figure is that are carried out first
+const NEAR = [1, 3]; // seconds before and behind where the figure is that are carried out first
 const FEW = 60; // symbols that are carried out at once
+const MANY = 1000; // symbols that are carried out without being played
 const IDLE = 1200; // milliseconds without an edit before all is carried out
+const KEPT = 8; // clips
 
 /** What a `Player` plays. */
 export class Stage {
-  /** @type {Clip[]} the newest first */
+  /** @type {Clip[]} the newest first; those of earlier scores are shown until that of this one has come */
   #clips = [];
-  /** @type {unknown} */
+  /** @type {Score | null} */
   #score = null;
-  #many = 0;
-  #whole = false;
-  /** @type {AbortController} */
   #near = new AbortController();
-  /** @type {AbortController} */
   #all = new AbortController();
+  /** @type {number | null} seconds around which it is being carried out */
+  #asked = null;
+  #whole = false; // whether all is asked for
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #idle;
   /** @type {Error | null} */
@@ -35,38 +38,52 @@ export class Stage {
 
   /**
    * Carry out another score, from about some seconds on.
-   * @param {{symbols: unknown[]}} score as the server takes it
+   * @param {Score} score
    * @param {number} at
+   * @param {boolean} playing whether all of it is wanted
    */
-  async perform(score, at) {
-    clearTimeout(this.#idle);
-    this.#near.abort();
-    this.#all.abort();
-    this.#near = new AbortController();
+  async perform(score, at, playing) {
+    this.dispose();
     this.#score = score;
-    this.#many = score.symbols.length;
-    this.#whole = false;
     this.#failure = null;
-    if (this.#many <= FEW) return this.#everything();
-    this.#idle = setTimeout(() => this.#everything(), IDLE);
-    await this.#ask({ from: Math.max(at - NEAR[0], 0), to: at + NEAR[1] }, this.#near.signal);
+    this.#asked = null;
+    this.#whole = false;
+    if (score.symbols.length <= FEW) return this.#everything();
+    if (playing || score.symbols.length <= MANY) this.#idle = setTimeout(() => this.#everything(), IDLE);
+    await this.#about(at);
+  }
+
+  /** Carry out all of it, unless that is done or comes soon: it is played. */
+  play() {
+    if (!this.#whole && this.#idle === undefined && this.#score) this.#everything();
   }
 
   #everything() {
     clearTimeout(this.#idle);
+    this.#idle = undefined;
     this.#whole = true;
     this.#all = new AbortController();
-    return this.#ask({}, this.#all.signal);
+    return this.#ask(null, this.#all.signal);
+  }
+
+  /** @param {number} seconds */
+  #about(seconds) {
+    this.#near.abort();
+    this.#near = new AbortController();
+    this.#asked = seconds;
+    return this.#ask([Math.max(seconds - NEAR[0], 0), seconds + NEAR[1]], this.#near.signal);
   }
 
   /**
-   * @param {{from?: number, to?: number}} window
+   * @param {[number, number] | null} window null: all
    * @param {AbortSignal} signal
    */
   async #ask(window, signal) {
+    const whole = /** @type {Score} */ (this.#score), ticks = Number(whole.speed) / 60 * grain(whole);
+    const [from, to] = window ?? [0, undefined], score = packed(to === undefined ? whole : around(whole, from * ticks, to * ticks));
     try {
       /** @type {Answer} */
-      const answer = await send("POST", "/api/scores/motion", { score: this.#score, ...window }, signal);
+      const answer = await send("POST", "/api/scores/motion", { score, from, to }, signal);
       const bytes = Uint8Array.from(atob(answer.places), (it) => it.charCodeAt(0));
       const motion = new Motion("", answer.figure, async () => new Response(bytes));
       await new Promise((done) => {
@@ -74,29 +91,29 @@ export class Stage {
         motion.ready(0);
       });
       if (signal.aborted) return;
-      const clip = { motion, start: answer.start, stop: answer.stop };
-      const all = window.from === undefined;
-      this.#clips = all ? [clip] : [clip, ...this.#clips.slice(0, 1)];
+      const clip = { score: whole, motion, start: answer.start, stop: answer.stop, whole: !window };
+      this.#clips = [clip, ...this.#clips.filter((it) => it.score === whole ? !clip.whole : it.whole && !clip.whole)].slice(0, KEPT);
       this.seconds = answer.seconds;
-      if (all) this.warnings = answer.warnings;
+      if (clip.whole) this.warnings = answer.warnings;
     } catch (error) {
       if (isAbort(error)) return;
       this.#failure = error instanceof Error ? error : new Error(String(error));
     }
+    if (window) this.#asked = null;
     this.changed();
   }
 
   /** @param {number} seconds */
   #clip(seconds) {
-    const here = (/** @type {Clip} */ it) => it.start <= seconds + 1e-6 && seconds <= it.stop + 0.05;
-    return this.#clips.find(here);
+    const here = this.#clips.filter((it) => it.start <= seconds + 1e-6 && seconds <= it.stop + 0.05);
+    return here.find((it) => it.whole && it.score === this.#score) ?? here.find((it) => it.score === this.#score) ?? here[0];
   }
 
   /** @param {number} seconds */
   ready(seconds) {
-    if (this.#clip(seconds)) return true;
-    if (!this.#whole && this.#score) this.#everything();
-    return false;
+    const clip = this.#clip(seconds), wanted = this.#score && clip?.score !== this.#score && !this.#failure;
+    if (wanted && !this.#whole && !(this.#asked !== null && this.#asked - NEAR[0] <= seconds && seconds <= this.#asked + NEAR[1])) this.#about(seconds);
+    return Boolean(clip);
   }
 
   /** @param {number} seconds */
@@ -128,6 +145,7 @@ export class Stage {
 
   dispose() {
     clearTimeout(this.#idle);
+    this.#idle = undefined;
     this.#near.abort();
     this.#all.abort();
   }

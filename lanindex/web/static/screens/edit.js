@@ -163,6 +163,7 @@ export async function show(app) {
     if (body) figure.show([body]);
     canvas.classList.toggle("edit-waits", !figure.drawn);
     paper.play(playing ? seconds : null);
+    if (playing) stage.play();
   });
   stage.changed = () => {
     player.range = null; // all of it, which may be longer now
@@ -263,7 +264,7 @@ export async function show(app) {
     lanes();
     look();
     paper.draw();
-    stage.perform(packed(score), paper.seconds(Math.max(cell.tick, 0)));
+    stage.perform(score, paper.seconds(Math.max(cell.tick, 0)), player.playing);
     keep();
   }
 
@@ -539,7 +540,7 @@ export async function show(app) {
   await paper.draw();
   cell = strange ?? cell;
   look();
-  stage.perform(packed(score), 0);
+  stage.perform(score, 0, false);
   sheet.focus({ preventScroll: true });
   return () => {
     player.dispose();
