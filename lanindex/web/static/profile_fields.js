@@ -4,6 +4,7 @@ import { problemOf } from "./api.js";
 import { DIRECTIONS, LEVELS, PLACE } from "./cells.js";
 import { el, trouble } from "./dom.js";
 import { encodeSection } from "./encode_library.js";
+import { nameOf } from "./names.js";
 import { numberField, shown } from "./numbers.js";
 
 /**
@@ -109,7 +110,7 @@ export function fieldsOf(root, given) {
   function startField(code) {
     const begin = (/** @type {number} */ value) => now().starts.map((it, at) => (at === code ? (value + 360) % 360 : it));
     return row({
-      label: `${DIRECTIONS[code].replace("r_", "right ").replace("l_", "left ")} begins at`, unit: DEGREE,
+      label: `${nameOf(DIRECTIONS[code])} begins at`, unit: DEGREE,
       limits: () => limits(code), get: () => ({ value: wrapped(code, now().starts[code]) }),
       set: (value) => set({ ...now(), starts: begin(value) }, `start ${code}`),
       touched: () => now().starts[code] !== before().starts[code],
@@ -193,12 +194,12 @@ export function fieldsOf(root, given) {
       head.textContent = `Passing rules (LDD): ${rules.length}`;
       ruleRows = rules.map((rule, at) => el("div", { class: "row rule" },
         el("button", { type: "button", class: "plain", "aria-label": `Remove the rule ${ruleWords(rule)}`, onclick: () => put(rules.filter((_, other) => other !== at)) }, "\u00d7"),
-        el("span", {}, ...rule.cells.flatMap((cell, place) => [place ? " \u2192 " : "", rule.deleted.includes(place) ? el("s", {}, cell) : cell])),
+        el("span", {}, ...rule.cells.flatMap((cell, place) => [place ? " \u2192 " : "", rule.deleted.includes(place) ? el("s", {}, nameOf(cell)) : nameOf(cell)])),
         el("span", { class: "soft num count" })));
       body.replaceChildren(...ruleRows, rules.length ? "" : el("p", { class: "soft" }, "No rule: all symbols stay."));
       used(counts);
     });
-    const chosen = [0, 1, 2].map((place) => el("select", { "aria-label": `Symbol ${place + 1} of the new rule` }, ...(place === 2 ? [el("option", { value: "" }, "none")] : []), ...CELLS.map((it) => el("option", { value: it }, it))));
+    const chosen = [0, 1, 2].map((place) => el("select", { "aria-label": `Symbol ${place + 1} of the new rule` }, ...(place === 2 ? [el("option", { value: "" }, "none")] : []), ...CELLS.map((it) => el("option", { value: it }, nameOf(it)))));
     chosen[0].value = "place low";
     const gone = [0, 1, 2].map((place) => el("input", { type: "checkbox", checked: place === 1, "aria-label": `Symbol ${place + 1} is passed` }));
     const wrong = el("span", { class: "wrong", role: "status" });
@@ -292,7 +293,7 @@ export function fieldsOf(root, given) {
 
 /** @param {Rule} rule */
 function ruleWords(rule) {
-  return rule.cells.map((it, at) => (rule.deleted.includes(at) ? `${it}, passed` : it)).join(", ");
+  return rule.cells.map((it, at) => `${nameOf(it)}${rule.deleted.includes(at) ? ", passed" : ""}`).join(", ");
 }
 
 /** @param {number} value */

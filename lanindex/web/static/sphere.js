@@ -1,6 +1,7 @@
 /** The sphere of a part's cells: its borders, which are drawn aside, and the way of the limb. */
 
-import { anglesOf, cellOf, colorOf, nameOf, PLACE, radiusOf, sectorOf } from "./cells.js";
+import { anglesOf, cellOf, colorOf, nameOf as wordsOf, PLACE, radiusOf, sectorOf } from "./cells.js";
+import { nameOf } from "./names.js";
 
 /**
  * @typedef {import("./cells.js").Space} Space
@@ -113,7 +114,7 @@ export class SphereView {
     const point = this.point;
     if (!point) return "The part is not known here.";
     const { azimuth, elevation } = anglesOf(point[0], point[1], point[2]);
-    return `${nameOf(this.#cell(point))}: azimuth ${azimuth.toFixed(0)}\u00b0, elevation ${elevation.toFixed(0)}\u00b0, reach ${Math.hypot(...point).toFixed(2)} L`;
+    return `${nameOf(wordsOf(this.#cell(point)))}: azimuth ${azimuth.toFixed(0)}\u00b0, elevation ${elevation.toFixed(0)}\u00b0, reach ${Math.hypot(...point).toFixed(2)} L`;
   }
 
   /** @param {number} right @param {number} up */
@@ -169,7 +170,7 @@ export class SphereView {
       if (!held) {
         const border = this.#borderAt(event), point = this.#pointAt(event);
         canvas.style.cursor = border === null ? "grab" : "move";
-        canvas.title = point ? nameOf(this.#cell(point)) : "";
+        canvas.title = point ? nameOf(wordsOf(this.#cell(point))) : "";
         this.marked = border;
       } else if (held.border !== null) {
         this.#moved(held.border, event, false);
