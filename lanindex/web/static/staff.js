@@ -19,7 +19,7 @@
 
 const LINE = 1 / 4; // of the height above the names is below the line
 const NAME = 120, LETTER = 0.6; // units that the name of a column is high, and as a share of that a letter is wide
-const LARGEST = 0.1, LEAST = 0.08; // pixels of a unit of the drawing: a wider staff is scrolled aside
+const LARGEST = 0.13, LEAST = 0.08; // pixels of a unit of the drawing: a wider staff is scrolled aside
 const KEPT = 24; // pieces, at most
 const ZOOMS = [0.25, 0.5, 1, 2, 4];
 const STEP = 0.25; // seconds of an arrow key
