@@ -7,6 +7,7 @@ import { Figure, figureBar, spaceDrawer } from "../figure.js";
 import { Motion } from "../motion.js";
 import { nameOf } from "../names.js";
 import { Player, playerBar, playerKeys } from "../player.js";
+import { Speech } from "../speech.js";
 import { StaffView } from "../staff.js";
 import { Editing } from "./library/editing.js";
 
@@ -30,7 +31,8 @@ export async function show(app) {
   const capture = /** @type {Shown} */ (await get(path, signal));
   app.title(capture.capture.split("/").pop() ?? "");
   const canvas = el("canvas", { class: "figure" }), side = el("div", {}), bars = el("div", { class: "bars" });
-  const chosen = el("div", { class: "row chosen-one", "aria-live": "polite" });
+  const symbol = el("span", { class: "row" }), stretch = el("span", { class: "row" }), speech = new Speech();
+  const chosen = el("div", { class: "row chosen-one" }, symbol, stretch);
   const labels = el("datalist", { id: "labels" });
   const editing = app.library.readonly ? null : new Editing(signal, (shown) => shown ? app.refresh() : again());
   const label = el("span", {}, editing ? editing.text(capture, "label", false) : capture.label);
@@ -83,7 +85,7 @@ export async function show(app) {
     }
   });
   const choice = columns();
-  bars.append(playerBar(player), choice);
+  bars.append(playerBar(player), choice, speech.button);
   playerKeys(document.body, player, signal);
   const curves = new CurveView(seconds, (from, to, coming) => get(address(`${path}/curves`, { part: curve, from, to }), coming), (at) => player.seek(at));
   places.append(curvePanel());
@@ -145,11 +147,12 @@ export async function show(app) {
     app.replace(address(url.pathname, { t: told ? told.toFixed(3) : "", from: from?.toFixed(3), to: to?.toFixed(3), parts, lit: [...lit].join(","), curve, q: given.get("q") }));
   }
 
-  /** @param {SVGElement} symbol */
-  async function picked(symbol) {
-    const words = el("span", {}, symbol.querySelector("title")?.textContent ?? "");
-    chosen.replaceChildren(words);
-    const { symbol: name, start: at } = symbol.dataset;
+  /** @param {SVGElement} node */
+  async function picked(node) {
+    const words = el("span", {}, node.querySelector("title")?.textContent ?? "");
+    symbol.replaceChildren(words);
+    speech.say(words.textContent ?? "");
+    const { symbol: name, start: at } = node.dataset;
     if (!name) return;
     try {
       const { pattern } = await get(address(`${path}/symbol`, { name, at, parts }), signal);
@@ -162,13 +165,14 @@ export async function show(app) {
   /** @param {[number, number] | null} range */
   function selected(range) {
     if (!range) {
-      chosen.replaceChildren();
+      stretch.replaceChildren();
       player.range = null;
       player.loop = false;
     } else {
       const [from, to] = range, [first, last] = range.map((it) => Math.round(it * capture.fps));
       player.range = range;
-      chosen.replaceChildren(
+      readOut(`${from.toFixed(2)} to ${to.toFixed(2)} seconds are selected`);
+      stretch.replaceChildren(
         el("span", { class: "num" }, `${from.toFixed(2)}\u2013${to.toFixed(2)} s`),
         el("button", { type: "button", onclick: () => {
           player.loop = true;
@@ -188,7 +192,7 @@ export async function show(app) {
       const found = await get(address(`${path}/pattern`, { from, to, parts }), signal);
       app.go(address("/search", { q: found.pattern }));
     } catch (error) {
-      if (!isAbort(error)) chosen.append(trouble(problemOf(error)));
+      if (!isAbort(error)) stretch.append(trouble(problemOf(error)));
     }
   }
 
@@ -228,7 +232,7 @@ export async function show(app) {
     el("div", { class: "row" }, el("label", {}, "Limb ", limb),
       el("button", { type: "button", "aria-label": "Fewer seconds", onclick: () => curves.zoom(-1) }, "+"),
       el("button", { type: "button", "aria-label": "More seconds", onclick: () => curves.zoom(1) }, "\u2212"),
-      el("span", { class: "soft" }, "shaded: segments; dots: candidates, and below where a symbol is achieved; click to go there")),
+      el("span", { class: "soft" }, "shaded: segments; rings: candidates, full ones the first and the last of a hold; click to go there")),
     curves.root);
     if (curve) curves.reload(Number(given.get("t")) || 0);
     return limbs.length ? panel : "";
