@@ -151,19 +151,79 @@ def test_all_columns_can_be_read_on_a_phone(
     assert page.evaluate("document.documentElement.scrollWidth") == 400
 
 
-def test_the_line_of_curves_stays_in_sight_on_a_phone(
-    opened: Callable[..., Page], jacks: str
-) -> None:
+def test_curves_are_as_wide_as_a_phone(opened: Callable[..., Page], jacks: str) -> None:
     page = opened(f"{jacks}?t=0&curve=r_arm", viewport={"width": 400, "height": 800})
     page.locator("svg.curves .candidate").first.wait_for()
-    box, line = page.locator(".curve-panel .scrolled"), page.locator("svg.curves .now")
+    line, plot = page.locator("svg.curves .now"), page.locator("svg.curves").bounding_box()
+    assert plot
+    assert plot["x"] + plot["width"] <= 400
     for seconds in range(1, 5):
         page.locator("body").press("ArrowRight")
         page.locator(".said-now", has_text=re.compile(rf"^{seconds}\.00 s: ")).wait_for()
-        there, inside = line.bounding_box(), box.bounding_box()
+        there = line.bounding_box()
         assert there
-        assert inside
-        assert inside["x"] <= there["x"] <= inside["x"] + inside["width"]
+        assert plot["x"] <= there["x"] <= plot["x"] + plot["width"]
+
+
+def test_curves_show_what_the_method_makes_of_them(
+    opened: Callable[..., Page], ask: TestClient, jacks: str
+) -> None:
+    page = opened(f"{jacks}?t=2.5&curve=r_arm")
+    plot = page.locator("svg.curves")
+    plot.locator(".candidate").first.wait_for()
+    asked = {"part": "r_arm", "from": 0, "to": 10}
+    told = ask.get(f"/api{jacks}/curves", params=asked).json()
+    kept = {it for hold in told["holds"] for it in hold}
+    assert plot.locator(".candidate").count() == len(told["candidates"])
+    assert plot.locator(".candidate.kept").count() == len(kept & {*told["candidates"]})
+    labels = plot.locator("text.label").all_text_contents()
+    assert {"v0 621", "d_t 51", "right forward", "left back", "low", "mid", "high"} <= {*labels}
+    left = sum(it["outcome"] == "symbol" for it in told["runs"])
+    struck = plot.locator("line.struck").count()
+    assert left < plot.locator("rect.cell").count() - struck <= 2 * left  # both strips
+    here = plot.locator("text.label.here").all_text_contents()
+    said = page.locator(".said-now").inner_text()
+    assert " ".join(reversed(here)) in said  # the bands of direction and level in which it is
+    page.set_viewport_size({"width": 700, "height": 800})
+    page.wait_for_timeout(200)
+    box, mark = plot.bounding_box(), plot.locator("text.label").first.bounding_box()
+    assert box
+    assert mark
+    assert box["width"] < 700
+    assert mark["height"] == pytest.approx(14, abs=3)  # words stay as large as they are
+
+
+VOICE = """
+window.spoken = [];
+const voice = (name, localService) => ({ name, localService, lang: "en-GB" });
+const getVoices = () => [voice("far", false), voice("own", true)];
+const speak = (it) => spoken.push([it.text, it.voice.name]);
+Object.defineProperty(window, "speechSynthesis", { value: { getVoices, speak, cancel() {} } });
+window.SpeechSynthesisUtterance = class { constructor(text) { this.text = text; } };
+"""
+
+
+def test_a_symbol_is_spoken_by_a_voice_of_this_machine(
+    opened: Callable[..., Page], jacks: str
+) -> None:
+    page = opened(f"{jacks}?t=2.4&parts=r_arm")
+    page.add_init_script(VOICE)
+    page.reload()
+    symbol = page.locator(".staff g[data-symbol]")
+    symbol.first.wait_for()
+    page.locator(".staff").focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    assert page.evaluate("spoken") == []
+    page.get_by_role("button", name="Speak").press("Enter")
+    page.locator(".staff").focus()
+    page.keyboard.press("Enter")
+    said = page.evaluate("spoken.at(-1)")
+    assert said == [page.locator(".chosen-one span span").first.inner_text(), "own"]
+    assert said[0].startswith("right arm, right ")
+    page.reload()
+    symbol.first.wait_for()
+    assert page.get_by_role("button", name="Speak").get_attribute("aria-pressed") == "true"
 
 
 def test_a_symbol_is_told_and_searched_for(opened: Callable[..., Page], jacks: str) -> None:
