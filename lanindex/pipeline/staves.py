@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import ceil, floor
@@ -18,7 +20,7 @@ from lanindex.model import Capture, Hit, Score, Span, Symbol
 from lanindex.model.derived import STEP, SUPPORTS
 from lanindex.model.symbol import joined
 from lanindex.pipeline.export import held_as
-from lanindex.pipeline.kept import Latest
+from lanindex.pipeline.kept import CACHE, Latest, Made
 from lanindex.pipeline.named import counts_beats
 
 STAVES = 8
@@ -29,6 +31,9 @@ LONG = 300.0
 
 AROUND = 20.0
 """Seconds before and after a window that are read with it: what is drawn depends on them."""
+
+PIECE = 10.0
+"""Seconds of a piece of a long staff that is drawn beforehand."""
 
 SAMPLES, SAMPLE = 6, 10.0
 """Stretches of a long capture that tell which columns its staff has, and the seconds of each."""
@@ -63,11 +68,9 @@ def staff(
         stop = max(which.stop, which.start + 1) / rate if stop is None else stop
     else:
         capture = store.capture(which)
-    encoding = store.encoding(capture.id)
-    made_of = encoding.profile, encoding.digest, *sorted(encoding.options.items()), encoding.beside
     symbols = frozenset((it.part, it.start, it.stop) for it in marked)
     how = None if parts is None else (*parts,), detail, symbols, scale, stretch
-    own = store.place, capture.id, capture.location, capture.sha256, made_of
+    own = _key(store, capture)
     options: dict[str, Any] = {"parts": parts, "detail": detail, "scale": scale}
     options |= {"stretch": stretch, "title": capture.path}
 
@@ -76,9 +79,9 @@ def staff(
         beats = counts_beats(capture.format, score)
         return Staff(score, marked=marked, seconds=not beats, **options)
 
-    whole = float(capture.frames / capture.rate)
-    if not near or whole <= LONG or counts_beats(capture.format, capture):
+    if not near or not _is_long(capture):
         return KEPT.made((*own, how), make).on(start or 0.0, stop)
+    whole = float(capture.frames / capture.rate)
     start, stop = start or 0.0, last_second(whole, start or 0.0, stop)
     columns = None
     if parts is None and detail == "plain":
@@ -94,6 +97,66 @@ def staff(
         return Staff(score, marked=those, seconds=True, **options, **more)
 
     return KEPT.made((*own, how, start, stop), make_near).on(start, stop)
+
+
+def piece(
+    store: Store, number: int, start: float, stop: float, parts: list[str] | None, stretch: float
+) -> bytes | None:
+    """Return a piece of a long staff as JSON (`Staff.tile`), once another process has drawn all.
+
+    None: it has not, which begins here; or the window is none of those of `PIECE` seconds.
+    """
+    capture = store.capture(number)
+    ends = _ends(capture)
+    at = round(start / PIECE)
+    drawn = _is_long(capture) and os.path.isfile(store.place)
+    if not drawn or at >= len(ends) or (start, stop) != (at * PIECE, ends[at]):
+        return None
+    options = {"parts": parts, "stretch": stretch}
+    key = ("staff", *_key(store, capture), None if parts is None else (*parts,), stretch)
+    job = {"library": store.place, "path": capture.path, "capture": number, **options}
+    made = CACHE.begin(key, pieces, job, aside=True)
+    if not made.done() or made.exception():
+        return None
+    first, last = ([0], *made.result().window("ends", max(at - 1, 0), at + 1))[-2:]
+    return made.result().window("pieces", int(first[0]), int(last[0])).tobytes()
+
+
+def pieces(library: str, path: str, capture: int, parts: list[str] | None, stretch: float) -> Made:
+    """Return all pieces of a long staff, in a process of its own; `path` is for errors."""
+    with Store.open(library, readonly=True) as store:
+        own = store.capture(capture)
+        columns = _columns(store, own) if parts is None else None
+        looked_at = [*dict.fromkeys((*(parts or columns or ()), *_LOOKED_AT))]
+        score, _ = store.stretch(capture, Span(0, own.frames), looked_at)
+        options: dict[str, Any] = {"parts": parts, "columns": columns, "stretch": stretch}
+        whole = Staff(score, seconds=True, title=own.path, **options)
+    starts = [0.0, *_ends(own)[:-1]]
+    texts = [
+        json.dumps(whole.tile(start, stop), separators=(",", ":")).encode()
+        for start, stop in zip(starts, _ends(own), strict=True)
+    ]
+    ends = np.cumsum([len(it) for it in texts]).reshape(-1, 1)
+    return {}, {"pieces": np.frombuffer(b"".join(texts), np.uint8), "ends": ends}
+
+
+def _ends(capture: Capture) -> list[float]:
+    """Return where the pieces of a staff end, seconds."""
+    whole = float(capture.frames / capture.rate)
+    return [*np.arange(PIECE, whole, PIECE).tolist(), whole]
+
+
+def _is_long(capture: Capture) -> bool:
+    """Return whether windows of a capture are drawn of their own stretch of the score."""
+    seconds = float(capture.frames / capture.rate)
+    return seconds > LONG and not counts_beats(capture.format, capture)
+
+
+def _key(store: Store, capture: Capture) -> tuple[Any, ...]:
+    """Return what tells the score of a capture from all others."""
+    encoding = store.encoding(capture.id)
+    made_of = encoding.profile, encoding.digest, *sorted(encoding.options.items()), encoding.beside
+    return store.place, capture.id, capture.location, capture.sha256, made_of
 
 
 def _columns(store: Store, capture: Capture) -> list[str]:

@@ -20,6 +20,7 @@ from lanindex.film.hits import Playback, poses, seen_from
 from lanindex.pipeline.motion import check
 from lanindex.pipeline.motion import motion as motion_of
 from lanindex.pipeline.motion import rate_of as motion_rate
+from lanindex.pipeline.staves import piece
 from lanindex.search.example.stretch import pattern_of_symbol
 from lanindex.web.routes import Call
 
@@ -120,7 +121,7 @@ def _unlike(body: Figure) -> NDArray[np.int64]:
     return np.array([np.where(known == known.max(), apart, -1).argmax()])
 
 
-def staff(call: Call) -> dict[str, Any]:
+def staff(call: Call) -> Response | dict[str, Any]:
     """Return a piece of a capture's staff, with the heights of its seconds."""
     library, number = call.site.library, call.path["number"]
     seconds = float(library.capture(number).frames / library.capture(number).rate)
@@ -128,6 +129,9 @@ def staff(call: Call) -> dict[str, Any]:
     stop = min(call.number("to", start + tiles.SECONDS, start, start + MOST), seconds)
     parts = [it for it in call.text("parts").split(",") if it]
     zoom = call.number("zoom", 1, 0.1, 10)
+    drawn = piece(library.store, number, start, stop, parts or None, zoom)
+    if drawn is not None:
+        return Response(drawn, media_type="application/json")
     whole = library.staff(number, start, stop, parts=parts or None, stretch=zoom, near=True)
     return whole.tile(start, stop)
 

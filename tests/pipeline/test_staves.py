@@ -1,10 +1,13 @@
 """The staves of a library's captures."""
 
+import json
 import shutil
 import sqlite3
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +20,7 @@ from lanindex.draw.strip import Staff
 from lanindex.errors import ExportError, LibraryError
 from lanindex.model import Span, Track
 from lanindex.model.symbol import joined
-from lanindex.pipeline import staves
+from lanindex.pipeline import kept, staves
 from lanindex.pipeline.kept import Latest
 from lanindex.pipeline.library import Library, open_library
 
@@ -151,6 +154,33 @@ def test_windows_of_a_long_capture_show_all_of_chosen_parts(long_library: Librar
         assert near.score is not whole.score
         assert near.svg() == whole.svg()
         assert [*near.symbols()] == [*whole.symbols()]
+
+
+@pytest.mark.parametrize(("parts", "stretch"), [(None, 1.0), (["r_arm", "r_stance"], 2.0)])
+def test_pieces_of_a_long_capture_are_drawn_beforehand(
+    long_library: Library, parts: list[str] | None, stretch: float
+) -> None:
+    seconds = long_library.staff(1).duration
+    starts = [at * staves.PIECE for at in range(ceil(seconds / staves.PIECE))]
+    assert seconds % staves.PIECE
+    ask = partial(staves.piece, long_library.store, 1, parts=parts, stretch=stretch)
+    assert ask(0.0, staves.PIECE) is None  # it begins
+    (future,) = [
+        it for key, it in kept.CACHE._kept.items() if key[0] == "staff" and key[-1] == stretch
+    ]
+    future.result(60)
+    for start in starts:
+        stop = min(start + staves.PIECE, seconds)
+        near = long_library.staff(1, start, stop, parts=parts, stretch=stretch, near=True)
+        assert json.loads(ask(start, stop) or b"") == near.tile(start, stop)
+    assert ask(1.0, 1.0 + staves.PIECE) is None
+    assert ask(0.0, staves.PIECE - 1) is None
+    assert ask(starts[-1] + staves.PIECE, seconds) is None
+
+
+def test_pieces_of_a_short_capture_are_not(library: Library) -> None:
+    assert staves.piece(library.store, 1, 0.0, library.staff(1).duration, None, 1.0) is None
+    assert not any(key[0] == "staff" and key[1] == library.store.place for key in kept.CACHE._kept)
 
 
 def test_a_stretch_that_is_damaged_is_refused(long_library: Library, tmp_path: Path) -> None:
