@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -231,6 +232,22 @@ def test_tiles_are_the_movement(ask: TestClient, library: lanindex.Library) -> N
     assert places.shape == whole.places.shape
     assert np.abs(places - whole.places).max() <= 0.51
     assert ask.get(f"/api/captures/{number}/motion/999").status_code == 400
+
+
+def test_pieces_of_a_staff_that_are_drawn_are_answered(
+    ask: TestClient, library: lanindex.Library, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    number, asked = library.capture("conductor_four.bvh").id, list[Any]()
+
+    def piece(store: Any, *window: Any) -> bytes | None:
+        asked.append(window)
+        return None if len(asked) == 1 else b'{"svg":"<svg/>"}'
+
+    monkeypatch.setattr(watch, "piece", piece)
+    path = f"/api/captures/{number}/staff?from=0&to=2&zoom=2&parts=r_arm"
+    assert ask.get(path).json()["times"] == [0, 2]
+    assert ask.get(path).json() == {"svg": "<svg/>"}
+    assert asked == [(number, 0, 2, ["r_arm"], 2)] * 2
 
 
 def test_every_capture_has_a_pose(ask: TestClient, library: lanindex.Library) -> None:
