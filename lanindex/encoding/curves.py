@@ -64,14 +64,14 @@ def swings(curve: Floats, turning: Iterable[int], least: float) -> list[Ends]:
 
 def turning_points(curve: Floats) -> NDArray[np.int64]:
     """Return the frames at which a curve changes its direction, and the last frame."""
-    step = np.sign(np.diff(curve))
-    return np.append(np.flatnonzero(step[1:] != step[:-1]) + 1, len(curve) - 1)
+    step = np.sign(curve[1:] - curve[:-1])
+    return np.append((step[1:] != step[:-1]).nonzero()[0] + 1, len(curve) - 1)
 
 
 def lulls(pace: Floats, slow: float, least: int) -> list[Ends]:
     """Return the half-open frames in which a pace (N,) is below `slow` for `least` or more."""
-    still = np.zeros(len(pace) + 2, np.bool_)
-    still[1:-1] = pace < slow
+    end = np.zeros(1, np.bool_)
+    still = np.concatenate((end, pace < slow, end))
     edges = (still[1:] != still[:-1]).nonzero()[0]
     starts, stops = edges[::2], edges[1::2]
     return [(start, stop) for start, stop in zip(starts, stops) if stop - start >= least]  # noqa: B905
@@ -106,6 +106,12 @@ WIDTH = 0.35
 pace is measured."""
 
 
+def ranked(values: Floats, place: int) -> float:
+    """Return the number that `place` others of (N,) come before."""
+    value: float = np.partition(values, place)[place]
+    return value
+
+
 def begun(pace: Floats, part: int, rests: float) -> float:
     """Return the frame at which a movement begins; `pace` (N,) float64, fast from `part` on."""
     peak = pace[part:].max()
@@ -113,7 +119,7 @@ def begun(pace: Floats, part: int, rests: float) -> float:
         return 0.0
     plain = part + (pace[part:] >= PLAIN * peak).argmax()
     half = (plain + 1) // 2
-    noise = np.partition(pace[: plain + 1], half)[half]
+    noise = ranked(pace[: plain + 1], half)
     faint = min(max(FAINT * peak, noise), PLAIN / 2 * peak, rests)
     slow = (pace[:plain] <= faint).nonzero()[0]
     if not len(slow):
@@ -139,12 +145,11 @@ def seen(
     way = curve[last] - curve[first]
     size, some = max(sqrt(way.real * way.real + way.imag * way.imag), 1e-9), curve[low : high + 1]
     along = some.real * (way.real / size) + some.imag * (way.imag / size)
-    wide = np.empty(len(along) + 2 * half)
-    wide[:half], wide[half:-half], wide[-half:] = along[0], along, along[-1]
+    wide = np.concatenate((np.full(half, along[0]), along, np.full(half, along[-1])))
     calm = (wide[2 * half :] - wide[: -2 * half]) / (2 * half)
     top = first - low + calm[first - low : last - low + 1].argmax()
     begin = begun(calm[: top + 1], first - low, rests)
-    end = high - low - begun(calm[top:][::-1], high - last, rests)
+    end = high - low - begun(calm[top:][::-1].copy(), high - last, rests)
     lowest, highest = top - along[: top + 1][::-1].argmin(), top + along[top:].argmax()
     starts = min(max(round(begin), lowest), high - low - 1)
     return low + starts, low + max(min(round(end), highest), starts + 1)

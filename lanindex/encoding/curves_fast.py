@@ -7,7 +7,7 @@ from math import hypot, sqrt
 
 import numba
 import numpy as np
-from numba.extending import register_jitable
+from numba.extending import overload, register_jitable
 from numpy.typing import NDArray
 
 from lanindex.encoding import curves
@@ -66,7 +66,8 @@ def _add(values, others):
 def _smooth(rough, half, calm):
     """Write the moving average; loops without a question for each frame take a quarter."""
     frames = len(rough)
-    calm[:] = rough
+    for frame in range(frames):
+        calm[frame] = rough[frame]
     for shift in range(1, half + 1):
         _add(calm[shift:], rough[: frames - shift])
         _add(calm[: frames - shift], rough[shift:])
@@ -118,6 +119,11 @@ def _slopes(curve, rate):
         before, after = max(frame - 1, 0), min(frame + 1, last)
         found[frame] = (curve[after] - curve[before]) / (after - before) * rate
     return found
+
+
+@overload(curves.ranked)
+def _ranked(values, place):
+    return lambda values, place: nth(values.copy(), place)
 
 
 _CALLED = (curves.begun, curves.departures, curves.lulls, curves.move_parts, curves.seen)

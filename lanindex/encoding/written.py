@@ -267,8 +267,9 @@ def achieve(
         many += 1
     if many and cells[alive[0]] == in_force:
         outcome[alive[0]] = _IN_FORCE
-        alive[: many - 1] = alive[1:many].copy()
         many -= 1
+        for place in range(many):
+            alive[place] = alive[place + 1]
     return many
 
 
