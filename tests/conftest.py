@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,12 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ.pop(name, None)
     import effort  # registers the profiles
 
+    from lanindex import compiled
+
+    # Only tests of compiled loops compile them, however much all of a process read together
+    taken = threading.Lock()
+    taken.acquire()
+    compiled.take_turns(taken)
     effort.settings.load_profile("slow" if config.getoption("--slow") else "quick")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
