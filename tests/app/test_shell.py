@@ -3,9 +3,11 @@
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from command import run
 from dances import dance
 
 from lanindex.app.cli import VERBS
@@ -23,6 +25,15 @@ def called(
         capture_output=True,
         env={key: value for key, value in told.items() if value is not None},
     )
+
+
+def called_here(
+    place: Path, *words: str | bytes, **env: str | None
+) -> subprocess.CompletedProcess[bytes]:
+    """Call the command in this process, whose locale is that of most terminals."""
+    done = run(*map(os.fsdecode, words), cwd=place)
+    out, errors = (os.fsencode(text) for text in (done.stdout, done.stderr))
+    return subprocess.CompletedProcess(words, done.returncode, out, errors)
 
 
 @pytest.fixture(scope="module")
@@ -77,10 +88,10 @@ class TestCompletion:
         typed = f"lanindex {typed}"
         at = len(typed.partition('"')[0].split(" ")) - 1
         asked = {"_LANINDEX_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(at)}
-        done = called(made, **asked)
-        assert done.stderr == b""
-        assert set(done.stdout.decode().split("\n")[:40]) >= offered
-        assert len(offered) != 1 or done.stdout.decode().strip() == next(iter(offered))
+        done = run(cwd=made, env=asked)
+        assert done.stderr == ""
+        assert set(done.stdout.split("\n")[:40]) >= offered
+        assert len(offered) != 1 or done.stdout.strip() == next(iter(offered))
         assert offered or not done.stdout.strip()
 
     def test_installed_once_and_only_when_asked(self, tmp_path: Path) -> None:
@@ -131,26 +142,28 @@ class TestLocale:
         done = called(tmp_path, "inspect", "in/歩く é.bvh".encode(), **ASCII)
         assert done.returncode == 0, done.stderr
 
-    @pytest.mark.parametrize("env", [{}, ASCII])
-    def test_a_name_that_is_no_utf_8_is_shown_escaped(self, tmp_path: Path, env: dict) -> None:
+    @pytest.mark.parametrize(("call", "env"), [(called_here, {}), (called, ASCII)])
+    def test_a_name_that_is_no_utf_8_is_shown_escaped(
+        self, tmp_path: Path, call: Callable[..., subprocess.CompletedProcess[bytes]], env: dict
+    ) -> None:
         dance(tmp_path / "plain.bvh")
         name = b"w\xff\xe4lk.bvh"
         os.rename(tmp_path / "plain.bvh", os.path.join(os.fsencode(tmp_path), name))
         (tmp_path / "labels.csv").write_text("file,label\nw\\xff\\xe4lk.bvh,walk\n")
         shown = rb"w\xff\xe4lk.bvh"
         for said in (b"1 file: 1 added", b"nothing new: 1 file unchanged"):
-            done = called(tmp_path, "ingest", ".", "--labels", "labels.csv", **env)
+            done = call(tmp_path, "ingest", ".", "--labels", "labels.csv", **env)
             assert (done.returncode, said in done.stderr) == (0, True), done.stderr
-        listed = called(tmp_path, "list", **env).stdout.split(b"\n")[1].split(b"\t")
+        listed = call(tmp_path, "list", **env).stdout.split(b"\n")[1].split(b"\t")
         assert listed[1:3] == [b"./" + shown, b"walk"]
         for named in (name, shown):
-            assert called(tmp_path, "show", named, **env).returncode == 0
-            done = called(tmp_path, "inspect", named, **env)
+            assert call(tmp_path, "show", named, **env).returncode == 0
+            done = call(tmp_path, "inspect", named, **env)
             assert (done.returncode, shown in done.stdout) == (0, True), done.stderr
-        done = called(tmp_path, "export", "r_arm right", "-o", "clips", **env)
+        done = call(tmp_path, "export", "r_arm right", "-o", "clips", **env)
         assert done.returncode == 0, done.stderr
         assert sorted(path.suffix for path in (tmp_path / "clips").glob("w_xff_xe4lk_*"))
-        assert called(tmp_path, "remove", "--missing", **env).returncode == 1
+        assert call(tmp_path, "remove", "--missing", **env).returncode == 1
 
 
 def test_python_runs_it_by_name(tmp_path: Path) -> None:
