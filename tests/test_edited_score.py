@@ -1,8 +1,10 @@
 """An edited score is performed and encoded as the same score."""
 
+from itertools import product
 from pathlib import Path
 
 import pytest
+from effort import thinned
 
 import lanindex
 from lanindex.alphabet import BENDS, kind_of
@@ -32,9 +34,9 @@ SCORES = {
 }
 
 
-@pytest.mark.parametrize("form", ["bvh", "glb"])
-@pytest.mark.parametrize("notation", ["lnd", "eaf"])
-@pytest.mark.parametrize("name", SCORES)
+@pytest.mark.parametrize(
+    ("name", "notation", "form"), thinned(product(SCORES, ["lnd", "eaf"], ["bvh", "glb"]), 3)
+)
 def test_a_score_comes_back(name: str, notation: str, form: str, tmp_path: Path) -> None:
     score = SCORES[name]()
     edited = read(f"score.{notation}", write(score, notation))

@@ -23,7 +23,7 @@ def tool(name: str) -> str:
     [
         ["ruff", "format", "--check", "--no-cache", "."],
         ["ruff", "check", "--no-cache", "."],
-        ["mypy"],
+        pytest.param(["mypy"], marks=pytest.mark.slow),  # a minute in a fresh tree
         ["lint-imports", "--no-cache"],
     ],
     ids=lambda command: " ".join(command[:2]),

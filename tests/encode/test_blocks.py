@@ -3,11 +3,12 @@
 import subprocess
 import sys
 from fractions import Fraction
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
-from effort import slow
+from effort import slow, thinned
 from motions import motion_of, swung, with_gaps
 
 from lanindex.alphabet import JOINTS
@@ -25,14 +26,15 @@ def facts(score: Score) -> list[object]:
     return [rows, score.heading.tobytes(), score.meter]
 
 
-@pytest.mark.parametrize("rate", [24, 60, 120])
-@pytest.mark.parametrize("profile", ["default", "paper"])
-@pytest.mark.parametrize("block", [5, 64])
+KEPT = [(0, 0), (2000, 0), (1 << 20, 50), (1 << 20, 1 << 20)]
+
+
 @pytest.mark.parametrize(
-    ("kept", "stretches"), [(0, 0), (2000, 0), (1 << 20, 50), (1 << 20, 1 << 20)]
+    ("rate", "profile", "block", "keeps"),
+    thinned(product([24, 60, 120], ["default", "paper"], [5, 64], KEPT), 5),
 )
 def test_blocks_leave_no_trace(
-    monkeypatch: pytest.MonkeyPatch, rate: int, profile: str, block: int, kept: int, stretches: int
+    monkeypatch: pytest.MonkeyPatch, rate: int, profile: str, block: int, keeps: tuple[int, int]
 ) -> None:
     motion = motion_of(with_gaps(swung(3, 100, Fraction(rate), 5.0), GAPS), Fraction(rate))
     whole = facts(encode(motion, profile))
@@ -41,12 +43,12 @@ def test_blocks_leave_no_trace(
     monkeypatch.setattr("lanindex.encoding.whole.TOGETHER", block)
     monkeypatch.setattr("lanindex.encoding.timing.TOGETHER", block)
     monkeypatch.setattr("lanindex.encoding.measures.FEW", block)
-    monkeypatch.setattr(joints, "KEPT", kept)
-    monkeypatch.setattr(places, "KEPT", stretches)
+    monkeypatch.setattr(joints, "KEPT", keeps[0])
+    monkeypatch.setattr(places, "KEPT", keeps[1])
     assert facts(encode(motion, profile)) == whole
 
 
-@pytest.mark.parametrize("way", ["plain", "fast"])
+@pytest.mark.parametrize("way", ["plain", pytest.param("fast", marks=pytest.mark.slow)])
 def test_memory_of_a_long_capture_grows_by_little_a_frame(way: str) -> None:
     if way == "fast":
         pytest.importorskip("numba")

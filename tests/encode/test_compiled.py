@@ -96,11 +96,11 @@ def test_real_captures(captures: Path, monkeypatch: pytest.MonkeyPatch, profile:
         if path.suffix.lower() in (".bvh", ".c3d", ".trc", ".amc"):
             families.setdefault(path.parent, []).append(path)
     read = 0
-    for path in itertools.chain(*(family[:: 1 if slow() else 6] for family in families.values())):
+    for path in itertools.chain(*(family[:: 1 if slow() else 12] for family in families.values())):
         try:
             motion = formats.read(path)
         except LanindexError:
             continue
         assert_equal(motion, load(profile), monkeypatch)
         read += 1
-    assert read > (300 if slow() else 70)
+    assert read > (300 if slow() else 35)

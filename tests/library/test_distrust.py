@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from effort import slow
 from sample_library import add_sample, fill, sample_score, sql
 
 from lanindex.errors import LibraryError
@@ -144,7 +145,7 @@ def damaged(path, times, seed):
 
 
 def test_no_damage_is_believed(path):
-    damaged(path, 100, 1)
+    damaged(path, 100 if slow() else 30, 1)
 
 
 @pytest.mark.slow

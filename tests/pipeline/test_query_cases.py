@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from effort import thinned
 from query_cases import Case, cases, told
 
 from lanindex.errors import UsageError
@@ -38,7 +39,7 @@ def libraries(tmp_path_factory: pytest.TempPathFactory):
         library.close()
 
 
-@pytest.mark.parametrize("case", CASES, ids=str)
+@pytest.mark.parametrize("case", thinned(CASES, 3), ids=str)
 def test_through_the_store(case: Case, libraries) -> None:
     library = libraries(case)
     if "clip.nothing" in case.pattern:  # alone it is false, in a library it is a mistake

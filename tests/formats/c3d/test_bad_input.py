@@ -119,7 +119,7 @@ def mutated(data: bytes, numbers: random.Random) -> bytes:
 def test_short_fuzzing():
     numbers = random.Random(512)
     seen = {"motion": 0, "error": 0}
-    for _ in some(500, 200):
+    for _ in some(500, 150):
         seen[outcome(mutated(numbers.choice(SMALL), numbers))] += 1
     assert min(seen.values()) > 20, seen
 

@@ -93,7 +93,7 @@ PATTERNS = [
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_what_ways_remember_is_found_as_plainly(pattern: str, monkeypatch) -> None:
     query, hits = parse(pattern), 0
-    for seed in some(6):
+    for seed in some(6, 1):
         recordings = random_library(Random(seed))
         for overlaps in ("all", "none"):
             options = {"tolerance": Fraction(1, 5), "overlaps": overlaps}
