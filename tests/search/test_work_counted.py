@@ -104,3 +104,15 @@ def test_who_waits_is_told_with_each_piece_of_pairs(monkeypatch):
     with limits.running(None, lambda: told.append(1)):
         pieces = list(arrays.in_pieces(np.full(30, 5)))
     assert len(told) == len(pieces) == 16
+
+
+def test_who_waits_is_told_with_each_column_that_is_sorted():
+    told = []
+    columns = (*np.random.default_rng(1).integers(0, 1 << 40, (4, 50)), np.arange(50) // 7)
+    columns[0][:] = 3
+    with limits.running(None, lambda: told.append(1)):
+        order, which = arrays.grouped(columns)
+    assert len(told) > 2 * len(columns)  # too large to be packed: each is sorted by
+    rows = list(zip(*(it.tolist() for it in columns), strict=True))
+    assert [rows[it] for it in order] == sorted(set(rows))
+    assert [rows[order[it]] for it in which] == rows

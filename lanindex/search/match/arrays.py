@@ -162,10 +162,18 @@ def best_of_each(keys: tuple[AnyArray, ...], ranks: tuple[AnyArray, ...]) -> Int
 def grouped(columns: tuple[AnyArray, ...]) -> tuple[IntArray, IntArray]:
     """Return the places of different rows, in order, and for each row which of those it is."""
     order = in_order(columns)
-    new = starts_of(*(column[order] for column in columns))
+    new = starts_of(*(_at(column, order) for column in columns))
     which = np.empty(len(order), np.int64)
     which[order] = np.cumsum(new) - 1
     return order[new], which
+
+
+def _by_each(columns: tuple[AnyArray, ...]) -> IntArray:
+    """Return what `in_order` does, column by column: `np.lexsort` says nothing meanwhile."""
+    order = np.arange(len(columns[0]))
+    for column in reversed(columns):
+        order = order[np.argsort(_at(column, order), kind="stable")]
+    return order
 
 
 def in_order(columns: tuple[AnyArray, ...]) -> IntArray:
@@ -177,10 +185,11 @@ def in_order(columns: tuple[AnyArray, ...]) -> IntArray:
         return np.empty(0, np.int64)
     packed, room = np.zeros(len(columns[0]), np.int64), 63
     for column in columns:
+        tick()
         least, most = int(column.min()), int(column.max())
         room -= (most - least).bit_length()
         if room < 0:
-            return np.lexsort(columns[::-1])
+            return _by_each(columns)
         packed <<= (most - least).bit_length()
         packed += column - least
     if (packed[1:] >= packed[:-1]).all():

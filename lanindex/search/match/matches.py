@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lanindex.search.limits import check_budget
+from lanindex.search.limits import check_budget, tick
 from lanindex.search.match.arrays import FAR, BoolArray, IntArray, Table, grouped, once, spread
 
 
@@ -159,6 +159,7 @@ def distinguishing(keys: list[IntArray]) -> list[IntArray]:
     """Return the keys that differ between rows, each once, with small numbers for `FAR`."""
     found: list[IntArray] = []
     for key in keys:
+        tick()
         if (key != key[:1]).any() and not any(np.array_equal(key, it) for it in found):
             found.append(key)
     return [np.where(it < FAR, it, 1 + (it * (it < FAR)).max()) for it in found]
