@@ -1,5 +1,6 @@
-"""How much memory is free."""
+"""How much memory is free, and what is given back."""
 
+import ctypes
 import os
 
 
@@ -15,3 +16,13 @@ def available() -> int | None:
         return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):
         return None
+
+
+def give_back() -> None:
+    """Give the memory that this process does not use any more back to the system.
+
+    The allocator of Linux keeps what was taken once: a gigabyte behind a search of a minute.
+    """
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if os.name == "posix" else None
+    if trim:
+        trim(0)

@@ -14,6 +14,7 @@ from lanindex.errors import LanindexError, UsageError
 from lanindex.formats import parted
 from lanindex.library.connect import Progress
 from lanindex.library.store import Store
+from lanindex.memory import give_back
 from lanindex.model import Hit
 from lanindex.pipeline.prepare import Outcome
 from lanindex.pipeline.search import check_columns
@@ -22,8 +23,9 @@ from lanindex.search.language.clauses import CLIP, Reference
 
 Result = TypeVar("Result")
 
-ORDERS = ("", "best", "capture")
-"""In which hits are paged: as the search has them, the clearest first, by capture and start."""
+ORDERS = ("", "best", "capture", "best capture")
+"""In which hits are paged: as the search has them; the clearest first; by capture and start; the
+captures with the clearest hits first, the hits of each by start."""
 
 
 class Cancelled(Exception):
@@ -96,6 +98,7 @@ class Job(Generic[Result]):
         with self._changed:
             self.state, self.error = state, error
             self._changed.notify_all()
+        give_back()
 
     def _tick(self) -> None:
         if self._cancelled:
@@ -152,7 +155,7 @@ class SearchJob(Job["Hits | Counts"]):
         self.notes: list[str] = []
         self._store, self._search = store, run
         self._pieces: Sequence[Hits] = ()
-        self._by_fit: tuple[int, Hits] | None = None  # the clearest ones, so many, come first
+        self._ordered: dict[str, tuple[int, Hits]] = {}  # so many are in this order
         self._begin()
 
     @property
@@ -175,8 +178,9 @@ class SearchJob(Job["Hits | Counts"]):
         n : int
             How many at most.
         order : str
-            As `search` has them; or ``best``: the clearest first, or ``capture``: by capture, start
-            and end. While it runs, hits come by capture, whatever the order.
+            As `search` has them; ``best``: the clearest first; ``capture``: by capture, start and
+            end; ``best capture``: the captures with the clearest hits first, the hits of each by
+            start and end. While it runs, hits come by capture, whatever the order.
 
         Returns
         -------
@@ -193,7 +197,7 @@ class SearchJob(Job["Hits | Counts"]):
         if at < 0 or n < 0:
             raise UsageError(f"{n} hits from {at}", wanted="two numbers from 0")
         if order not in ORDERS:
-            raise UsageError(f'order "{order}"', wanted="best or capture")
+            raise UsageError(f'order "{order}"', wanted="best, capture or best capture")
         ended, page = self.state == "done", list[Hit]()
         pieces = [self._in_order(order, at + n)] if order and ended else list(self._pieces)
         for hits in pieces:
@@ -208,10 +212,12 @@ class SearchJob(Job["Hits | Counts"]):
         (hits,) = self._pieces
         if order == "capture":
             return hits.at(np.lexsort((hits.high, hits.low, hits.place)))
-        if self._by_fit is None or self._by_fit[0] < most:
-            most = max(most, 2 * self._by_fit[0] if self._by_fit else 0)
-            self._by_fit = most, hits.by_fit(most)
-        return self._by_fit[1]
+        before, ordered = self._ordered.get(order, (0, hits))
+        if before < most:
+            most = max(most, 2 * before)
+            ordered = hits.by_fit(most) if order == "best" else _best_captures(hits, most)
+            self._ordered[order] = most, ordered
+        return ordered
 
     def facets(self, field: str) -> Counts:
         """Count the hits so far by a field of their captures, as ``| count by clip.label`` does.
@@ -246,6 +252,14 @@ class SearchJob(Job["Hits | Counts"]):
     def _take(self, pieces: Sequence[Hits]) -> None:
         self._pieces = pieces
         self._tick()
+
+
+def _best_captures(hits: Hits, most: int) -> Hits:
+    """Return hits by capture, those first that have the clearest ones; so many are in order."""
+    clearest = hits.by_fit(most).place  # the captures of so many hits have as many, or more
+    first = np.zeros(clearest.max(initial=0) + 1, np.int64)
+    first[clearest[::-1]] = np.arange(len(hits))[::-1]
+    return hits.at(np.lexsort((hits.high, hits.low, first[hits.place])))
 
 
 Ingest = Callable[[Callable[[], None]], tuple[int, Generator[Outcome, None, None]]]

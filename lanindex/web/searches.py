@@ -26,6 +26,7 @@ from lanindex.web.jobs import Told, trouble
 from lanindex.web.routes import Call
 from lanindex.web.watch import unnamed
 
+_MEMORY = 256.0  # MB that the partial matches of a search may take: several run at once
 _PAGE = 100  # hits in an answer, at most
 _LIKE = re.compile(r"\d+(:\d+-\d+)?")
 _ALIKE = 200  # captures that are like an example, at most
@@ -189,7 +190,7 @@ def begin(call: Call) -> dict[str, Any]:
     query_of(asked.pattern, call.site.parts(), library.words)  # raises what is wrong at once
 
     def by_pattern() -> Search:
-        job = library.begin(asked.pattern, asked.selection, **asked.options)
+        job = library.begin(asked.pattern, asked.selection, memory=_MEMORY, **asked.options)
         return Search(asked, job)
 
     return {"job": call.site.jobs.begin(("search", asked, library.stamp), by_pattern)}

@@ -1,13 +1,17 @@
-"""The number of processes follows free memory."""
+"""The number of processes follows free memory, and what a job took is given back."""
 
+import sys
 from pathlib import Path
+from time import sleep
 
 import pytest
 from bvh_bodies import person
 
-from lanindex import compiled
+from lanindex import compiled, memory
 from lanindex.encoding.profile import load
+from lanindex.pipeline import jobs as job_module
 from lanindex.pipeline import prepare
+from lanindex.pipeline.jobs import Job
 from lanindex.pipeline.prepare import Task
 
 GIGABYTE = 1 << 30
@@ -61,3 +65,28 @@ def test_many_small_files_are_worth_the_fast_reader(
     monkeypatch.setattr(compiled, "_expected", 0)
     prepare.prepare(Task(str(path), load("default"), total=total))
     assert compiled._expected == total
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only the allocator of Linux keeps it")
+def test_what_a_job_took_is_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    def held() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+    class Large(Job[list[bytearray]]):
+        def _work(self) -> list[bytearray]:
+            taken = [bytearray(50_000) for _ in range(4000)]
+            return taken[::100]  # among what is given back
+
+    sizes = []
+
+    def give_back() -> None:
+        sizes.append(held())
+        memory.give_back()
+        sizes.append(held())
+
+    monkeypatch.setattr(job_module, "give_back", give_back)
+    Large()._begin()
+    while len(sizes) < 2:
+        sleep(0.01)
+    before, after = sizes
+    assert before - after > 150_000_000

@@ -235,6 +235,24 @@ def test_hits_are_those_of_the_line(opened: Opened) -> None:
 
 
 @pytest.mark.slow
+def test_hits_stand_by_capture_the_best_first(opened: Opened) -> None:
+    page = opened("/search?q=arms+high&in=*.bvh")
+    best = page.locator(".hit .path").first
+    best.wait_for()
+    name = best.inner_text()
+    order = page.get_by_role("combobox", name="Order")
+    order.select_option("best captures first")
+    expect(page).to_have_url(re.compile(r"order=best\+capture"))
+    expect(page.locator(".hits > .capture").first).to_contain_text(name)
+    expect(page.locator(".hit .path")).to_have_count(0)
+    page.locator(".hit .strip svg").first.wait_for()
+    paths = page.locator(".hits > .capture .path").all_inner_texts()
+    assert len(paths) == len(set(paths)) > 1
+    times = page.locator(".capture ~ .hit .num > span:first-child").all_inner_texts()
+    assert len(times) > len(paths)
+
+
+@pytest.mark.slow
 def test_what_is_typed_while_less_is_searched_for_is_searched_for_next(opened: Opened) -> None:
     page = opened("/search")
     line = page.get_by_role("textbox", name="What is searched for")

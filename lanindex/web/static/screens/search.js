@@ -30,7 +30,7 @@ const MOST = 100; // hits in an answer
 const LONG = 300; // characters of a pattern that gets a name in addresses
 const WIDE = "(min-width: 1100px)"; // where the staff of the query stands beside the hits
 const SOON = 150; // milliseconds after the last key, in which nobody wants hits
-const ORDERS = [["best", "best first"], ["capture", "in order"]];
+const ORDERS = [["best", "best first"], ["best capture", "best captures first"], ["capture", "in order"]];
 const WAYS = [["near", "near", "A symbol near the border of its cell matches from both sides"]];
 const EDITS = [["", "exact"], ["10%", "10 % edits"], ["20%", "20 % edits"], ["35%", "35 % edits"]];
 
@@ -278,7 +278,7 @@ export function show(app) {
       const own = job, at = list.length, by = order.value, n = Math.min(Math.max(PAGE, least - at), MOST);
       const { hits } = await get(address(`/api/searches/${own}/hits`, { at, n, order: by }), signal);
       if (now !== round) return;
-      list.add(hits, (index) => `/api/searches/${own}/hits/${index}/card?order=${by}`, (hit) => watching(hit, line.text), by === "capture");
+      list.add(hits, (index) => `/api/searches/${own}/hits/${index}/card?order=${encodeURIComponent(by)}`, (hit) => watching(hit, line.text), by !== "best");
       more.hidden = list.length >= all;
       if (wanted && !running) reach();
     } catch (error) {
