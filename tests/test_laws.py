@@ -7,6 +7,7 @@ from pathlib import Path
 
 import motions
 import pytest
+from effort import examples
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from motions import RATES, motion_of, swung
@@ -98,7 +99,7 @@ def test_size_matters_in_millimetres(few: list[Motion]) -> None:
 
 
 @pytest.mark.parametrize("law", IMAGES)
-@settings(max_examples=15, derandomize=True, phases=(Phase.explicit, Phase.generate))
+@settings(examples(15), derandomize=True, phases=(Phase.explicit, Phase.generate))
 @given(
     seed=st.integers(0, 2**32),
     rate=st.sampled_from(RATES),

@@ -62,9 +62,7 @@ ODD_RULES = "".join(
         *(f"L right {a}\nD r_forward {a}\nL right {a}\n" for a in LEVELS),
     )
 )
-QUICK = settings(
-    max_examples=15, deadline=None, derandomize=True, phases=(Phase.explicit, Phase.generate)
-)
+QUICK = settings(examples(15), derandomize=True, phases=(Phase.explicit, Phase.generate))
 RARE_RATES = (*RATES, Fraction(10), Fraction(12))
 PROFILES = ("default", "paper", "odd")
 

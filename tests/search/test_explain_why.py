@@ -200,7 +200,7 @@ def test_whatever_is_not_found_has_a_reason(case):
         assert all(stop.reason and stop.wanted for stop in seen.stops)
 
 
-@pytest.mark.parametrize("text", list(random_patterns(11, 100)))
+@pytest.mark.parametrize("text", thinned(random_patterns(11, 100), 4))
 def test_any_pattern_is_followed(text):
     seen = traced(text)
     assert seen.hits or all(stop.reason for stop in seen.stops)
