@@ -9,14 +9,14 @@ from typing import Any
 from lanindex import records
 from lanindex.alphabet import TRACKS
 from lanindex.draw.staff import has_column
-from lanindex.errors import LanindexError, UsageError
+from lanindex.errors import UsageError
 from lanindex.library.connect import Progress
 from lanindex.library.selection import Selection
 from lanindex.pipeline import example, motifs
 from lanindex.pipeline.jobs import Job
 from lanindex.pipeline.library import Library
 from lanindex.pipeline.movement import COUNTABLE_PARTS, Moves
-from lanindex.records import of_error
+from lanindex.web.jobs import trouble
 from lanindex.web.routes import Call
 from lanindex.web.watch import unnamed
 
@@ -46,10 +46,8 @@ class Exploration(Job[dict[str, Any]]):
         """Return how far it is; at the end what it has found."""
         state = self.state
         told: dict[str, Any] = {"state": state, "progress": self.progress}
-        if isinstance(self.error, LanindexError):
-            told["error"] = of_error(self.error)
-        elif self.error is not None:
-            told["error"] = {"found": f"the server failed at this ({type(self.error).__name__})"}
+        if self.error is not None:
+            told["error"] = trouble(self.error)
         return told | ({"found": self.result} if state == "done" else {})
 
 
@@ -59,17 +57,11 @@ def begin(call: Call) -> dict[str, Any]:
     if what not in _WAYS:
         raise UsageError(f'"{what[:40]}"', place="what", wanted=f"one of {', '.join(_WAYS)}")
     library = call.site.library
-    where = []
-    for text in call.said("where", list, []):
-        name, equals, glob = str(text).partition("=")
-        if not equals:
-            raise UsageError(f'"{text!s:.40}"', place="where", wanted="column=glob")
-        where.append((name, glob))
     parts = call.said("parts", list, [])
     if unknown := [it for it in parts if it not in TRACKS]:
         raise UsageError(f"{unknown[0]!r:.40}", place="parts", wanted="names of parts")
     path = call.said("path", str, "")
-    selection = Selection(f"*{path}*" if path else None, where)
+    selection = Selection(f"*{path}*" if path else None, call.conditions())
     key = what, library.stamp, json.dumps(call.body, sort_keys=True)
 
     def work(progress: Progress) -> dict[str, Any]:

@@ -9,11 +9,10 @@ import json
 import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from anyio import fail_after, to_thread
+from anyio import fail_after
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
@@ -90,6 +89,16 @@ class Call:
         if value is not default and (not isinstance(value, kind) or isinstance(value, bool)):
             raise UsageError(f"{value!r:.40}", place=name, wanted=f"a {kind.__name__}")
         return value
+
+    def conditions(self) -> list[tuple[str, str]]:
+        """Return the columns of captures of the body, each with what it must be like."""
+        found = []
+        for text in self.said("where", list, []):
+            name, equals, glob = str(text).partition("=")
+            if not equals:
+                raise UsageError(f'"{text!s:.40}"', place="where", wanted="column=glob")
+            found.append((name, glob))
+        return found
 
 
 Work = Callable[[Call], Any]
@@ -195,8 +204,3 @@ async def _body(request: Request) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise UsageError("a request that is no object", wanted="a JSON object")
     return value
-
-
-def in_thread(work: Callable[..., Any], *values: Any) -> Any:
-    """Return what runs work in a thread, to be awaited."""
-    return to_thread.run_sync(partial(work, *values))

@@ -65,16 +65,10 @@ class Asked:
     @classmethod
     def of(cls, call: Call) -> Asked:
         """Return what the body of a request asks for."""
-        pairs = []
-        for text in call.said("where", list, []):
-            name, equals, glob = str(text).partition("=")
-            if not equals:
-                raise UsageError(f'"{text!s:.40}"', place="where", wanted="column=glob")
-            pairs.append((name, glob))
         return cls(
             call.said("pattern", str, ""),
             call.said("path", str),
-            tuple(pairs),
+            tuple(call.conditions()),
             call.body.get("near") is True,
             call.said("fuzzy", str),
             call.said("overlaps", str, "none"),

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from lanindex.web.captures import CaptureTable
     from lanindex.web.convert import Workshop
 
-PORT = 8421
 IDLE = 1.0
 """Seconds after the start in which the first page should be there: then the rest is imported."""
 

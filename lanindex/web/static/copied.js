@@ -13,7 +13,7 @@ function quoted(text) {
  * @param {Asked} asked
  * @param {string} library the library's file
  */
-export function command({ q, like, in: path, where, near, fuzzy }, library) {
+function command({ q, like, in: path, where, near, fuzzy }, library) {
   return ["lanindex search", ...(like ? ["--like", like] : [quoted(q)]), ...(path ? ["--in", quoted(path)] : []), ...where.flatMap((it) => ["--where", quoted(it)]),
     ...(near && !like ? ["--near"] : []), ...(fuzzy && !like ? ["--fuzzy", fuzzy] : []), "--db", quoted(library)].join(" ");
 }
@@ -22,7 +22,7 @@ export function command({ q, like, in: path, where, near, fuzzy }, library) {
  * @param {Asked} asked
  * @param {string} library the library's file
  */
-export function python({ q, like, in: path, where, near, fuzzy }, library) {
+function python({ q, like, in: path, where, near, fuzzy }, library) {
   const text = JSON.stringify, pairs = where.map((it) => {
     const [name] = it.split("=", 1);
     return `(${text(name)}, ${text(it.slice(name.length + 1))})`;

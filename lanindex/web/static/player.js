@@ -188,7 +188,7 @@ export class Player {
  * Return some seconds as a clock shows them.
  * @param {number} seconds
  */
-export function clock(seconds) {
+function clock(seconds) {
   const minutes = Math.floor(seconds / 60), rest = (seconds - 60 * minutes).toFixed(2);
   return `${minutes}:${rest.padStart(5, "0")}`;
 }

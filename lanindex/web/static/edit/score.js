@@ -133,7 +133,7 @@ export function stretched(symbols, begins, ends, least) {
 }
 
 /** Return the part on the other side. @param {string} part */
-export function twin(part) {
+function twin(part) {
   return part.replace(/^[rl]_/, (side) => ({ r_: "l_", l_: "r_" }[side] ?? side));
 }
 
