@@ -83,8 +83,16 @@ class Workshop:
         score = anew.encoded(store, capture, parts, profile, own_tempo=own_tempo)
         found = compare(stored, score, parts=parts)
         sides = ((stored, "one", "as it is stored"), (score, "other", "written down anew"))
+        # seconds are equally high on both, whatever the tempo
         staves = [
-            Staff(it, parts=parts, marked=_symbols(found, side), scale=zoom, title=title)
+            Staff(
+                it,
+                parts=parts,
+                marked=_symbols(found, side),
+                scale=zoom,
+                stretch=min(max(float(stored.meter.speed / it.meter.speed), 0.1), 10.0),
+                title=title,
+            )
             for it, side, title in sides
         ]
         return Conversion(profile, score, found, (staves[0], staves[1]))

@@ -54,6 +54,9 @@ def test_an_angle_changes_symbols_and_says_which(
     assert other["changed"] == 0
     slower = encoded(ask, number, changes={"parameters": {"speed": 30, "rhythm": "3/4"}})
     assert (slower["speed"], slower["rhythm"], slower["changed"]) == (30, "3/4", 0)
+    for other_tempo in (slower, encoded(ask, number, changes={"parameters": {"speed": 97}})):
+        ends = [[it["ys"][0] - it["ys"][-1]] for it in map(other_tempo.get, ("before", "after"))]
+        assert ends[1] == pytest.approx(ends[0], rel=0.01)  # seconds are equally high on both
     without = encoded(ask, number, changes={"rules": {"r_arm": []}})
     assert without["rules"]["r_arm"] == []
     before = encoded(ask, number)["rules"]["r_arm"]

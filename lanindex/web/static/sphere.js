@@ -433,8 +433,11 @@ export class SphereView {
     for (const [name, ...point] of AXES) {
       const { x, y, depth } = this.#seen(point.map((it) => 1.12 * it));
       if (depth >= 0 !== front) continue;
+      const { radius, x: across, y: down } = this.#view, away = Math.hypot(x - across, y - down), rim = radius + 12;
+      if (!front && away < radius / 3) continue; // behind the middle
+      const out = front ? 1 : Math.max(rim / away, 1); // one that is behind stands beside the sphere
       context.globalAlpha = front ? 1 : 0.55;
-      context.fillText(name, x, y);
+      context.fillText(name, across + out * (x - across), down + out * (y - down));
     }
     context.globalAlpha = 1;
   }
