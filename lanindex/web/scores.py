@@ -149,8 +149,7 @@ def of_capture(call: Call) -> dict[str, Any]:
     start, stop = call.number("from", 0), call.number("to", float(capture.frames / capture.rate))
     if start >= stop:
         raise UsageError(f"{start:g} to {stop:g} s", wanted="a stretch of it")
-    rate = float(score.rate)
-    score = excerpt(score, Span(floor(start * rate), ceil(stop * rate)))
+    score = _stretch(score, start, stop)
     left = [it for it in score.tracks if it not in usual_tracks(score.tracks) and it != STEP]
     if call.text("detail") == "full":
         left = []
@@ -161,6 +160,12 @@ def of_capture(call: Call) -> dict[str, Any]:
         remedy = "Open a stretch of it: from and to, in seconds."
         raise UsageError(found, wanted=f"{MOST:,} at most", remedy=remedy)
     return {"score": data, "title": capture.path, "left_out": left}
+
+
+def _stretch(score: Score, start: float, stop: float) -> Score:
+    """Return some seconds of a score, counted from their beginning."""
+    rate = float(score.rate)
+    return excerpt(score, Span(floor(start * rate), ceil(stop * rate)))
 
 
 def of_file(call: Call) -> dict[str, Any]:
@@ -211,12 +216,10 @@ def motion(call: Call) -> dict[str, Any]:
     whole = float(score.frames / score.rate)
     start = _number(call, "from", 0)
     stop = min(_number(call, "to", whole), whole)
-    rate = float(score.rate)
-    part = excerpt(score, Span(floor(start * rate), ceil(stop * rate)))
-    performed = perform(part, rate=RATE)
+    performed = perform(_stretch(score, start, stop), rate=RATE)
     body = figure(performed)
     return {
-        "start": floor(start * rate) / rate,
+        "start": floor(start * score.rate) / float(score.rate),
         "stop": stop,
         "seconds": whole,
         "warnings": list(performed.warnings),
@@ -270,9 +273,14 @@ def store(call: Call) -> dict[str, Any]:
 
 
 def diff(call: Call) -> dict[str, Any]:
-    """Return how a score differs from that of a capture."""
+    """Return how a score differs from that of a capture, or of some seconds of it.
+
+    Times of the capture are held to the same grid: what was opened and not changed is the same.
+    """
     capture = call.site.library.capture(call.said("capture", int, 0))
-    found = compare(call.site.library.score(capture.id), _score(call))
+    stored, whole = call.site.library.score(capture.id), float(capture.frames / capture.rate)
+    stored = _stretch(stored, _number(call, "from", 0), _number(call, "to", whole))
+    found = compare(lnd.read(lnd.write(stored)), _score(call))
     return {
         "capture": capture.path,
         "same": found.same,

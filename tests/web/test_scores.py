@@ -154,11 +154,24 @@ def test_a_score_is_held_against_a_capture(ask: TestClient, library: lanindex.Li
     data = edited.of_score(library.score(number))
     same = ask.post("/api/scores/diff", json={"score": data, "capture": number}).json()
     assert same["same"] > 50
+    assert same["count"] == 0
     place = next(at for at, it in enumerate(data["symbols"]) if it[0] == "r_arm" and it[1] > 96)
     data["symbols"][place][3:] = ["left", "low"]
     other = ask.post("/api/scores/diff", json={"score": data, "capture": number}).json()
     assert other["count"] == same["count"] + 1
     assert ("r_arm", "replaced") in [(it["part"], it["difference"]) for it in other["differences"]]
+
+
+def test_a_stretch_is_held_against_the_same_stretch(
+    ask: TestClient, library: lanindex.Library
+) -> None:
+    number = library.capture("jumping_jacks.bvh").id
+    window = {"from": 4, "to": 9.5}
+    data = ask.get(f"/api/scores/captures/{number}", params=window).json()["score"]
+    body = {"score": data, "capture": number}
+    same = ask.post("/api/scores/diff", json=body | window).json()
+    assert (same["same"] > 50, same["count"]) == (True, 0)
+    assert ask.post("/api/scores/diff", json=body).json()["count"] > 50
 
 
 def test_what_is_no_score_is_told_in_a_sentence(ask: TestClient) -> None:

@@ -27,7 +27,7 @@ const KEYS = [
   ["arrows", "move the cursor; Page up, Page down a bar; Home, End"], ["1 to 9", "write a direction, as they lie on the number keys"],
   ["H M L", "high, middle, low"], ["[ ]", "degrees"], ["Enter", "write what the palette shows"], ["Shift + up, down", "the end later, earlier"],
   ["Shift + left, right", "the beginning earlier, later"], ["Alt + arrows", "move"], ["Delete", "take away"], ["Shift + M", "mirror"],
-  ["Ctrl + C, X, V, A", "copy, cut, paste at the cursor, all"], ["Ctrl + Z, Ctrl + Shift + Z", "undo, redo"], ["+ -", "tempo"], ["Space", "play from the cursor"], ["Escape", "choose nothing"],
+  ["Ctrl + C, X, V, A", "copy, cut, paste at the cursor, all"], ["Ctrl + arrows, Ctrl + Enter", "move the cursor alone, choose one more or one less"], ["Ctrl + Z, Ctrl + Shift + Z", "undo, redo"], ["+ -", "tempo"], ["Space", "play from the cursor"], ["Escape", "choose nothing"],
 ];
 
 /** @param {App} app */
@@ -206,13 +206,16 @@ export async function show(app) {
     return signs.find((it) => it.start <= tick && tick < it.stop || it.start === tick) ?? signs.find((it) => tick < it.start && it.start < tick + step());
   }
 
-  /** Show what is chosen, and tell it. */
-  function look() {
+  /** Show what is chosen, and tell it. @param {boolean} [alone] the cursor has moved alone */
+  function look(alone = false) {
     const track = trackOf(cell.part, alphabet), own = selection.find((it) => it.part === cell.part) ?? selection[0];
     heading.textContent = nameOf(cell.part);
     palette.show(track, own && trackOf(own.part, alphabet).kind === track.kind ? own.words : undefined);
-    const under = own ?? here();
-    const said = selection.length > 1 ? `${counted(selection.length, "symbol")} chosen` : under ? `${told(score, under)}${own ? "" : ", not chosen"}` : `${nameOf(cell.part)}, ${placeOf(score, cell.tick)}, empty`;
+    const sign = here(), under = alone ? sign : own ?? sign;
+    let said = under ? told(score, under) : `${nameOf(cell.part)}, ${placeOf(score, cell.tick)}, empty`;
+    if (under && !selection.includes(under)) said += ", not chosen";
+    if (alone) said += `, ${selection.length} chosen`;
+    else if (selection.length > 1) said = `${counted(selection.length, "symbol")} chosen`;
     if (state.textContent !== said) state.textContent = said;
     undo.disabled = !done.length;
     redo.disabled = !undone.length;
@@ -232,12 +235,20 @@ export async function show(app) {
     look();
   }
 
-  /** @param {Cell} at */
-  function go(at) {
+  /** @param {Cell} at @param {boolean} [alone] what is chosen stays */
+  function go(at, alone = false) {
     cell = { part: at.part, tick: Math.min(at.tick, end(score) - 1) };
     const sign = here();
-    choose(sign ? [sign] : [], cell);
+    if (alone) look(true);
+    else choose(sign ? [sign] : [], cell);
     paper.follow();
+  }
+
+  /** Choose the symbol at the cursor, too, or no more. */
+  function toggled() {
+    const sign = here();
+    if (sign) selection = selection.includes(sign) ? selection.filter((it) => it !== sign) : [...selection, sign];
+    look(true);
   }
 
   /** Put symbols in the place of others; they are chosen then. @param {Sign[]} gone @param {Sign[]} come @param {boolean} [many] */
@@ -391,21 +402,20 @@ export async function show(app) {
   function key(event) {
     const { key: own, shiftKey, altKey } = event, ctrl = event.ctrlKey || event.metaKey;
     const up = { ArrowUp: 1, ArrowDown: -1 }[own] ?? 0, right = { ArrowRight: 1, ArrowLeft: -1 }[own] ?? 0;
-    if (ctrl) {
+    if (ctrl && (up || right)) go({ part: right ? beside(right, false) : cell.part, tick: up ? at(up * step()) : cell.tick }, true);
+    else if (ctrl) {
       const acts = /** @type {Record<string, () => void>} */ ({
         z: shiftKey ? forth : back, y: forth, c: copy, v: paste,
-        x: () => { copy(); take(); }, a: () => choose([...score.symbols], cell),
+        x: () => { copy(); take(); }, a: () => choose([...score.symbols], cell), enter: toggled,
       });
       const act = acts[own.toLowerCase()];
       act?.();
       return Boolean(act);
-    }
-    if (altKey) {
+    } else if (altKey) {
       if (up) move({ ticks: up * step() });
       else if (right) move({ ticks: 0, part: beside(right, true) });
       return Boolean(up || right);
-    }
-    if (shiftKey && up) stretch(0, up * step());
+    } else if (shiftKey && up) stretch(0, up * step());
     else if (shiftKey && right) stretch(right * step(), 0);
     else if (shiftKey && own.toLowerCase() === "m") mirror();
     else if (up) go({ part: cell.part, tick: at(up * step()) });
@@ -513,7 +523,8 @@ export async function show(app) {
 
   function diff() {
     act(async () => {
-      const answer = await send("POST", "/api/scores/diff", { score: packed(score), capture: against?.capture_id }, signal);
+      const own = String(against?.capture_id) === capture ? Object.fromEntries(["from", "to"].flatMap((it) => url.searchParams.has(it) ? [[it, Number(url.searchParams.get(it))]] : [])) : {};
+      const answer = await send("POST", "/api/scores/diff", { score: packed(score), capture: against?.capture_id, ...own }, signal);
       const others = new Set(answer.differences.flatMap((/** @type {Difference} */ it) => (it.other ? [`${it.part} ${Math.round(paper.tick(it.other.start))}`] : [])));
       paper.marked = new Set(score.symbols.filter((it) => others.has(`${it.part} ${it.start}`)));
       paper.refresh();
