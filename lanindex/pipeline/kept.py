@@ -188,16 +188,19 @@ class Cache(Latest[Kept]):
         """Have a job done by a process of its own."""
         call = {"path": sys.path, "module": job.__module__, "job": job.__name__}
         command = [sys.executable, "-c", _CHILD, json.dumps({**call, "arguments": arguments})]
-        with self._aside:
-            done = subprocess.run(
-                command, stdin=subprocess.DEVNULL, stdout=file, stderr=subprocess.PIPE, check=False
-            )
-        if done.returncode == FAILED:
-            kind, facts = json.loads(done.stderr.splitlines()[-1])
+        pipe = subprocess.PIPE
+        with (
+            self._aside,
+            subprocess.Popen(command, stdin=pipe, stdout=file, stderr=pipe) as process,
+        ):
+            assert process.stderr is not None
+            said = process.stderr.read()
+        if process.returncode == FAILED:
+            kind, facts = json.loads(said.splitlines()[-1])
             raise getattr(errors, kind)(**facts)
-        if done.returncode:
-            lines = done.stderr.decode(errors="replace").splitlines()
-            found = f"the process that read it ended ({done.returncode}): {''.join(lines[-1:])}"
+        if process.returncode:
+            lines = said.decode(errors="replace").splitlines()
+            found = f"the process that read it ended ({process.returncode}): {''.join(lines[-1:])}"
             raise errors.ExportError(found, place=str(arguments.get("path", "")))
 
 
@@ -214,8 +217,15 @@ _CHILD = (
 )
 
 
+def _end_with_parent() -> None:
+    """End this process when the one that began it does, which holds the other end of its input."""
+    os.read(0, 1)
+    os._exit(1)
+
+
 def child(module: str, job: str, arguments: Mapping[str, Any]) -> None:
     """Do a job: what the process runs."""
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     if hasattr(os, "nice"):  # what is looked at meanwhile comes first
         os.nice(10)
     try:

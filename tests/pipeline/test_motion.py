@@ -1,6 +1,9 @@
 """Windows of a capture's figure are those of the whole, and what is kept is bounded."""
 
 import os
+import socket
+import subprocess
+import sys
 import threading
 from dataclasses import replace
 from fractions import Fraction
@@ -186,6 +189,28 @@ def test_errors_come_from_the_other_process(cache: Cache, tmp_path: Path) -> Non
     with pytest.raises(ExportError, match=r"the process that read it ended \(9\)"):
         cache.get("dead", os._exit, {"status": 9}, aside=True)
     assert not len(cache)
+
+
+def test_the_other_process_ends_with_the_first() -> None:
+    slow = (
+        "import socket, sys, threading, time; from lanindex.pipeline import kept; "
+        "threading.Thread(target=kept._end_with_parent, daemon=True).start(); "
+        "line = socket.create_connection(('127.0.0.1', %d)); line.send(b'.'); time.sleep(120)"
+    )
+    code = (
+        "import sys; from lanindex.pipeline import kept; kept._CHILD = sys.argv[1]; "
+        "kept.CACHE.get('slow', kept.child, {}, aside=True)"
+    )
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        listener.settimeout(60)
+        command = [sys.executable, "-c", code, slow % listener.getsockname()[1]]
+        with subprocess.Popen(command) as first:
+            line, _ = listener.accept()
+            with line:
+                line.settimeout(60)
+                assert line.recv(1) == b"."
+                first.kill()
+                assert line.recv(1) == b""
 
 
 def numbered(number: int) -> Made:
