@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from math import ceil
@@ -32,13 +32,17 @@ from lanindex.notation import NOTATIONS
 from lanindex.perform import perform
 from lanindex.perform.stage import LONGEST
 from lanindex.pipeline.export import check_source, source_of
-from lanindex.pipeline.kept import CACHE, Cache, Kept, Made
+from lanindex.pipeline.kept import CACHE, Cache, Kept, Latest, Made
 
 PERFORMED = Fraction(60)
 """Frames a second in which a score is performed."""
 
 MANY = 1000
 """Symbols from which on a score is performed by another process: each takes a third of a ms."""
+
+
+STRETCHES = Latest["Figure | None"](8)
+"""Windows that were read without all others: the first one is asked for twice."""
 
 
 def motion(
@@ -74,12 +78,15 @@ def motion(
     body = None
     reading = replace(source.reading, rate=rate)  # which the times of some frames do not tell
     if not cache.holds(key):  # first: a process would slow it
-        body = _stretch(large, reading, shown, rate_shown, capture.frames)
+        window = *key, *source.states.items(), int(shown[0]), int(shown[-1]), rate_shown
+        body = STRETCHES.made(
+            window, lambda: _stretch(large, reading, shown, rate_shown, capture.frames)
+        )
     if body is not None and not wait and not source.same.done():
         begin = partial(cache.begin, key, figured, job, aside=True)
         source.same.add_done_callback(lambda same: same.exception() or begin())
         return body
-    source.same.result()
+    source.check()
     made = cache.begin(key, figured, job, aside=True)
     return body or _window(made.result(), shown, rate_shown)
 
@@ -88,7 +95,7 @@ def check(store: Store, which: int | str) -> None:
     """Raise where the source of a capture is gone or has changed since it was ingested."""
     capture = store.capture(which)
     if capture.format not in NOTATIONS:
-        SOURCES.of(store, capture).same.result()
+        SOURCES.of(store, capture).check()
 
 
 def frames_shown(
@@ -171,9 +178,20 @@ class Source:
     reading: Reading
     states: Mapping[str, tuple[int, ...]]  # of the files that are read, what changes when one does
     large: formats.File | None  # the file, if it is large and not held in memory
-    same: Future[
-        Any
-    ]  # its result: it is the file that was ingested; of a large one that takes time
+    checking: Callable[[], Any]  # raises if it is not the file that was ingested
+    same: Future[None] = field(default_factory=Future)  # what came of that
+    turn: threading.Lock = field(default_factory=threading.Lock)
+
+    def check(self) -> None:
+        """Raise where it is not the file that was ingested; of a large one that takes time."""
+        with self.turn:
+            if not self.same.done():
+                try:
+                    self.checking()
+                    self.same.set_result(None)
+                except Exception as error:
+                    self.same.set_exception(error)
+        self.same.result()
 
 
 class Sources:
@@ -193,18 +211,17 @@ class Sources:
         if known is not None and known.states == _states(known.states):
             return known
         before = _states([on_disk(capture.location)])
-        file, reading, same = None, Reading(**options), Future[Any]()
+        large, reading = None, Reading(**options)
         with suppress(CaptureError):  # `source_of` says what is wrong with it
             file = formats.opened(capture.location)
-        large = None if file is None or isinstance(file.content, bytes) else file
-        if file is None or large is None:
+            large = None if isinstance(file.content, bytes) else file
+        if large is None:
             file, reading = source_of(store, capture)
-            same.set_result(None)
-        else:
-            work = partial(_settle, same, partial(check_source, capture, encoding, large))
-            threading.Thread(target=work, daemon=True).start()
         beside = [on_disk(it.name) for it in formats.companions(file, reading)]
-        found = Source(key, options, reading, before | _states(beside), large, same)
+        states, checking = before | _states(beside), partial(check_source, capture, encoding, large)
+        found = Source(key, options, reading, states, large, checking)
+        if large is None:
+            found.same.set_result(None)
         with self._lock:
             while len(self._known) >= MOST:
                 del self._known[next(iter(self._known))]
@@ -216,13 +233,6 @@ MOST = 1024
 """Sources that are remembered."""
 
 SOURCES = Sources()
-
-
-def _settle(future: Future[Any], work: Callable[[], Any]) -> None:
-    try:
-        future.set_result(work())
-    except Exception as error:
-        future.set_exception(error)
 
 
 def _states(paths: Iterable[str]) -> dict[str, tuple[int, ...]]:

@@ -100,11 +100,18 @@ def staff(
 
 
 def piece(
-    store: Store, number: int, start: float, stop: float, parts: list[str] | None, stretch: float
+    store: Store,
+    number: int,
+    start: float,
+    stop: float,
+    parts: list[str] | None,
+    stretch: float,
+    *,
+    begin: bool = True,
 ) -> bytes | None:
     """Return a piece of a long staff as JSON (`Staff.tile`), once another process has drawn all.
 
-    None: it has not, which begins here; or the window is none of those of `PIECE` seconds.
+    None: it has not, which may begin here; or the window is none of those of `PIECE` seconds.
     """
     capture = store.capture(number)
     ends = _ends(capture)
@@ -115,6 +122,8 @@ def piece(
     options = {"parts": parts, "stretch": stretch}
     key = ("staff", *_key(store, capture), None if parts is None else (*parts,), stretch)
     job = {"library": store.place, "path": capture.path, "capture": number, **options}
+    if not (begin or CACHE.holds(key)):
+        return None
     made = CACHE.begin(key, pieces, job, aside=True)
     if not made.done() or made.exception():
         return None

@@ -138,6 +138,7 @@ def import_all() -> None:
     for routes in shipped("web/routes.toml").values():
         for name in routes.values():
             import_module(f"lanindex.web.{name.partition('.')[0]}")
+    import_module("numpy.ma")  # which numpy imports with the first `unique`
 
 
 def route(site: Site, path: str, work: Work, *methods: str) -> Route:

@@ -129,7 +129,8 @@ def staff(call: Call) -> Response | dict[str, Any]:
     stop = min(call.number("to", start + tiles.SECONDS, start, start + MOST), seconds)
     parts = [it for it in call.text("parts").split(",") if it]
     zoom = call.number("zoom", 1, 0.1, 10)
-    drawn = piece(library.store, number, start, stop, parts or None, zoom)
+    begin = not call.text("early")  # no work beside what is shown first
+    drawn = piece(library.store, number, start, stop, parts or None, zoom, begin=begin)
     if drawn is not None:
         return Response(drawn, media_type="application/json")
     whole = library.staff(number, start, stop, parts=parts or None, stretch=zoom, near=True)

@@ -86,14 +86,14 @@ def served(library: str) -> Iterator[Served]:
 
 
 @contextmanager
-def opened(server: Served, size: tuple[int, int] = (1280, 800)) -> Iterator[Any]:
+def opened(server: Served, size: tuple[int, int] = (1280, 800), first: str = "/") -> Iterator[Any]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
         path = shutil.which("chromium")
         browser = playwright.chromium.launch(executable_path=path, args=list(CHROMIUM))
         page = browser.new_page(viewport={"width": size[0], "height": size[1]})
-        page.goto(server.link)
+        page.goto(server.link.replace("/?", f"{first}?"))
         yield page
         browser.close()
 
@@ -281,7 +281,10 @@ def renderer() -> float:
 
 
 def hour(names: argparse.Namespace) -> None:
-    with served(names.library) as server, opened(server) as page:
+    # not from the library, which reads the same files for its pictures
+    with served(names.library) as server, opened(server, first="/help") as page:
+        page.wait_for_load_state("networkidle")
+        page.wait_for_timeout(1500)
         ask, dice = server.client(), random.Random(0)
         every = json.loads(ask("/api/captures?n=60&sort=-length"))["captures"]
         for capture in (it for it in every if it["seconds"] > LONG):

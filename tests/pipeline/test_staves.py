@@ -164,6 +164,9 @@ def test_pieces_of_a_long_capture_are_drawn_beforehand(
     starts = [at * staves.PIECE for at in range(ceil(seconds / staves.PIECE))]
     assert seconds % staves.PIECE
     ask = partial(staves.piece, long_library.store, 1, parts=parts, stretch=stretch)
+    before = len(kept.CACHE)
+    assert ask(0.0, staves.PIECE, begin=False) is None
+    assert len(kept.CACHE) == before
     assert ask(0.0, staves.PIECE) is None  # it begins
     (future,) = [
         it for key, it in kept.CACHE._kept.items() if key[0] == "staff" and key[-1] == stretch
@@ -172,7 +175,7 @@ def test_pieces_of_a_long_capture_are_drawn_beforehand(
     for start in starts:
         stop = min(start + staves.PIECE, seconds)
         near = long_library.staff(1, start, stop, parts=parts, stretch=stretch, near=True)
-        assert json.loads(ask(start, stop) or b"") == near.tile(start, stop)
+        assert json.loads(ask(start, stop, begin=False) or b"") == near.tile(start, stop)
     assert ask(1.0, 1.0 + staves.PIECE) is None
     assert ask(0.0, staves.PIECE - 1) is None
     assert ask(starts[-1] + staves.PIECE, seconds) is None

@@ -239,15 +239,16 @@ def test_pieces_of_a_staff_that_are_drawn_are_answered(
 ) -> None:
     number, asked = library.capture("conductor_four.bvh").id, list[Any]()
 
-    def piece(store: Any, *window: Any) -> bytes | None:
-        asked.append(window)
+    def piece(store: Any, *window: Any, begin: bool) -> bytes | None:
+        asked.append((*window, begin))
         return None if len(asked) == 1 else b'{"svg":"<svg/>"}'
 
     monkeypatch.setattr(watch, "piece", piece)
     path = f"/api/captures/{number}/staff?from=0&to=2&zoom=2&parts=r_arm"
     assert ask.get(path).json()["times"] == [0, 2]
     assert ask.get(path).json() == {"svg": "<svg/>"}
-    assert asked == [(number, 0, 2, ["r_arm"], 2)] * 2
+    assert ask.get(f"{path}&early=1").json() == {"svg": "<svg/>"}
+    assert asked == [(number, 0, 2, ["r_arm"], 2, it) for it in (True, True, False)]
 
 
 def test_every_capture_has_a_pose(ask: TestClient, library: lanindex.Library) -> None:

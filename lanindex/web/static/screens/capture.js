@@ -64,7 +64,7 @@ export async function show(app) {
 
   const staff = new StaffView(side, {
     seconds,
-    load: (from, to, zoom, coming) => get(address(`${path}/staff`, { from, to, zoom, parts }), coming),
+    load: (from, to, zoom, coming) => get(address(`${path}/staff`, { from, to, zoom, parts }) + early, coming),
     parse: svg,
     seek: (at) => player.seek(at),
     pick: (symbol) => picked(symbol),
@@ -109,7 +109,6 @@ export async function show(app) {
       choice.before(bar);
       player.refresh();
       await get(`${path}/source`, signal);
-      early = "";
     } catch (error) {
       if (isAbort(error)) return;
       canvas.replaceWith(trouble(problemOf(error)));
@@ -119,6 +118,7 @@ export async function show(app) {
       if (motion instanceof Motion) motion.abort();
       motion = still(seconds);
     }
+    early = "";
     player.refresh();
   }
 
