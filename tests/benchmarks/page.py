@@ -355,6 +355,69 @@ def click(names: argparse.Namespace) -> None:
             row(f"click on a hit → {what} ({len(each)} clicks)", found)
 
 
+EDITED = """
+window.log = [];
+const asked = window.fetch;
+window.fetch = async (path, how) => {
+  const answer = await asked(path, how);
+  if (String(path).endsWith("scores/motion")) log.push(["figure", performance.now()]);
+  return answer;
+};
+addEventListener("keydown", () => { log = [["key", performance.now()]]; }, { capture: true });
+addEventListener("DOMContentLoaded", () => new MutationObserver((all) => {
+  if (!all.some((it) => it.target.className === "edit-drawn")) return;
+  requestAnimationFrame(() => setTimeout(() => log.push(["staff", performance.now()])));
+}).observe(document, { childList: true, subtree: true }));
+"""
+"""Tells when a key is pressed, the staff that it changes is painted, and the figure has come."""
+
+MINUTES = 5
+
+
+def edit(names: argparse.Namespace) -> None:
+    """Change symbols of a score of five minutes, and wait for staff and figure."""
+    import lanindex
+    from lanindex.draw.staff import usual_tracks
+    from lanindex.notation import edited, lnd
+
+    score = lanindex.encode(lanindex.read(HERE.parents[1] / "corpus" / "marching.bvh"))
+    data = edited.of_score(score)
+    usual, length = {*usual_tracks(score.tracks)}, data["units"] * data["division"]
+    times = round(MINUTES * 60 / (score.frames / float(score.rate)))
+    moves = [it for it in data["symbols"] if it[0] in usual and it[2]]
+    data["units"] *= times
+    data["symbols"] = [
+        [part, start + at * length, stop + at * length, *words]
+        for at in range(times)
+        for part, start, stop, *words in moves
+    ]
+    with served(names.library) as server, opened(server) as page:
+        page.add_init_script(EDITED)
+        page.goto(f"{server.site}/edit")
+        page.wait_for_selector(".edit-drawn svg")
+        text = lnd.write(edited.score_of(data)).encode()
+        file = {"name": "long.lnd", "mimeType": "text/plain", "buffer": text}
+        page.locator("input[type=file]").set_input_files(file)
+        page.wait_for_timeout(5000)
+        page.locator("[role=application][aria-label^='The staff']").focus()
+        found: dict[str, list[float]] = {"staff": [], "figure": []}
+        process, spent = psutil.Process(server.process.pid), []
+        for at in range(15):
+            for _ in range(12):
+                page.keyboard.press("ArrowUp")
+            page.wait_for_timeout(1500)
+            before = sum(process.cpu_times()[:2])
+            page.keyboard.press("46"[at % 2])
+            page.wait_for_timeout(1500)
+            spent.append((sum(process.cpu_times()[:2]) - before) * 1e3)
+            times_of = dict(reversed(page.evaluate("log")))  # the first of each
+            for name, all_of in found.items():
+                all_of.append(times_of[name] - times_of["key"])
+        told = "; ".join(f"{it} {median(own):.0f} ms" for it, own in found.items())
+        row(f"an edit of {len(data['symbols']):,} symbols in {MINUTES} min", told)
+        row("the server's CPU for it", f"{median(spent):.0f} ms")
+
+
 ROWS = {
     "start": start,
     "weight": weight,
@@ -363,6 +426,7 @@ ROWS = {
     "frames": frames,
     "hour": hour,
     "click": click,
+    "edit": edit,
 }
 
 if __name__ == "__main__":

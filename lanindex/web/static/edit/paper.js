@@ -118,12 +118,13 @@ export class Paper {
     const own = (this.#coming = new AbortController());
     const { score } = this.#hands.state(), [from, to] = this.#window();
     this.#asked = [from, to];
-    this.refresh();
     try {
       const parts = this.#tracks.filter((it) => it.drawn).map((it) => it.part);
       const near = around(score, (from - REACH) * grain(score), (to + REACH) * grain(score));
-      /** @type {Drawing} */
-      const drawing = await send("POST", "/api/scores/draw", { score: packed(near), parts, from, to, scale: this.scale }, own.signal);
+      /** @type {Promise<Drawing>} */
+      const coming = send("POST", "/api/scores/draw", { score: packed(near), parts, from, to, scale: this.scale }, own.signal);
+      this.refresh();
+      const drawing = await coming;
       if (own.signal.aborted) return;
       const first = this.#drawing === null, node = svg(drawing.svg);
       node.querySelectorAll("title, desc").forEach((it) => it.remove()); // they would show as hints

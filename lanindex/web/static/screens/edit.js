@@ -271,11 +271,11 @@ export async function show(app) {
     score = next;
     selection = signs;
     cell = { ...cell, tick: Math.min(cell.tick, end(score) - 1) };
-    numbers();
     lanes();
-    look();
-    paper.draw();
+    paper.draw(); // both are asked for first: the server works on them while the rest is shown
     stage.perform(score, paper.seconds(Math.max(cell.tick, 0)), player.playing);
+    numbers();
+    look();
     keep();
   }
 
