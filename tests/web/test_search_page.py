@@ -253,6 +253,21 @@ def test_hits_stand_by_capture_the_best_first(opened: Opened) -> None:
 
 
 @pytest.mark.slow
+def test_an_empty_line_offers_examples_that_find_something(opened: Opened) -> None:
+    page = opened("/search")
+    ways = page.locator(".ways .way")
+    ways.first.wait_for()
+    line = page.get_by_role("textbox", name="What is searched for")
+    assert ways.count() == 5
+    for text in ways.all_inner_texts():
+        page.get_by_role("button", name=text, exact=True).click()
+        expect(page.locator(".summary")).to_have_text(re.compile(r"^[1-9]\d* hits? in"))
+        expect(ways).to_have_count(0)
+        expect(line).to_have_value(text)
+        line.fill("")
+
+
+@pytest.mark.slow
 def test_what_is_typed_while_less_is_searched_for_is_searched_for_next(opened: Opened) -> None:
     page = opened("/search")
     line = page.get_by_role("textbox", name="What is searched for")

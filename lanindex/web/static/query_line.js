@@ -82,8 +82,10 @@ export class QueryLine {
 
   /** @param {boolean} offer */
   #typed(offer) {
+    const some = this.text.trim() !== "";
+    if (!some) this.#close(); // anything may begin a pattern: Ctrl-Space offers it
     this.#fit();
-    this.#read(offer);
+    this.#read(offer && some);
   }
 
   #fit() {

@@ -2,6 +2,7 @@
 
 import { get, problemOf, send } from "./api.js";
 import { announce, el, readOut, svg } from "./dom.js";
+import { nameOf } from "./names.js";
 import { blank, cell, column, deny, drawingOf, either, gap, insert, LEVELS, MANNERS, move, remove, say, sayAny, settle, sizeOf, swap, textOf, titleOf, told, treeOf, unfold, WAYS } from "./query_tree.js";
 
 /**
@@ -70,6 +71,7 @@ export class QueryStaff {
     this.#acts = new Map(this.#all().map((it) => [it.key, it]));
     this.root = el("section", { class: "q-staff", "aria-label": "The query as a staff" },
       el("div", { class: "q-drawn" }, this.#tabs, this.#sheet, this.#prompt, this.#note, this.#chips), this.#palette());
+    new ResizeObserver(() => this.#see()).observe(this.#sheet);
     this.root.addEventListener("keydown", (event) => this.#undoes(event));
     this.root.addEventListener("keydown", (event) => this.#key(event));
     this.#draw();
@@ -433,7 +435,7 @@ export class QueryStaff {
   }
 
   #palette() {
-    const ways = PAD.map((digit) => this.#button(String(digit), "", `${WAYS[digit - 1].replaceAll("_", " ")}`, () => this.#say("direction", WAYS[digit - 1]), this.#sign(`usual ${WAYS[digit - 1]} ?`)));
+    const ways = PAD.map((digit) => this.#button(String(digit), "", nameOf(WAYS[digit - 1]), () => this.#say("direction", WAYS[digit - 1]), this.#sign(`usual ${WAYS[digit - 1]} ?`)));
     const levels = [...LEVELS].reverse().map((it) => this.#button(it[0], "", it, () => this.#say("level", it), this.#sign(`usual ? ${it}`)));
     const relative = el("select", { "aria-label": "Direction relative to the side", onchange: () => {
       if (relative.value) this.#say("direction", relative.value);
@@ -537,7 +539,16 @@ export class QueryStaff {
     this.#chips.replaceChildren(...this.#drawing.chips.map((it) => this.#chip(it)));
     this.#buttons.get("e")?.setAttribute("aria-pressed", String(this.#sided));
     if (had) this.focus();
-    this.#sheet.querySelector("[aria-selected=true]")?.scrollIntoView({ block: "nearest", inline: "nearest" });
+    this.#see();
+  }
+
+  /** Scroll to the step that is chosen within the sheet, which alone is scrolled. */
+  #see() {
+    const own = this.#sheet.querySelector("[aria-selected=true]")?.getBoundingClientRect(), sheet = this.#sheet.getBoundingClientRect();
+    if (!own) return;
+    const head = this.#sheet.querySelector(".q-head")?.clientHeight ?? 0; // lies above what is scrolled
+    const past = (/** @type {number} */ low, /** @type {number} */ high, /** @type {number} */ least, /** @type {number} */ most) => (low < least ? low - least : Math.max(Math.min(high - most, low - least), 0));
+    this.#sheet.scrollBy(past(own.left, own.right, sheet.left, sheet.right), past(own.top, own.bottom, sheet.top, sheet.bottom - head));
   }
 
   /** @param {Column} own @param {number} at @param {boolean} middle whether the middle of the body is on its left */
@@ -564,7 +575,7 @@ export class QueryStaff {
     const other = !block && own.part !== column.part && this.#title(own.part);
     const marks = [label && `${label}:`, other, length, repeat].filter(Boolean);
     const body = block ? el("span", { class: "q-block", "aria-hidden": "true" }, textOf(own)) : el("span", { class: `q-sign ${own.words.some((it) => it.negated) ? "q-not" : ""}`, "aria-hidden": "true" }, ...this.#signsOf(own));
-    const words = block ? "" : own.words.map((it) => `${it.negated ? "not " : ""}${it.values.join("/").replaceAll("_", " ")}`).join(", ") || (own.manner === "move" ? "any" : "");
+    const words = block ? "" : own.words.map((it) => `${it.negated ? "not " : ""}${it.values.map(nameOf).join("/")}`).join(", ") || (own.manner === "move" ? "any" : "");
     const manner = block || own.manner === "move" ? "" : own.manner;
     return el("div", {
       class: "q-step",

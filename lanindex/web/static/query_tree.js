@@ -310,7 +310,7 @@ export function titleOf(name, movers) {
 /** Return what a step is, to be read out. @param {Cell} cell @param {boolean} first */
 export function told(cell, first) {
   const { arrow, block, manner, words, label, length, repeat } = cell;
-  const said = words.map((it) => `${it.negated ? "not " : ""}${it.values.join(" or ").replaceAll("_", " ")}`);
+  const said = words.map((it) => `${it.negated ? "not " : ""}${it.values.map(nameOf).join(" or ")}`);
   const before = arrow && (first ? `${arrow.later ? "some time after" : "at"} the start of the clip` : arrow.later ? "after a gap" : "");
   return [
     block ? `locked: ${textOf(cell)}` : said.join(", ") || (manner === "move" ? "any movement" : ""),

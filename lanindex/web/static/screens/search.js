@@ -32,6 +32,7 @@ const WIDE = "(min-width: 1100px)"; // where the staff of the query stands besid
 const SOON = 150; // milliseconds after the last key, in which nobody wants hits
 const ORDERS = [["best", "best first"], ["best capture", "best captures first"], ["capture", "in order"]];
 const WAYS = [["near", "near", "A symbol near the border of its cell matches from both sides"]];
+const EXAMPLES = ["waving", "bowing", "arms place high -> side mid", "r_arm forward low ... high <2s", "torso forward high"];
 const EDITS = [["", "exact"], ["10%", "10 % edits"], ["20%", "20 % edits"], ["35%", "35 % edits"]];
 
 /** @param {App} app */
@@ -62,6 +63,7 @@ export function show(app) {
   let staff = null;
   const wide = matchMedia(WIDE).matches, drawn = el("details", { class: "q-toggle", open: given.has("draw") ? given.get("draw") !== "0" : wide, ontoggle: () => draw() }, el("summary", {}, "Draw it"));
 
+  const copying = copies(() => asked(line.text), app.library.file);
   main.append(
     el("h1", { class: "hidden" }, "Search"),
     el("div", { class: "asked" },
@@ -69,7 +71,7 @@ export function show(app) {
       drawn,
       el("div", { class: "found" },
         el("div", { class: "row" }, order, edits, el("label", { title: WAYS[0][2] }, near, " near"), within, el("span", { class: "grow" }), bar, cancel),
-        chips, example, el("div", { class: "row" }, summary, el("span", { class: "grow" }), copies(() => asked(line.text), app.library.file)), problem,
+        chips, example, el("div", { class: "row" }, summary, el("span", { class: "grow" }), copying), problem,
         el("div", { class: "columns" }, facets, el("div", {}, list.root, more)))),
     basket.root);
 
@@ -102,6 +104,11 @@ export function show(app) {
     else if (line.reading) run(line.reading, true);
   }
 
+  /** Return what searches for a pattern. @param {string} pattern */
+  function way(pattern) {
+    return el("button", { type: "button", class: "way", onclick: () => line.set(pattern).then((reading) => reading && run(reading, true)) }, pattern);
+  }
+
   /** Show no hits: what is asked is not understood, or there is nothing. */
   function nothing() {
     stop();
@@ -110,8 +117,9 @@ export function show(app) {
     round++;
     list.clear();
     list.root.classList.remove("old");
-    problem.replaceChildren();
+    problem.replaceChildren(...(line.text.trim() ? [] : [el("div", { class: "row ways" }, el("span", { class: "soft" }, "For example"), ...EXAMPLES.map(way))]));
     facets.hidden = more.hidden = bar.hidden = cancel.hidden = true;
+    copying.hidden = !line.text.trim();
     told(address("/search", asked(line.text)));
     settled = false;
   }
@@ -147,6 +155,7 @@ export function show(app) {
       return;
     }
     ran = path;
+    copying.hidden = false;
     if (job) wanted = 0; // it was a hit of the search that the screen began with
     app.title(text || `like ${like}`);
     if (!wanted) told(path);
@@ -247,7 +256,7 @@ export function show(app) {
 
   /** @param {State} state */
   async function tell(state) {
-    const [noun, done, total] = state.progress;
+    const [noun, done, total] = state.progress, own = job;
     running = state.state === "running";
     all = state.found;
     bar.hidden = cancel.hidden = !running;
@@ -263,6 +272,7 @@ export function show(app) {
       for (const note of state.notes) problem.append(el("p", { class: "soft" }, note));
       if (state.counts) problem.append(el("ul", { class: "counts" }, ...state.counts.map(({ value, count }) => el("li", {}, `${value ?? "all"}: ${count.toLocaleString("en")}`))));
       await page();
+      if (own !== job) return; // something else is asked by now
       readOut(summary.textContent);
       if (!state.found && state.state === "done") instead();
       else showFacets();
@@ -330,7 +340,6 @@ export function show(app) {
     try {
       const advice = await get(`/api/searches/${own}/advice`, signal);
       if (own !== job) return;
-      const way = (/** @type {string} */ pattern) => el("button", { type: "button", class: "way", onclick: () => line.set(pattern).then((reading) => reading && run(reading, true)) }, pattern);
       problem.append(
         advice.remark && el("p", {}, advice.remark),
         ...advice.never.map((/** @type {string} */ it) => el("p", {}, `"${it}" is nowhere to be found.`)),
