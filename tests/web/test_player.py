@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 
-SECOND = 56  # pixels of a second on a staff, as drawn by default
+SECOND = 560  # units of a second on a staff, as drawn by default
 
 
 def drawn(page: Page) -> None:
@@ -112,8 +112,10 @@ def test_what_cannot_be_read_is_said(played: Any) -> None:
 DRAWN = """() => {
   const line = document.querySelector('.staff-line').getBoundingClientRect();
   const symbols = [];
-  for (const piece of document.querySelectorAll('.staff-layer > svg')) {
+  let scale = 0;
+  for (const piece of document.querySelectorAll('.staff-layer > div')) {
     const around = piece.getBoundingClientRect();
+    scale = around.width / piece.firstChild.viewBox.baseVal.width;
     for (const it of piece.querySelectorAll('g[data-part$=support]')) {
       const { top, bottom } = it.getBoundingClientRect(), { start, end } = it.dataset;
       if (start > 0 && bottom > top && top > around.top && bottom < around.bottom) {
@@ -121,21 +123,22 @@ DRAWN = """() => {
       }
     }
   }
-  return { middle: line.top + line.height / 2, symbols };
+  return { middle: line.top + line.height / 2, scale, symbols };
 }"""
 
 
 @pytest.mark.parametrize("seconds", [0, 4.2, 9.99, 10.01, 18])
 def test_symbols_are_as_far_from_the_line_as_in_time(played: Any, seconds: float) -> None:
     page = played()
-    page.locator(".staff-layer > svg").first.wait_for()
+    page.locator(".staff-layer > div").first.wait_for()
     page.evaluate(f"player.seek({seconds})")
     page.wait_for_function(f"() => ({DRAWN})().symbols.length > 5")
     drawn(page)
     found = page.evaluate(DRAWN)
+    second = SECOND * found["scale"]
     for start, end, bottom, top in found["symbols"]:
-        assert found["middle"] - bottom == pytest.approx(SECOND * (start - seconds), abs=4)
-        assert found["middle"] - top == pytest.approx(SECOND * (end - seconds), abs=4)
+        assert found["middle"] - bottom == pytest.approx(second * (start - seconds), abs=4)
+        assert found["middle"] - top == pytest.approx(second * (end - seconds), abs=4)
 
 
 def test_a_symbol_is_picked_and_a_blank_place_sought(played: Any) -> None:
@@ -204,7 +207,7 @@ def test_the_staff_is_used_by_keys(played: Any) -> None:
     assert page.locator(".staff-state").inner_text() != first
     page.keyboard.press("Enter")
     assert len(page.evaluate("said.picked")) == 1
-    height = "document.querySelector('.staff-layer > svg').getBoundingClientRect().height"
+    height = "document.querySelector('.staff-layer > div').getBoundingClientRect().height"
     before = page.evaluate(height)
     page.keyboard.press("+")
     page.wait_for_function(f"() => {height} > {1.8 * before}")

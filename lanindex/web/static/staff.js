@@ -14,11 +14,12 @@
  * @property {(symbol: SVGElement) => void} pick is called when a symbol is chosen
  * @property {(range: [number, number] | null) => void} select is called when a stretch is chosen
  *
- * @typedef {{node: SVGSVGElement, piece: Piece, from: number, to: number, wide: number, tall: number}} Held
+ * @typedef {{node: HTMLElement, piece: Piece, from: number, to: number, wide: number, tall: number}} Held
  */
 
 const LINE = 1 / 4; // of the height above the names is below the line
 const NAME = 120, LETTER = 0.6; // units that the name of a column is high, and as a share of that a letter is wide
+const LOW = 240; // pixels below which the names of the columns would take too much of the staff
 const LARGEST = 0.13, LEAST = 0.08; // pixels of a unit of the drawing: a wider staff is scrolled aside
 const KEPT = 24; // pieces, at most
 const ZOOMS = [0.25, 0.5, 1, 2, 4];
@@ -303,10 +304,10 @@ export class StaffView {
    * @returns {Held}
    */
   #hold(piece, from, to) {
-    const node = this.#options.parse(piece.svg), { x, width } = node.viewBox.baseVal;
+    const drawing = this.#options.parse(piece.svg), { x, width } = drawing.viewBox.baseVal;
     if (this.#named !== this.#round) {
       this.#named = this.#round;
-      const names = /** @type {SVGSVGElement} */ (node.cloneNode(true));
+      const names = /** @type {SVGSVGElement} */ (drawing.cloneNode(true));
       for (const child of [...names.children]) if (child.tagName !== "text" || Number(child.getAttribute("y")) < piece.names) child.remove();
       cut(names, x, piece.names, width, enlarged(names));
       names.setAttribute("aria-hidden", "true");
@@ -314,7 +315,9 @@ export class StaffView {
     }
     // the starting position stands below the first second
     const low = from ? along(from, piece.times, piece.ys) : piece.names, high = along(to, piece.times, piece.ys);
-    cut(node, x, high, width, low - high);
+    cut(drawing, x, high, width, low - high);
+    const node = document.createElement("div"); // to move a drawing itself would lay out its texts anew
+    node.append(drawing);
     this.#layer.append(node);
     return { node, piece, from, to, wide: width, tall: low - high };
   }
@@ -333,6 +336,7 @@ export class StaffView {
     const number = Math.min(Math.floor(this.#time / this.#span), last), line = this.#lineAt();
     const shown = new Set();
     this.#line.style.transform = `translateY(${line}px)`;
+    this.#names.style.display = clientHeight < LOW ? "none" : "";
     const here = this.#piece(number);
     // those beside it come after it, not while it is one that is replaced, nor from jump to jump
     const beside = (/** @type {number} */ at) => {
