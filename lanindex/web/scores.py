@@ -119,7 +119,8 @@ def _signs(kind: Kind) -> dict[str, str]:
         }
     draw = SIGNS.get(kind.name)
     if draw is None:
-        return {}
+        ways = kind.directions if "direction" in kind.fields else ()
+        return {way: _button(sign(_EDGE, C + _EDGE, way, None, C)) for way in ways}
     found = {}
     values = kind.directions if "direction" in kind.fields else kind.amounts
     for number, word in enumerate(values):

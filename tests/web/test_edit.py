@@ -155,7 +155,14 @@ def test_every_kind_of_symbol_is_written_by_keys(
     for _ in range(lanes.count()):
         typed(page, "ArrowLeft")
     written = set()
+    fits = "(all) => all.every((it) => it.scrollWidth <= it.clientWidth)"
     for _ in range(lanes.count()):
+        assert page.locator(".edit-palette button").evaluate_all(fits)
+        for group in page.locator(".edit-palette [role=group]").all():
+            faces = group.locator("button:enabled").evaluate_all(
+                "(all) => all.map((it) => it.textContent + it.querySelector('svg')?.innerHTML)"
+            )
+            assert len({*faces}) == len(faces)  # none looks as another
         typed(page, "Enter", "ArrowRight")
     written = {it[0] for it in kept(page)}
     alphabet = page.evaluate("async () => await (await fetch('/api/scores/alphabet')).json()")

@@ -79,14 +79,15 @@ export class Palette {
       return el("label", { class: "row" }, `${name[0].toUpperCase()}${name.slice(1)} `, input, el("span", { class: "soft" }, "keys [ ]"));
     }
     const listed = field === "direction" ? PAD : field === "level" ? ["high", "mid", "low"] : words;
+    const signs = listed.map((word) => this.#sign(track, at, word));
     const buttons = listed.map((word, place) => {
       const there = words.includes(word), key = field === "direction" ? DIGITS[place] : field === "level" ? LEVEL_KEYS[word] : this.#key(track, word);
-      const sign = this.#sign(track, at, word), said = nameOf(word);
-      const node = el("button", {
-        type: "button", class: sign ? "edit-sign" : "edit-word", disabled: !there, "aria-pressed": String(now[at] === word), "data-word": `${name} ${word}`,
-        "aria-label": sign ? said : null, "aria-keyshortcuts": key || null, title: key ? `${said} (${key})` : said, onclick: () => this.#choose(at, word),
-      }, sign ?? said);
-      return node;
+      const sign = signs[place], said = nameOf(word), alone = sign !== undefined && signs.indexOf(sign) === signs.lastIndexOf(sign);
+      const face = sign === undefined ? (there || field !== "direction" ? said : "") : alone ? picture(sign) : el("span", { class: "edit-told" }, picture(sign), said);
+      return el("button", {
+        type: "button", class: sign || field === "direction" ? "edit-sign" : "edit-word", disabled: !there, "aria-pressed": String(now[at] === word), "data-word": `${name} ${word}`,
+        "aria-label": said, "aria-keyshortcuts": key || null, title: key ? `${said} (${key})` : said, onclick: () => this.#choose(at, word),
+      }, face);
     });
     return el("div", { role: "group", "aria-label": name, class: `edit-${field}` }, ...buttons);
   }
@@ -99,7 +100,7 @@ export class Palette {
   }
 
   /**
-   * Return the sign of a word beside the others that are chosen.
+   * Return the sign of a word beside the others that are chosen, as SVG.
    * @param {Track} track
    * @param {number} at
    * @param {string} word
@@ -107,12 +108,7 @@ export class Palette {
   #sign(track, at, word) {
     const signs = this.#alphabet.signs[track.kind], words = this.words(track);
     words[at] = word;
-    const text = signs[words.join(" ")] ?? (track.fields[at].field === "level" ? undefined : signs[word]);
-    if (!text) return null;
-    const node = svg(text);
-    node.setAttribute("aria-hidden", "true");
-    node.removeAttribute("role");
-    return node;
+    return signs[words.join(" ")] ?? (track.fields[at].field === "level" ? undefined : signs[word]);
   }
 
   /**
@@ -136,4 +132,12 @@ export class Palette {
     }
     return false;
   }
+}
+
+/** Return a sign, which its button tells. @param {string} text */
+function picture(text) {
+  const node = svg(text);
+  node.setAttribute("aria-hidden", "true");
+  node.removeAttribute("role");
+  return node;
 }
