@@ -6,6 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from threading import Condition, Thread
+from time import monotonic
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -42,6 +43,8 @@ class Job(Generic[Result]):
         that is not known.
     state : str
         ``running``, ``done``, ``cancelled`` or ``failed``.
+    seconds : float
+        How long it has taken, when it told last that it goes on.
     error : Exception, optional
         Why it failed.
     """
@@ -51,6 +54,7 @@ class Job(Generic[Result]):
     def __init__(self) -> None:
         self.progress = self.noun, 0, 0
         self.state = "running"
+        self.seconds, self._begun = 0.0, monotonic()
         self.error: Exception | None = None
         self._result: Result | None = None
         self._cancelled = False
@@ -101,6 +105,7 @@ class Job(Generic[Result]):
         give_back()
 
     def _tick(self) -> None:
+        self.seconds = monotonic() - self._begun
         if self._cancelled:
             raise Cancelled
 

@@ -27,6 +27,7 @@ from lanindex.web.routes import Call
 from lanindex.web.watch import unnamed
 
 _MEMORY = 256.0  # MB that the partial matches of a search may take: several run at once
+_TOLD = 5  # times a second in which it is told that it goes on
 _PAGE = 100  # hits in an answer, at most
 _LIKE = re.compile(r"\d+(:\d+-\d+)?")
 _ALIKE = 200  # captures that are like an example, at most
@@ -103,6 +104,7 @@ class Search(Told[SearchJob]):
         told: dict[str, Any] = {
             "state": state,
             "progress": job.progress,
+            "seconds": round(job.seconds * _TOLD) / _TOLD,
             "found": self.found,
             "captures": job.captures,
             "notes": [*job.notes, *map(str, job.refused[:5])],

@@ -147,7 +147,9 @@ def test_hits_come_while_it_runs(library, steps, fuzzy):
     assert job.captures == len({number for number, *_ in some}) == 10
     assert job.found == len(some) == job.facets("who").total
     assert told(job.page(3, 4)) == some[3:7]
+    before = job.seconds
     steps.take(5)
+    assert job.seconds > before > 0
     more = told(job.page(0, 10_000))
     assert more[: len(some)] == some
     assert len(more) > len(some)

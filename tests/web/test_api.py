@@ -1,7 +1,9 @@
 """What the server answers, without a browser."""
 
+import json
 import shutil
 from pathlib import Path
+from time import monotonic, sleep
 from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree
@@ -13,6 +15,8 @@ from starlette.testclient import TestClient
 
 import lanindex
 from lanindex.errors import LanindexError
+from lanindex.search.limits import tick
+from lanindex.search.match.finder import Finder
 from lanindex.web import watch
 
 
@@ -314,3 +318,22 @@ def test_too_much_is_refused_before_it_is_read(ask: TestClient, tmp_path: Path) 
 @pytest.mark.parametrize("path", ["/../server.py", "/%2e%2e/server.py", "/vendor/../../server.py"])
 def test_no_path_leads_out_of_the_page(ask: TestClient, path: str) -> None:
     assert ask.get(f"/static{path}").status_code == 404
+
+
+def test_a_search_in_one_large_capture_tells_that_it_goes_on(
+    ask: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search = Finder._in_batch
+
+    def slow(finder: Finder, places: Any) -> Any:
+        until = monotonic() + 1.2
+        while monotonic() < until:
+            sleep(0.05)
+            tick()
+        return search(finder, places)
+
+    monkeypatch.setattr(Finder, "_in_batch", slow)
+    job = ask.post("/api/searches", json={"pattern": "r_arm low -> any -> low"}).json()["job"]
+    events = ask.get(f"/api/jobs/{job}/events").text
+    told = [json.loads(it[6:]) for it in events.splitlines() if it.startswith("data: ")]
+    assert len({it["seconds"] for it in told if not it["found"]}) > 4

@@ -17,6 +17,7 @@ import { QueryStaff } from "../query_staff.js";
  * @property {string} job
  * @property {"running" | "done" | "cancelled" | "failed"} state
  * @property {[string, number, number]} progress
+ * @property {number} [seconds] of a search by pattern
  * @property {number} found
  * @property {number} captures
  * @property {string[]} notes
@@ -263,8 +264,8 @@ export function show(app) {
     bar.max = total || 1;
     bar.value = done;
     const found = `${counted(state.found, "hit")} in ${counted(state.captures, "capture")}`;
-    const far = total ? `; ${done.toLocaleString("en")} of ${total.toLocaleString("en")} ${noun}` : "";
-    summary.textContent = running ? `${found} so far${far}` : found + (state.state === "cancelled" ? ", broken off" : "");
+    const far = total ? `; ${done.toLocaleString("en")} of ${total.toLocaleString("en")} ${noun}` : "", spent = Math.floor(state.seconds ?? 0);
+    summary.textContent = running ? `${found} so far${far}${spent ? `; ${spent} s` : ""}` : found + (state.state === "cancelled" ? ", broken off" : "");
     if (state.error) problem.replaceChildren(trouble(state.error));
     if (!running) {
       round++;
