@@ -245,6 +245,16 @@ def test_a_symbol_is_told_and_searched_for(opened: Callable[..., Page], jacks: s
     page.locator(".staff g[data-symbol]").first.wait_for()
 
 
+def test_a_browser_that_cannot_speak_shows_all_else(
+    opened: Callable[..., Page], jacks: str
+) -> None:
+    page = opened("/help")
+    page.add_init_script("delete Window.prototype.speechSynthesis; delete window.speechSynthesis;")
+    page.goto(page.url.partition("/help")[0] + f"{jacks}?t=2.4&parts=r_arm")
+    page.locator(".staff g[data-symbol]").first.wait_for()
+    assert not page.get_by_text("Speak", exact=True).is_visible()
+
+
 def test_columns_are_chosen_by_keys_while_it_plays(
     opened: Callable[..., Page], jacks: str, tabbed: Callable[..., None]
 ) -> None:

@@ -58,6 +58,7 @@ export const KEYS = [
     ["Alt+\u2190, Alt+\u2192", "move it to the next column of its kind"],
     ["Shift+M", "mirror it"],
     ["Ctrl+A, Ctrl+C, Ctrl+X, Ctrl+V", "choose all, copy, cut, paste"],
+    ["Ctrl+\u2191, \u2193, \u2190, \u2192; Ctrl+Enter", "move the cursor alone; choose one more or one less"],
     ["Ctrl+Z, Ctrl+Y", "undo, do again"],
     ["Space", "play from here, pause"],
     ["+  \u2212", "faster, slower"],

@@ -13,7 +13,9 @@ export class Speech {
   constructor() {
     this.button.className = "speak";
     this.button.title = "Say aloud what is chosen on the staff";
-    speechSynthesis.getVoices(); // they come later
+    this.button.hidden = !("speechSynthesis" in window);
+    if (this.button.hidden) this.#on = false;
+    else speechSynthesis.getVoices(); // they come later
   }
 
   /** @param {boolean} on */
