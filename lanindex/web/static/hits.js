@@ -75,7 +75,8 @@ export class HitList {
 
   /** @param {Hit} hit */
   #name(hit) {
-    return el("div", { class: "named" }, el("a", { class: "path", href: `/captures/${hit.capture_id}`, title: hit.capture }, hit.capture.slice(this.folder.length)), " ", el("span", { class: "soft" }, hit.label));
+    const path = hit.capture.slice(this.folder.length), name = path.slice(path.lastIndexOf("/") + 1);
+    return el("div", { class: "named" }, el("a", { class: "path", href: `/captures/${hit.capture_id}`, title: hit.capture }, name), el("span", { class: "soft" }, hit.label), el("span", { class: "soft folder" }, path.slice(0, -name.length)));
   }
 
   /** @param {IntersectionObserverEntry[]} entries */

@@ -122,6 +122,8 @@ export class QueryLine {
       this.set(instead);
       this.focus();
     } }, instead));
+    if (this.#said.scrollHeight > this.#said.clientHeight + 1) this.#said.tabIndex = 0; // what a word stands for can be long
+    else this.#said.removeAttribute("tabindex");
     this.#area.setAttribute("aria-invalid", String(error !== null));
     this.#draw();
   }

@@ -22,7 +22,7 @@ import { QueryStaff } from "../query_staff.js";
  * @property {number} captures
  * @property {string[]} notes
  * @property {import("../api.js").Problem} [error]
- * @property {{value: string | number | null, count: number}[]} [counts] of a pattern that ends in `| count`
+ * @property {{by: string | null, value: string | number | null, count: number}[]} [counts] of a pattern that ends in `| count`
  */
 
 const GONE = 404; // the status of what the server does not keep any more
@@ -271,7 +271,7 @@ export function show(app) {
       round++;
       list.clear();
       for (const note of state.notes) problem.append(el("p", { class: "soft" }, note));
-      if (state.counts) problem.append(el("ul", { class: "counts" }, ...state.counts.map(({ value, count }) => el("li", {}, `${value ?? "all"}: ${count.toLocaleString("en")}`))));
+      if (state.counts) problem.append(el("ul", { class: "counts" }, ...state.counts.map(({ by, value, count }) => el("li", {}, `${value ?? (by ? "none" : "all")}: ${count.toLocaleString("en")}`))));
       await page();
       if (own !== job) return; // something else is asked by now
       readOut(summary.textContent);
