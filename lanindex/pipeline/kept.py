@@ -184,6 +184,13 @@ class Cache(Latest[Kept]):
             self._make(*work)
         return future
 
+    def idle(self) -> bool:
+        """Return whether a process could begin at once: what is not needed does not queue."""
+        free = self._aside.acquire(blocking=False)
+        if free:
+            self._aside.release()
+        return free
+
     def _process(self, job: Job, arguments: Mapping[str, Any], file: BinaryIO) -> None:
         """Have a job done by a process of its own."""
         call = {"path": sys.path, "module": job.__module__, "job": job.__name__}

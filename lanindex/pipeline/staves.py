@@ -122,7 +122,7 @@ def piece(
     options = {"parts": parts, "stretch": stretch}
     key = ("staff", *_key(store, capture), None if parts is None else (*parts,), stretch)
     job = {"library": store.place, "path": capture.path, "capture": number, **options}
-    if not (begin or CACHE.holds(key)):
+    if not (CACHE.holds(key) or (begin and CACHE.idle())):
         return None
     made = CACHE.begin(key, pieces, job, aside=True)
     if not made.done() or made.exception():

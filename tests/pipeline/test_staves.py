@@ -166,6 +166,11 @@ def test_pieces_of_a_long_capture_are_drawn_beforehand(
     ask = partial(staves.piece, long_library.store, 1, parts=parts, stretch=stretch)
     before = len(kept.CACHE)
     assert ask(0.0, staves.PIECE, begin=False) is None
+    for _ in range(kept.ASIDE):
+        kept.CACHE._aside.acquire()
+    assert ask(0.0, staves.PIECE) is None  # others are busy
+    for _ in range(kept.ASIDE):
+        kept.CACHE._aside.release()
     assert len(kept.CACHE) == before
     assert ask(0.0, staves.PIECE) is None  # it begins
     (future,) = [
