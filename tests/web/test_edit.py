@@ -211,6 +211,41 @@ def test_an_edit_of_a_long_score_asks_for_what_is_near_alone(
     assert len(asked("motion", "Space")["score"]["symbols"]) == 1200  # what is played: all of it
 
 
+WINDOWS = """async ([from, to]) => {
+  const { around, grain, packed, unpacked } = await import("/static/edit/score.js");
+  const ask = async (path, how) => (await fetch(`/api/scores/${path}`, how)).json();
+  const headers = { "content-type": "application/json" };
+  const send = (path, body) => ask(path, { method: "POST", headers, body: JSON.stringify(body) });
+  const whole = unpacked((await ask("captures/2")).score), beat = grain(whole), found = [];
+  const parts = [...new Set(whole.symbols.map((it) => it.part))];
+  for (const reach of [4, 0]) {
+    const near = around(whole, (from - reach) * beat, (to + reach) * beat);
+    for (const score of [whole, near].map(packed)) {
+      const asked = reach ? { score, parts, from, to } : { score, from, to };
+      const told = await send(reach ? "draw" : "motion", asked);
+      found.push([score.symbols.length, told.svg ?? told.places]);
+    }
+  }
+  return found;
+}"""
+"""Returns staff and figure of a window in seconds, of all symbols and of those near it."""
+
+
+def test_symbols_near_a_window_make_the_same_staff_and_figure(
+    own_page: Callable[..., Page], library: Path
+) -> None:
+    page = own_page(library, "/edit")
+    for window in ([1, 3], [7, 9]):  # a beat is a second
+        whole, near, moves, moved = page.evaluate(WINDOWS, window)
+        assert near[0] < whole[0] > moved[0]
+        drawings = [
+            re.sub(r' data-\w+="[^"]*"|<title>.*?</title>', "", it[1]) for it in (whole, near)
+        ]
+        assert drawings[0].count("<path") > 20
+        assert drawings[0] == drawings[1]
+        assert moves[1] == moved[1]
+
+
 def test_degrees_are_changed_by_keys(own_page: Callable[..., Page], library: Path) -> None:
     page = own_page(library, "/edit")
     page.wait_for_selector(".edit-drawn svg")
