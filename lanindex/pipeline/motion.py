@@ -40,7 +40,6 @@ PERFORMED = Fraction(60)
 MANY = 1000
 """Symbols from which on a score is performed by another process: each takes a third of a ms."""
 
-
 STRETCHES = Latest["Figure | None"](8)
 """Windows that were read without all others: the first one is asked for twice."""
 

@@ -127,8 +127,8 @@ def piece(
     made = CACHE.begin(key, pieces, job, aside=True)
     if not made.done() or made.exception():
         return None
-    first, last = ([0], *made.result().window("ends", max(at - 1, 0), at + 1))[-2:]
-    return made.result().window("pieces", int(first[0]), int(last[0])).tobytes()
+    first, last = made.result().window("edges", at, at + 2).tolist()
+    return made.result().window("pieces", first, last).tobytes()
 
 
 def pieces(library: str, path: str, capture: int, parts: list[str] | None, stretch: float) -> Made:
@@ -145,8 +145,8 @@ def pieces(library: str, path: str, capture: int, parts: list[str] | None, stret
         json.dumps(whole.tile(start, stop), separators=(",", ":")).encode()
         for start, stop in zip(starts, _ends(own), strict=True)
     ]
-    ends = np.cumsum([len(it) for it in texts]).reshape(-1, 1)
-    return {}, {"pieces": np.frombuffer(b"".join(texts), np.uint8), "ends": ends}
+    edges = np.cumsum([0, *map(len, texts)])
+    return {}, {"pieces": np.frombuffer(b"".join(texts), np.uint8), "edges": edges}
 
 
 def _ends(capture: Capture) -> list[float]:
