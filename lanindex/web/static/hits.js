@@ -103,7 +103,7 @@ export class HitList {
       el("a", { class: "show", href: link }, el("span", { class: "hidden" }, `Watch ${hit.capture}, ${hit.start.toFixed(2)} to ${hit.end.toFixed(2)} s`), el("div", { class: "seen", "aria-hidden": "true" }, poses, staff)),
       el("div", { class: "row num" },
         el("span", {}, `${hit.start.toFixed(2)}\u2013${hit.end.toFixed(2)} s`),
-        el("span", { class: "soft" }, duration(hit.end - hit.start)),
+        el("span", { class: "soft length" }, duration(hit.end - hit.start)),
         el("span", { class: "soft", title: "How clearly its symbols lie in their cells, from 0 to 1; below 0.5 it differs from the pattern" }, `fit ${hit.fit.toFixed(2)}`),
         el("span", { class: "grow" }), ...this.actions(hit)),
       words);
