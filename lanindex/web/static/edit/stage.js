@@ -10,8 +10,9 @@ import { around, grain, packed } from "./score.js";
 
 const NEAR = [1, 3]; // seconds before and behind where the figure is that are carried out first
 const FEW = 60; // symbols that are carried out at once
-const MANY = 1000; // symbols that are carried out without being played
-const IDLE = 1200; // milliseconds without an edit before all is carried out
+const MANY = 1000; // symbols that are carried out soon
+const IDLE = 1200, LONG = 5000; // milliseconds without an edit before all is carried out: soon, or what takes seconds
+const AHEAD = 1.5; // seconds before its end that what comes behind a clip is asked for
 const KEPT = 8; // clips
 
 /** What a `Player` plays. */
@@ -27,6 +28,7 @@ export class Stage {
   #whole = false; // whether all is asked for
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #idle;
+  #soon = false; // whether all is carried out soon
   /** @type {Error | null} */
   #failure = null;
 
@@ -49,18 +51,18 @@ export class Stage {
     this.#asked = null;
     this.#whole = false;
     if (score.symbols.length <= FEW) return this.#everything();
-    if (playing || score.symbols.length <= MANY) this.#idle = setTimeout(() => this.#everything(), IDLE);
+    this.#soon = playing || score.symbols.length <= MANY;
+    this.#idle = setTimeout(() => this.#everything(), this.#soon ? IDLE : LONG);
     await this.#about(at);
   }
 
   /** Carry out all of it, unless that is done or comes soon: it is played. */
   play() {
-    if (!this.#whole && this.#idle === undefined && this.#score) this.#everything();
+    if (!this.#whole && !this.#soon && this.#score) this.#everything();
   }
 
   #everything() {
     clearTimeout(this.#idle);
-    this.#idle = undefined;
     this.#whole = true;
     this.#all = new AbortController();
     return this.#ask(null, this.#all.signal);
@@ -111,9 +113,16 @@ export class Stage {
 
   /** @param {number} seconds */
   ready(seconds) {
-    const clip = this.#clip(seconds), wanted = this.#score && clip?.score !== this.#score && !this.#failure;
-    if (wanted && !this.#whole && !(this.#asked !== null && this.#asked - NEAR[0] <= seconds && seconds <= this.#asked + NEAR[1])) this.#about(seconds);
+    const clip = this.#clip(seconds);
+    if (clip?.score !== this.#score) this.#want(seconds);
+    else if (clip && seconds > clip.stop - AHEAD && clip.stop < this.seconds && this.#clip(clip.stop + AHEAD)?.score !== this.#score) this.#want(clip.stop);
     return Boolean(clip);
+  }
+
+  /** Carry out what is around some seconds, unless that is under way or has failed. @param {number} seconds */
+  #want(seconds) {
+    const asked = this.#asked !== null && this.#asked - NEAR[0] <= seconds && seconds <= this.#asked + NEAR[1];
+    if (this.#score && !asked && !this.#failure) this.#about(seconds);
   }
 
   /** @param {number} seconds */
@@ -145,7 +154,6 @@ export class Stage {
 
   dispose() {
     clearTimeout(this.#idle);
-    this.#idle = undefined;
     this.#near.abort();
     this.#all.abort();
   }
