@@ -33,7 +33,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
     from lanindex import compiled
 
-    # Only tests of compiled loops compile them, however much all of a process read together
+    # Only tests of compiled loops load or compile them, however much all of a process read together
+    compiled._again.update(dict.fromkeys(compiled.LOOPS, sys.maxsize))
     taken = threading.Lock()
     taken.acquire()
     compiled.take_turns(taken)

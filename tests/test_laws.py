@@ -3,11 +3,12 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from pathlib import Path
 
 import motions
 import pytest
-from effort import examples
+from effort import examples, thinned
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from motions import RATES, motion_of, swung
@@ -80,8 +81,7 @@ def differing(
     ]
 
 
-@pytest.mark.parametrize("profile", PROFILES)
-@pytest.mark.parametrize("law", IMAGES)
+@pytest.mark.parametrize(("law", "profile"), thinned(product(IMAGES, PROFILES), 3))
 def test_place_heading_and_side_change_nothing(few: list[Motion], law: str, profile: str) -> None:
     assert differing(few, load(profile), *IMAGES[law]) == []
 
@@ -137,6 +137,7 @@ def test_noise_of_1_mm_changes_little(slow: list[Motion]) -> None:
     assert 0 < wrong <= 0.035
 
 
+@pytest.mark.slow
 def test_noise_of_2_mm_changes_little_when_smoothed(slow: list[Motion]) -> None:
     calm = replace(load("default"), smoothing=0.150)
     _, wrong = agreement(slow, calm, lambda motion: motions.noisy(motion, 2.0))

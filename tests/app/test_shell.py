@@ -142,7 +142,9 @@ class TestLocale:
         done = called(tmp_path, "inspect", "in/歩く é.bvh".encode(), **ASCII)
         assert done.returncode == 0, done.stderr
 
-    @pytest.mark.parametrize(("call", "env"), [(called_here, {}), (called, ASCII)])
+    @pytest.mark.parametrize(
+        ("call", "env"), [(called_here, {}), pytest.param(called, ASCII, marks=pytest.mark.slow)]
+    )
     def test_a_name_that_is_no_utf_8_is_shown_escaped(
         self, tmp_path: Path, call: Callable[..., subprocess.CompletedProcess[bytes]], env: dict
     ) -> None:

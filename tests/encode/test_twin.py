@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 import plain
 import plain_segment
 import pytest
-from effort import examples, seeds
+from effort import examples, seeds, thinned
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -148,8 +149,7 @@ def test_made_motions_read_alike(folders: dict[str, Path], profile: str, recipe:
     assert_twins(recipe.motion(), folders[profile])
 
 
-@pytest.mark.parametrize("rate", RARE_RATES)
-@pytest.mark.parametrize("longer", [0, 1])
+@pytest.mark.parametrize(("rate", "longer"), thinned(product(RARE_RATES, [0, 1]), 3))
 def test_gaps_of_a_fifth_of_a_second_read_alike(
     folders: dict[str, Path], rate: Fraction, longer: int
 ) -> None:

@@ -59,6 +59,7 @@ def install(python: str, *what: str, cwd: Path) -> None:
     run(sys.executable, "-m", "pip", "--python", python, "install", *quiet, *what, cwd=cwd)
 
 
+@pytest.mark.slow
 def test_from_a_wheel(tmp_path, repository, environment):
     build = ("-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path))
     run(sys.executable, *build, str(repository), cwd=tmp_path)

@@ -157,7 +157,7 @@ def test_a_bad_file_does_not_stop_the_others(library: Library, folder: Path, job
     assert len(library.captures()) == 3
 
 
-@pytest.mark.parametrize("copies", [1, 12])
+@pytest.mark.parametrize("copies", [1, pytest.param(12, marks=pytest.mark.slow)])
 def test_a_script_without_a_guard_is_told(tmp_path: Path, folder: Path, copies: int) -> None:
     for copy in range(copies):
         (folder / f"{copy}.lnd").write_text(RAISE)
