@@ -10,8 +10,8 @@ import { around, grain, packed } from "./score.js";
 
 const NEAR = [1, 3]; // seconds before and behind where the figure is that are carried out first
 const FEW = 60; // symbols that are carried out at once
-const MANY = 1000; // symbols that are carried out soon
-const IDLE = 1200, LONG = 5000; // milliseconds without an edit before all is carried out: soon, or what takes seconds
+const MANY = 1000; // symbols that are carried out without being played: more would slow down the next edit
+const IDLE = 1200; // milliseconds without an edit before all is carried out
 const AHEAD = 1.5; // seconds before its end that what comes behind a clip is asked for
 const KEPT = 8; // clips
 
@@ -52,7 +52,7 @@ export class Stage {
     this.#whole = false;
     if (score.symbols.length <= FEW) return this.#everything();
     this.#soon = playing || score.symbols.length <= MANY;
-    this.#idle = setTimeout(() => this.#everything(), this.#soon ? IDLE : LONG);
+    if (this.#soon) this.#idle = setTimeout(() => this.#everything(), IDLE);
     await this.#about(at);
   }
 
