@@ -77,14 +77,15 @@ def lulls(pace: Floats, slow: float, least: int) -> list[Ends]:
     return [(start, stop) for start, stop in zip(starts, stops) if stop - start >= least]  # noqa: B905
 
 
-def departures(angles: Sequence[complex] | NDArray[np.complex128], least: float) -> list[Ends]:
+def departures(angles: Iterable[complex] | NDArray[np.complex128], least: float) -> list[Ends]:
     """Return the first and last frame of ways of angles (N,), ended by `least` or more back."""
     found = []
     anchor = best = 0
-    start = far = angles[0]
+    start = far = 0j
     reach = 0.0
-    for frame in range(len(angles)):
-        angle = angles[frame]
+    for frame, angle in enumerate(angles):
+        if frame == 0:
+            start = angle
         away = abs(angle - start)
         if away >= reach:
             best, far, reach = frame, angle, away
@@ -97,6 +98,9 @@ def departures(angles: Sequence[complex] | NDArray[np.complex128], least: float)
         found.append((anchor, best))
     return found
 
+
+LISTED = 1 << 14
+"""Angles that are numbers of Python at a time: they take forty bytes each."""
 
 FAINT, PLAIN = 0.1, 0.3
 """Parts of the fastest: at a slower pace movement is hardly seen, at a faster one it is plain."""
@@ -273,11 +277,12 @@ def moves(angles: Angles, profile: Profile, fast: bool = False) -> list[Ends]:
         some = angles[block.outer]
         aside, ahead = slopes(smooth(np.array((some.real, some.imag)), width))
         pace[block.inner] = np.hypot(aside * rate, ahead * rate)[block.within]
-    return move_frames(angles, angles.tolist(), pace, PAUSE / rate, least)
+    numbers = (angles[it : it + LISTED].tolist() for it in range(0, len(angles), LISTED))
+    return move_frames(angles, chain.from_iterable(numbers), pace, PAUSE / rate, least)
 
 
 def move_frames(
-    angles: Angles, numbers: Sequence[complex] | Angles, pace: Floats, rests: float, least: int
+    angles: Angles, numbers: Iterable[complex] | Angles, pace: Floats, rests: float, least: int
 ) -> list[Ends]:
     """Return the frames of `moves`; `numbers` are the angles, in the form that loops fastest."""
     found = []

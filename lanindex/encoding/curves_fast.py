@@ -141,9 +141,8 @@ def bend_frames(angle, degree, width, rate, least):
 @numba.njit(cache=True, nogil=True)
 def moves(angles, width, rate, least):
     """Return what `lanindex.encoding.curves.moves` does."""
-    aside, ahead = angles.real.copy(), angles.imag.copy()
-    aside, ahead = _slopes(_mean(aside, width), rate), _slopes(_mean(ahead, width), rate)
-    pace = np.empty(len(angles))
+    pace = _slopes(_mean(angles.real.copy(), width), rate)
+    ahead = _slopes(_mean(angles.imag.copy(), width), rate)
     for frame in range(len(pace)):
-        pace[frame] = hypot(aside[frame], ahead[frame])
+        pace[frame] = hypot(pace[frame], ahead[frame])
     return move_frames(angles, angles, pace, PAUSE / rate, least)

@@ -264,17 +264,24 @@ def _lowest(
         lost[start:stop] = False
     for start, stop in runs(lost):
         lost[start:stop] = stop - start >= STANCE * rate
-    over = np.where(lost, height - np.where(lost, lower, 0), np.inf)
+    over = height - np.where(lost, lower, 0)
+    over[:, ~lost] = np.inf
     alone = over[::-1] >= LIFTED  # the other foot does not carry
-    return _standing(feet, over, rate, np.where(alone & lost, SLIDES, STANDS))
+    return _standing(feet, over, rate, alone & lost)
 
 
 def _standing(
-    feet: Feet, height: NDArray[np.float32], rate: float, slow: Floats | float = STANDS
+    feet: Feet, height: NDArray[np.float32], rate: float, slides: Flags | None = None
 ) -> Flags:
-    """Return which feet are slow at heights over a floor, (2, N), without flicker."""
-    speed = feet.speed
-    begins = (speed < np.maximum(slow, SHARE * feet.pace)) & (height < NEAR)
+    """Return which feet are slow at heights over a floor, (2, N), without flicker.
+
+    Those that may slide, (2, N), are slow up to `SLIDES`.
+    """
+    speed, share = feet.speed, SHARE * feet.pace
+    begins = speed < np.maximum(STANDS, share)
+    if slides is not None:
+        begins |= slides & (speed < np.maximum(SLIDES, share))
+    begins &= height < NEAR
     stays = (speed < SLIDES) & (height < LIFTED)
     carries = np.array([held(*foot) for foot in zip(begins, stays, strict=True)])
     brief = round(FLICKER * rate)

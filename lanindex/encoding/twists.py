@@ -100,11 +100,11 @@ def leans(body: Body, turn: Floats) -> Iterator[Told]:
     """Yield the events of twists and inclines, by stretch; `turn` (N,) the heading, radians."""
     for over, parts in together(body, _NEEDED):
         front = turn[over.frames.start : over.frames.stop]
-        angles = np.empty((len(parts), len(over.frames)), np.complex128)
+        angles = [np.empty(len(over.frames), np.complex128) for _ in parts]
         for block, places in over.blocks():
             for part, own in zip(parts, angles, strict=True):
                 own[block.inner] = LEANS[part].angles(places, front[block.inner])
-        for part, own in zip(parts, angles, strict=True):
+        for part in parts:
             _, _, away, eighths = LEANS[part]
-            found = curves.arrivals(own, away, body.profile, eighths, body.fast)
+            found = curves.arrivals(angles.pop(0), away, body.profile, eighths, body.fast)
             yield part, over.known, over.frames.start, found

@@ -133,6 +133,12 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
         yield part, one.known, one.frames.start, table(those)
     if leg:
         yield from _feet(body, leg, turn, doubts)
+    yield from _courses(body, leg, turn)
+    yield from leans(body, turn)
+
+
+def _courses(body: Body, leg: float | None, turn: Floats) -> Iterator[Told]:
+    """Yield where the body travels, and how it turns."""
     profile = body.profile
     chest = heading(body.motion, profile.rate, body, AXES[::-1])
     shoulders = np.zeros(len(chest), bool)
@@ -144,13 +150,19 @@ def _tracks(body: Body, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]
         if leg:
             calm = smooth(front, window(STRIDE, profile.rate), body.fast)
             way = travel(hips, calm, leg, profile)
+            del calm
         yield "body_travel", hips.known, begin, way
-        own, seen = unwrapped(turn[frames]), shoulders[frames]
-        # where the shoulders are not seen they turn as the hips do
-        pace = np.where(seen[1:] & seen[:-1], np.diff(front), np.diff(own))
-        ends = np.degrees(own), profile, np.degrees(np.cumsum(np.append(0.0, pace))), body.fast
-        yield "body_turn", hips.known, begin, turns(*ends)
-    yield from leans(body, turn)
+        own = unwrapped(turn[frames])
+        front = _shoulders(front, own, shoulders[frames])
+        own = np.degrees(own)
+        yield "body_turn", hips.known, begin, turns(own, profile, front, body.fast)
+
+
+def _shoulders(front: Floats, hips: Floats, seen: NDArray[np.bool_]) -> Floats:
+    """Return the heading of the shoulders, (N,) degrees; unseen, they turn as the hips do."""
+    pace = np.where(seen[1:] & seen[:-1], np.diff(front), np.diff(hips))
+    turned: Floats = np.degrees(np.cumsum(np.append(0.0, pace)))
+    return turned
 
 
 def _feet(body: Body, leg: float, turn: Floats, doubts: dict[str, None]) -> Iterator[Told]:
