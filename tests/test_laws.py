@@ -132,6 +132,7 @@ def test_fewer_frames_a_second_change_little(fast: list[Motion], step: int) -> N
     assert wrong <= 0.015
 
 
+@pytest.mark.slow
 def test_noise_of_1_mm_changes_little(slow: list[Motion]) -> None:
     _, wrong = agreement(slow, load("default"), lambda motion: motions.noisy(motion, 1.0))
     assert 0 < wrong <= 0.035

@@ -234,7 +234,7 @@ def child(module: str, job: str, arguments: Mapping[str, Any]) -> None:
     """Do a job: what the process runs."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     if hasattr(os, "nice"):  # what is looked at meanwhile comes first
-        os.nice(19)
+        os.nice(10)
     try:
         made = getattr(import_module(module), job)(**arguments)
     except errors.LanindexError as error:

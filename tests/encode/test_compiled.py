@@ -17,6 +17,7 @@ from lanindex.errors import LanindexError
 from lanindex.model import Motion
 
 pytest.importorskip("numba")
+pytestmark = pytest.mark.slow  # in a fresh tree they compile for most of a minute
 
 GAPS = [(JOINTS.index("RWrist"), 9, 40), (JOINTS.index("LKnee"), 50, 3), (0, 30, 20)]
 DIRECTIONS = ["right", "r_forward", "forward", "l_forward", "left", "l_back", "back", "r_back"]
