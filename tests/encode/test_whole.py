@@ -348,6 +348,7 @@ def test_one_frame_and_none_to_stand_on():
         assert said(score, "body_travel") == ["place"]
 
 
+@pytest.mark.slow
 def test_memory_grows_by_little_a_frame(monkeypatch):
     monkeypatch.setattr(compiled, "chosen", lambda name, size: False)  # numba itself takes 30 MB
     motion = going("forward")

@@ -32,6 +32,7 @@ def read(text: str, separator: str, columns: int):
     return values[0], bool(done[0])
 
 
+@pytest.mark.slow
 @examples(500)
 @given(st.lists(cells, min_size=1, max_size=6), st.sampled_from([",", "\t", ";", " "]))
 def test_what_is_read_is_what_float_reads(row, separator):

@@ -125,6 +125,7 @@ for path in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 def test_memory_grows_with_the_file_and_modestly(tmp_path):
     head, number = hierarchy(), itertools.count()
     width = person().split(b"\n")[-2].count(b" ") + 1

@@ -34,6 +34,7 @@ def turns(frames: int) -> bytes:
 FORMATS = [("x.c3d", integers, 0), ("x.glb", turns, 1)]  # a GLB's tracks are the file's own bytes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("form", "body_only"), thinned(product(FORMATS, [False, True]), 3))
 def test_a_long_capture(form, body_only):
     name, make, held = form

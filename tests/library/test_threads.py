@@ -28,6 +28,7 @@ def place(tmp_path):
     return tmp_path / "some.db"
 
 
+@pytest.mark.slow
 def test_many_threads_search_and_read_while_another_writes(place):
     done = Event()
 

@@ -80,6 +80,7 @@ def test_numbers_that_make_no_sense_are_told(library: Library, how, message: str
         library.similar(**how)
 
 
+@pytest.mark.slow
 def test_a_motif_is_a_pattern_that_finds_just_what_was_counted(library: Library) -> None:
     found = library.motifs(min_count=2, length=2).found
     assert found

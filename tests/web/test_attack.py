@@ -454,6 +454,7 @@ def test_who_asks_for_nothing_is_hung_up_on(monkeypatch: pytest.MonkeyPatch) -> 
     assert b"answer" in _ran(said(request, b"\r\n", request))
 
 
+@pytest.mark.slow
 def test_a_thousand_connections_and_streams_do_not_keep_others_out(own: Path) -> None:
     resource = pytest.importorskip("resource")
     now, most = resource.getrlimit(resource.RLIMIT_NOFILE)
@@ -505,6 +506,7 @@ main()
 """
 
 
+@pytest.mark.slow
 def test_it_ends_while_somebody_waits_for_an_answer(own: Path) -> None:
     command = [sys.executable, "-c", SLOW, "serve", str(own), "--port", "0", "--no-open"]
     with subprocess.Popen(command, stdout=-1, stderr=-1, text=True, cwd=own.parent) as process:

@@ -90,6 +90,7 @@ def fuzz(sources: list[bytes], count: int) -> dict[str, int]:
 MADE = [mvnx(subject(4)), mvnx(subject(3), subject(2, "Bob"))]
 
 
+@pytest.mark.slow
 def test_mutations_give_a_motion_or_an_error() -> None:
     assert min(fuzz(MADE, 500).values()) > 50
 
