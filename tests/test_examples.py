@@ -92,6 +92,7 @@ def test_whatever_users_call_has_an_example(name: str) -> None:
     assert examples_of(thing) or called, f"{name} has no example"
 
 
+@pytest.mark.slow
 def test_names_in_docstrings_are_names_of_something() -> None:
     trees = {path: ast.parse(path.read_text()) for path in PACKAGE.rglob("*.py")}
     names = {path.stem for path in trees} | {path.parent.name for path in trees}

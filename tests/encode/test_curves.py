@@ -65,6 +65,7 @@ def test_an_even_pace_has_a_beginning(pace):
             assert 0 <= curves.begun(np.array(pace, float), part, rests) < len(pace)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", seeds(60))
 def test_compiled_curves_go_as_plain_ones(seed):
     pytest.importorskip("numba")

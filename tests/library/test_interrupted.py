@@ -18,6 +18,7 @@ from lanindex.library.store import Store
 BREAK_OFF = Path(__file__).with_name("interrupt.py")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", ["kill", "interrupt"])
 def test_broken_off_at_any_moment(tmp_path, how):
     command = [sys.executable, str(BREAK_OFF), str(tmp_path), how, "20", "1"]

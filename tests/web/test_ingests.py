@@ -209,6 +209,7 @@ def test_a_job_that_runs_is_kept_however_many_come() -> None:
     assert running.state == "running"
 
 
+@pytest.mark.slow
 def test_a_killed_server_leaves_a_whole_library_and_no_half_file(tmp_path: Path) -> None:
     path = tmp_path / "own.db"
     command = [sys.executable, "-m", "lanindex", "serve", str(path), "--port", "0", "--no-open"]
