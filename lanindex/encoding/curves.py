@@ -100,7 +100,7 @@ def departures(angles: Iterable[complex] | NDArray[np.complex128], least: float)
 
 
 LISTED = 1 << 14
-"""Angles that are numbers of Python at a time: they take forty bytes each."""
+"""Angles converted to Python numbers at a time, which take forty bytes each."""
 
 FAINT, PLAIN = 0.1, 0.3
 """Parts of the fastest: at a slower pace movement is hardly seen, at a faster one it is plain."""
@@ -111,7 +111,7 @@ pace is measured."""
 
 
 def ranked(values: Floats, place: int) -> float:
-    """Return the number that `place` others of (N,) come before."""
+    """Return the value (N,) at a place in ascending order, counted from 0."""
     value: float = np.partition(values, place)[place]
     return value
 

@@ -344,7 +344,7 @@ def _stretch(
     values = dict(zip(("number", "track"), track, strict=True))
     where = "FROM symbol_code WHERE capture_id = :number AND track = :track AND ordinal"
 
-    def ended(frame: int) -> int:  # rows that end until a frame: a binary search in one question
+    def ended(frame: int) -> int:  # how many rows end by a frame: a binary search in one query
         asked = f"""WITH RECURSIVE found(rows, step) AS (
             SELECT 0, :step
             UNION ALL

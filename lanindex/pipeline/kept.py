@@ -185,7 +185,7 @@ class Cache(Latest[Kept]):
         return future
 
     def idle(self) -> bool:
-        """Return whether a process could begin at once: what is not needed does not queue."""
+        """Return whether a process could begin at once."""
         free = self._aside.acquire(blocking=False)
         if free:
             self._aside.release()

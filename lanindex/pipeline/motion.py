@@ -178,7 +178,7 @@ class Source:
     states: Mapping[str, tuple[int, ...]]  # of the files that are read, what changes when one does
     large: formats.File | None  # the file, if it is large and not held in memory
     checking: Callable[[], Any]  # raises if it is not the file that was ingested
-    same: Future[None] = field(default_factory=Future)  # what came of that
+    same: Future[None] = field(default_factory=Future)  # the outcome of `checking`
     turn: threading.Lock = field(default_factory=threading.Lock)
 
     def check(self) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import TRACKS
 from lanindex.draw.plain import usual_columns
 from lanindex.draw.staff import STANCES, TURN, last_second
 from lanindex.draw.strip import Staff
@@ -44,6 +45,9 @@ _LOOKED_AT = (*SUPPORTS, *sorted(STANCES), STEP, TURN, "jump", "other_support")
 KEPT = Latest[Staff](STAVES)
 COLUMNS = Latest[list[str]](256)
 SCORES = Latest[Score](STAVES)
+
+FAILED = set[tuple[Any, ...]]()
+"""Captures whose staves could not be drawn beforehand: windows near what is damaged say why."""
 
 
 def staff(
@@ -116,15 +120,18 @@ def piece(
     capture = store.capture(number)
     ends = _ends(capture)
     at = round(start / PIECE)
-    drawn = _is_long(capture) and os.path.isfile(store.place)
-    if not drawn or at >= len(ends) or (start, stop) != (at * PIECE, ends[at]):
+    own = _key(store, capture)
+    drawn = _is_long(capture) and os.path.isfile(store.place) and own not in FAILED
+    known = parts is None or {*parts} <= {*TRACKS}
+    if not (drawn and known) or at >= len(ends) or (start, stop) != (at * PIECE, ends[at]):
         return None
     options = {"parts": parts, "stretch": stretch}
-    key = ("staff", *_key(store, capture), None if parts is None else (*parts,), stretch)
+    key = ("staff", *own, None if parts is None else (*parts,), stretch)
     job = {"library": store.place, "path": capture.path, "capture": number, **options}
     if not (CACHE.holds(key) or (begin and CACHE.idle())):
         return None
     made = CACHE.begin(key, pieces, job, aside=True)
+    made.add_done_callback(lambda done: FAILED.add(own) if done.exception() else None)
     if not made.done() or made.exception():
         return None
     first, last = made.result().window("edges", at, at + 2).tolist()

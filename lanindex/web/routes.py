@@ -134,11 +134,11 @@ def _late(module: str, function: str) -> Work:
 
 
 def import_all() -> None:
-    """Import the modules of all routes, for which else the first request of each would wait."""
+    """Import the modules of all routes, so that no first request waits for them."""
     for routes in shipped("web/routes.toml").values():
         for name in routes.values():
             import_module(f"lanindex.web.{name.partition('.')[0]}")
-    import_module("numpy.ma")  # which numpy imports with the first `unique`
+    import_module("numpy.ma")  # numpy imports it in the first call of `unique`
 
 
 def route(site: Site, path: str, work: Work, *methods: str) -> Route:

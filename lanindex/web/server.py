@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from lanindex.web.convert import Workshop
 
 IDLE = 1.0
-"""Seconds after the start in which the first page should be there: then the rest is imported."""
+"""Seconds after the start, behind the first page, at which all modules are imported."""
 
 SCREENS = (
     *("/", "/search", "/captures/{number:int}", "/convert", "/edit", "/compare", "/explore"),

@@ -121,19 +121,23 @@ def _unlike(body: Figure) -> NDArray[np.int64]:
     return np.array([np.where(known == known.max(), apart, -1).argmax()])
 
 
+def _parts(call: Call) -> list[str] | None:
+    """Return the parts that a request names, if it does."""
+    return [it for it in call.text("parts").split(",") if it] or None
+
+
 def staff(call: Call) -> Response | dict[str, Any]:
     """Return a piece of a capture's staff, with the heights of its seconds."""
     library, number = call.site.library, call.path["number"]
     seconds = float(library.capture(number).frames / library.capture(number).rate)
     start = call.number("from", 0.0, 0, seconds)
     stop = min(call.number("to", start + tiles.SECONDS, start, start + MOST), seconds)
-    parts = [it for it in call.text("parts").split(",") if it]
-    zoom = call.number("zoom", 1, 0.1, 10)
+    parts, zoom = _parts(call), call.number("zoom", 1, 0.1, 10)
     begin = not call.text("early")  # no work beside what is shown first
-    drawn = piece(library.store, number, start, stop, parts or None, zoom, begin=begin)
+    drawn = piece(library.store, number, start, stop, parts, zoom, begin=begin)
     if drawn is not None:
         return Response(drawn, media_type="application/json")
-    whole = library.staff(number, start, stop, parts=parts or None, stretch=zoom, near=True)
+    whole = library.staff(number, start, stop, parts=parts, stretch=zoom, near=True)
     return whole.tile(start, stop)
 
 
@@ -143,8 +147,7 @@ def symbol(call: Call) -> dict[str, Any]:
     seconds = float(library.capture(number).frames / library.capture(number).rate)
     begins = call.number("at", 0.0, 0, seconds)
     start, stop = max(begins - 0.01, 0.0), min(begins + 0.5, seconds)
-    parts = [it for it in call.text("parts").split(",") if it]
-    whole = library.staff(number, start, stop, parts=parts or None, near=True)
+    whole = library.staff(number, start, stop, parts=_parts(call), near=True)
     record = whole.symbols(start, stop).get(name)
     if record is None:
         raise AbsentError(f'no symbol "{shown(name)}"', place=f"second {begins:g}")
@@ -170,6 +173,5 @@ def curves(call: Call) -> dict[str, Any]:
 def pattern(call: Call) -> dict[str, Any]:
     """Return what some seconds of a capture are as a pattern."""
     start, stop = call.number("from", 0), call.number("to", 0)
-    parts = [it for it in call.text("parts").split(",") if it]
-    found = call.site.library.pattern_of(call.path["number"], start, stop, parts or None)
+    found = call.site.library.pattern_of(call.path["number"], start, stop, _parts(call))
     return {"pattern": found}

@@ -4,6 +4,7 @@ import json
 import shutil
 import sqlite3
 import threading
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -182,8 +183,32 @@ def test_pieces_of_a_long_capture_are_drawn_beforehand(
         near = long_library.staff(1, start, stop, parts=parts, stretch=stretch, near=True)
         assert json.loads(ask(start, stop, begin=False) or b"") == near.tile(start, stop)
     assert ask(1.0, 1.0 + staves.PIECE) is None
+    before = len(kept.CACHE)
+    assert ask(0.0, staves.PIECE, parts=["none"]) is None
+    assert len(kept.CACHE) == before
     assert ask(0.0, staves.PIECE - 1) is None
     assert ask(starts[-1] + staves.PIECE, seconds) is None
+
+
+def test_pieces_that_cannot_be_drawn_are_not_tried_again(
+    long_library: Library, tmp_path: Path
+) -> None:
+    copy = tmp_path / "copy.db"
+    shutil.copy(long_library.store.place, copy)
+    with sqlite3.connect(copy) as connection:
+        connection.execute("UPDATE symbol_code SET sign = 15 WHERE ordinal = 3")
+    connection.close()
+    with open_library(copy) as library:
+        ask = partial(staves.piece, library.store, 1, 200.0, 210.0, ["r_arm"], 1.0)
+        assert ask() is None
+        (future,) = [it for key, it in kept.CACHE._kept.items() if str(copy) in key]
+        assert isinstance(future.exception(60), LibraryError)
+        until = time.monotonic() + 10
+        while not any(str(copy) in key for key in staves.FAILED):
+            assert time.monotonic() < until
+            time.sleep(0.01)
+        assert ask() is None
+        assert not any(str(copy) in key for key in kept.CACHE._kept)
 
 
 def test_pieces_of_a_short_capture_are_not(library: Library) -> None:

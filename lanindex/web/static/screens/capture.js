@@ -26,7 +26,7 @@ export async function show(app) {
   const given = new URLSearchParams(url.search);
   main.classList.add("watch");
   let early = "&early=1"; // a large file is shown before it is known to be the one that was ingested
-  const coming = get(`${path}/figure?${early}`, signal); // asked for before all else, waited for at the end
+  const coming = get(`${path}/figure?early=1`, signal); // asked for before all else, waited for at the end
   coming.catch(() => {});
   const capture = /** @type {Shown} */ (await get(path, signal));
   app.title(capture.capture.split("/").pop() ?? "");
