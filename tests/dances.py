@@ -38,10 +38,11 @@ direction r_arm place low 2.5 3.25
 def dance(path: Path, text: str = RAISE, rate: int = 30) -> Path:
     """Write a dance as a BVH file and return its path."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(_performed(text, rate))
+    path.write_bytes(dance_bytes(text, rate))
     return path
 
 
 @cache
-def _performed(text: str, rate: int) -> bytes:
+def dance_bytes(text: str, rate: int = 30) -> bytes:
+    """Return a dance as the content of a BVH file."""
     return bvh.write(perform(lnd.read(text.encode()), rate=Fraction(rate)))
