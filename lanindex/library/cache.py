@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
-from lanindex.library import segments
+from lanindex.library import segment_files, segments
 from lanindex.library.connect import Link, Session, ask, no_tick
 from lanindex.library.read import read_parts, read_state
-from lanindex.library.segments import Distrust, Segment, Spine
+from lanindex.library.segment_files import Distrust, Unreachable
+from lanindex.library.segments import Segment, Spine
 from lanindex.model.columns import Columns, Roster, enrolled, extras_of
 
 CHUNK = 1 << 20
@@ -204,6 +205,22 @@ class ColumnCache:
                 return
         self._mend("")
 
+    def move(self, where: str) -> None:
+        """Keep the columns in files of a folder or a bucket, or (empty) in the library.
+
+        Columns that cannot be trusted or reached are made anew there.
+        """
+        with self._session.writing() as connection:
+            if where:
+                segment_files.prepare(connection, where)
+            try:
+                segments.move(connection, where)
+            except Distrust as error:
+                self._note(f"were {error.found}")
+                segments.begin_anew(connection)
+                segment_files.set_place(connection, where)
+        self._mend("")
+
     def _note(self, fault: str) -> None:
         self._session.note(f"the library's columns {fault}: they are made of its symbols now")
 
@@ -258,6 +275,7 @@ class ColumnCache:
 def verify(connection: Link) -> None:
     """Load all segments, which checks them."""
     spine = segments.read_spine(connection)
+    segments.check_files(spine)
     segments.read_rosters(connection, spine)
     for segment in spine.segments:
         segments.read_texts(connection, segment)
@@ -266,9 +284,14 @@ def verify(connection: Link) -> None:
 
 
 def purge(connection: Link) -> bool:
-    """Delete all segments if one of them is damaged, and return whether one is."""
+    """Delete all segments if one of them is damaged, and return whether one is.
+
+    Those that are out of reach stay: they may be whole.
+    """
     try:
         verify(connection)
+    except Unreachable:
+        raise
     except Distrust:
         segments.begin_anew(connection)
         return True
@@ -307,6 +330,7 @@ def join(connection: Link) -> bool:
     spine = segments.read_spine(connection)
     old = spine.segments[_first_to_join(spine) :]
     if not old:
+        segment_files.collect(connection)  # those joined before this transaction, too
         return False
     dead = {number: last for number, last in spine.dead.items() if last >= old[0].id}
     roster = enrolled([segments.read_roster(connection, one) for one in old])

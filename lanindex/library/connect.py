@@ -36,7 +36,7 @@ from lanindex.library.selection import printable
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine
 
-REVISION = "0004"
+REVISION = "0005"
 """The revision of ``migrations/`` that `lanindex.library.schema` is; they sort by age as text."""
 
 DEFAULT = "lanindex.db"

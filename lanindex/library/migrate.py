@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
-from lanindex.library import read, rows, segments
+from lanindex.library import read, rows, segment_files, segments
 from lanindex.library.connect import (
     DEFAULT,
     REVISION,
@@ -37,7 +37,7 @@ from lanindex.library.connect import (
     translated,
 )
 from lanindex.library.rows import VIEW, view_sql
-from lanindex.library.segments import Distrust
+from lanindex.library.segment_files import Distrust
 from lanindex.library.selection import printable
 from lanindex.library.store import Store
 
@@ -185,6 +185,24 @@ def _connected(database: Target, *, readonly: bool) -> Iterator[Any]:
         yield connection
 
 
+def keep_columns(
+    named: str | os.PathLike[str], where: str, note: Callable[[str], None] | None = None
+) -> None:
+    """Keep the columns of a library in files at a place, or (empty) in the library."""
+    with Store.open(named, note=note) as store:
+        store.cache.move(where)
+    with _connected(target(named), readonly=False) as connection:
+        give_back_room(connection)
+
+
+def files_of_columns(named: str | os.PathLike[str]) -> tuple[str, int, int]:
+    """Return where the files of columns are, how many, and their bytes; empty: there are none."""
+    with closing(Session(target(named), readonly=True)) as session, session.reading() as connection:
+        stored = segments.read_spine(connection).segments
+        place = segment_files.current_place(connection)
+        return place, sum(bool(one.file) for one in stored), sum(one.bytes for one in stored)
+
+
 _MOST = 5
 """Lines of each kind of damage."""
 
@@ -226,7 +244,8 @@ def _check_connection(connection: Link) -> list[str]:
                     )
             compared.update(some.tolist())
     except Distrust as fault:
-        unlike = [f"the columns are {fault.found}. The next search or ingest makes them anew"]
+        remedy = fault.remedy or "The next search or ingest makes them anew"
+        unlike = [f"the columns are {fault.found}. {remedy}"]
     except LibraryError:  # Of the library's state, which is noted above
         pass
     rest = [number for number in numbers if number not in compared]
@@ -265,6 +284,7 @@ def _shorten(lines: list[str]) -> list[str]:
 def _pieces_of_segments(connection: Link) -> Iterator[tuple[int, segments.Piece]]:
     """Yield the captures that the segments hold, some at a time, with the number of the segment."""
     spine = segments.read_spine(connection)
+    segments.check_files(spine)
     rosters, _ = segments.read_rosters(connection, spine)
     for segment, roster in zip(spine.segments, rosters, strict=True):
         held = {part: segments.read_columns(connection, segment, part) for part in segment.parts}

@@ -6,9 +6,10 @@ symbol is a handful of whole numbers, for spelled-out words took four fifths of 
 ``SELECT part, direction, level, start_frame, end_frame FROM symbol`` can be read by anyone.
 
 What a search reads are columns: all symbols of a part in many captures, field by field, in segments
-(``segment``, ``segment_column``) that are written once. They are made of the rows and can always
-be made again; which captures they do not hold yet, or no longer, stands in ``segment_pending`` and
-``segment_dead``.
+(``segment``, ``segment_column``) that are written once. Their columns may be files outside, for
+many machines to read; files that no segment names any more stand in ``segment_old`` until they are
+deleted. Segments are made of the rows and can always be made again; which captures they do not hold
+yet, or no longer, stands in ``segment_pending`` and ``segment_dead``.
 
 What was stored is told from what it became by checksums, each a CRC-32: a track's over its
 symbols, a capture's over all that was encoded (with those of its tracks, its heading and its other
@@ -38,6 +39,7 @@ state = sa.Table(
     sa.Column("captures", sa.Integer, nullable=False),  # how many there are
     sa.Column("numbers", sa.BigInteger, nullable=False),  # the sum of theirs
     sa.Column("columns", sa.Integer, nullable=False),  # the stamp at which the segments are true
+    sa.Column("segments", sa.Text),  # folder or URL of their files; null: segment_column has all
     sa.CheckConstraint("id = 1", name="one"),
 )
 """One row: what is true of the library as a whole."""
@@ -123,7 +125,8 @@ segment = sa.Table(
     sa.Column("captures", sa.Integer, nullable=False),
     sa.Column("symbols", sa.BigInteger, nullable=False),
     sa.Column("listing", sa.Text, nullable=False),  # JSON: its columns, see segments.Entry
-    sa.Column("checksum", sa.Integer, nullable=False),  # of the three
+    sa.Column("checksum", sa.Integer, nullable=False),  # of the three, and of file
+    sa.Column("file", sa.Text),  # the name of its file; null: segment_column has its columns
     sqlite_autoincrement=True,
 )
 
@@ -136,6 +139,15 @@ segment_column = sa.Table(
     sa.Column("name", sa.Text, nullable=False),  # cell, start, …
     sa.Column("content", sa.LargeBinary, nullable=False),  # whole numbers, little-endian
     sa.UniqueConstraint("segment_id", "part", "name"),
+)
+
+segment_old = sa.Table(
+    "segment_old",
+    tables,
+    sa.Column("place", sa.Text, primary_key=True),  # folder or URL
+    sa.Column("name", sa.Text, primary_key=True),  # a file that no segment names any more
+    sa.Column("since", sa.BigInteger, nullable=False),  # see segment_files.collect
+    sqlite_with_rowid=False,
 )
 
 segment_pending = sa.Table(

@@ -2,9 +2,10 @@
 
 A segment holds the columns of many captures, written once, never changed, checked when it is read:
 a row of ``segment``, whose listing names its columns, and one row of ``segment_column`` for each of
-them, whole numbers in as few bytes as the largest needs. The listing has a checksum of its own and
-those of the columns. `read_spine` lists the segments without loading
-their columns; damage leads to `Distrust`, and the columns are made again of the rows.
+them, whole numbers in as few bytes as the largest needs; or, in place of these rows, a file
+(`lanindex.library.segment_files`). The listing has a checksum of its own and those of the columns.
+`read_spine` lists the segments without loading their columns; damage leads to `Distrust`, and the
+columns are made again of the rows.
 
 Filters look at the texts of all captures, so segments hold them too: one list of JSON a column.
 Whoever changes a text marks the capture as not covered by its segment.
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import MEASURES
 from lanindex.errors import LibraryError
-from lanindex.library import read
+from lanindex.library import read, segment_files
 from lanindex.library.connect import (
     MOST,
     Link,
@@ -36,6 +37,7 @@ from lanindex.library.connect import (
     no_tick,
 )
 from lanindex.library.rows import bytes_checksum, checksum
+from lanindex.library.segment_files import Distrust
 from lanindex.library.selection import Texts
 from lanindex.model.columns import (
     EXTRA,
@@ -69,8 +71,8 @@ TEXTS = ("path", "location", "format", "label", "metadata", "profile", "still")
 none), and which parts were seen all the time and have no symbol."""
 
 
-class Distrust(LibraryError):
-    """The segments are not those of the rows; they must be made anew."""
+BLOCK = 1 << 20
+"""Bytes of a column that have a checksum of their own, so that a stretch of it can be checked."""
 
 
 class Entry(NamedTuple):
@@ -80,16 +82,33 @@ class Entry(NamedTuple):
     name: str
     type: str  # As stored, as numpy writes it
     values: int
-    checksum: int
+    checksum: int | list[int]  # Of all of it, or of each `BLOCK`
+    begin: int = 0  # The byte at which it begins in the segment's file
+
+    @property
+    def size(self) -> int:
+        """How many bytes it takes."""
+        return self.values * np.dtype(self.type).itemsize
 
 
 class Segment(NamedTuple):
-    """A segment before anything of it is loaded."""
+    """A segment before anything of it is loaded.
+
+    One with a file can be read without the database, by any process that reaches the `place`.
+    """
 
     id: int
     captures: int
     symbols: int
     entries: dict[tuple[str, str], Entry]  # By part and name
+    file: str = ""  # The name of its file; empty: its columns are rows
+    place: str = ""  # The folder or the URL where files of segments are
+
+    @property
+    def bytes(self) -> int:
+        """The size of its file; 0: it has none."""
+        ends = [one.begin + one.size for one in self.entries.values()]
+        return max(ends, default=0) if self.file else 0
 
     @property
     def parts(self) -> list[str]:
@@ -146,8 +165,9 @@ def read_spine(connection: Link, *, trusted: bool = True) -> Spine:
     if now.columns != now.stamp:
         raise Distrust("out of date, for another program has changed the library")
     with _distrusting_damage("the list of the segments"):
-        asked = "SELECT id, captures, symbols, listing, checksum FROM segment ORDER BY id"
-        segments = [_segment(row) for row in ask(connection, asked)]
+        place = segment_files.current_place(connection)
+        asked = "SELECT id, captures, symbols, listing, checksum, file FROM segment ORDER BY id"
+        segments = [_segment(place, *row) for row in ask(connection, asked)]
         asked = "SELECT capture_id, segment_id FROM segment_dead"
         dead = dict[int, int](ask(connection, asked).fetchall())
         asked = "SELECT capture_id FROM segment_pending ORDER BY capture_id"
@@ -159,12 +179,18 @@ def read_spine(connection: Link, *, trusted: bool = True) -> Spine:
     return Spine(segments, dead, pending)
 
 
-def _segment(row: Any) -> Segment:
-    number, captures, symbols, listing, content = row
-    if checksum(captures, symbols, listing) != content:
+def _segment(
+    place: str, number: int, captures: int, symbols: int, listing: str, content: int, file: Any
+) -> Segment:
+    if _row_checksum(captures, symbols, listing, file) != content:
         raise Distrust(f"damaged: the listing of segment {number}")
     entries = [Entry(*entry) for entry in json.loads(listing)]
-    return Segment(number, captures, symbols, {(one.part, one.name): one for one in entries})
+    by_name = {(one.part, one.name): one for one in entries}
+    return Segment(number, captures, symbols, by_name, file or "", place)
+
+
+def _row_checksum(captures: int, symbols: int, listing: str, file: Any) -> int:
+    return checksum(captures, symbols, listing, *([] if file is None else [file]))
 
 
 @contextmanager
@@ -190,28 +216,86 @@ def part_names(connection: Link) -> list[str]:
     return [name for name in dict.fromkeys(names) if isinstance(name, str)]
 
 
-def read_column(connection: Link, segment: Segment, part: str, name: str) -> NDArray[Any]:
-    """Return a column as it is stored; empty where the segment has none of that name."""
+def read_column(
+    connection: Link | None,
+    segment: Segment,
+    part: str,
+    name: str,
+    rows: tuple[int, int] | None = None,
+) -> NDArray[Any]:
+    """Return a column as it is stored, or some rows; empty where there is none of that name."""
     entry, width = segment.entries.get((part, name)), _WIDTHS.get((not part, name), 1)
     stored = np.empty(0, np.uint8)
     if entry is not None:
         what = f"{name} of {part or 'the captures'} in segment {segment.id}"
-        asked = (
-            "SELECT content FROM segment_column "
-            "WHERE segment_id = :segment AND part = :part AND name = :name"
-        )
-        values = {"segment": segment.id, "part": part, "name": name}
-        with _distrusting_damage(what):
-            (content,) = ask(connection, asked, values).fetchone() or (None,)
         type = np.dtype(entry.type)
-        if (
-            not isinstance(content, bytes)
-            or bytes_checksum(content) != entry.checksum
-            or len(content) != entry.values * type.itemsize
-        ):
-            raise Distrust(f"damaged: {what}")
+        ends = (0, entry.values) if rows is None else (rows[0] * width, rows[1] * width)
+        start, stop = (min(end, entry.values) * type.itemsize for end in ends)
+        try:
+            content = _content(connection, segment, entry, start, stop, what)
+        except Distrust:
+            if not (segment.file and segment_files.shelf_of(segment.place).forget(segment.file)):
+                raise
+            content = _content(connection, segment, entry, start, stop, what)
         stored = np.frombuffer(content, type)
     return stored if width == 1 else stored.reshape(-1, width)
+
+
+def _content(
+    connection: Link | None, segment: Segment, entry: Entry, start: int, stop: int, what: str
+) -> NDArray[np.uint8]:
+    """Return the bytes of a column from `start` to `stop`, checked: (N,) uint8."""
+    whole, sums = entry.size, entry.checksum
+    block = BLOCK if isinstance(sums, list) else max(whole, 1)
+    sums = sums if isinstance(sums, list) else [sums]
+    first, last = start // block, -(-stop // block)
+    begin, end = first * block, min(last * block, whole)
+    if segment.file:
+        ends = entry.begin + begin, entry.begin + end
+        content = segment_files.shelf_of(segment.place).read(segment.file, *ends)
+    else:
+        content = _stored_content(connection, segment, entry, what)[begin:end]
+    for number in range(first, last):
+        at = number * block - begin
+        if bytes_checksum(content[at : at + block].data) != sums[number]:
+            raise Distrust(f"damaged: {what}{_in_file(segment)}")
+    return content[start - begin : stop - begin]
+
+
+def _stored_content(
+    connection: Link | None, segment: Segment, entry: Entry, what: str
+) -> NDArray[np.uint8]:
+    """Return the bytes of a column that is a row: (N,) uint8."""
+    assert connection is not None
+    asked = (
+        "SELECT content FROM segment_column "
+        "WHERE segment_id = :segment AND part = :part AND name = :name"
+    )
+    values = {"segment": segment.id, "part": entry.part, "name": entry.name}
+    with _distrusting_damage(what):
+        (content,) = ask(connection, asked, values).fetchone() or (None,)
+    if not isinstance(content, bytes) or len(content) != entry.size:
+        raise Distrust(f"damaged: {what}")
+    return np.frombuffer(content, np.uint8)
+
+
+def _in_file(segment: Segment) -> str:
+    return f" ({segment.place.rstrip('/')}/{segment.file})" if segment.file else ""
+
+
+def check_files(spine: Spine) -> None:
+    """Check that the files of segments are what their names say."""
+    faults = []
+    for one in spine.segments:
+        if one.file:
+            try:
+                segment_files.shelf_of(one.place).check(one.file)
+            except segment_files.Unreachable:
+                raise
+            except Distrust as fault:
+                faults.append(fault.found.removeprefix("damaged: "))
+    if faults:
+        raise Distrust(f"damaged: {'; '.join(faults)}")
 
 
 def read_roster(connection: Link, segment: Segment) -> Roster:
@@ -222,7 +306,7 @@ def read_roster(connection: Link, segment: Segment) -> Roster:
     return Roster(*(columns[name].astype(type) for name, type in ROSTER.items()))
 
 
-def read_counts(connection: Link, segment: Segment, part: str) -> NDArray[np.int64]:
+def read_counts(connection: Link | None, segment: Segment, part: str) -> NDArray[np.int64]:
     """Return how many symbols of a part each capture of a segment has, dead ones too."""
     if (part, "counts") not in segment.entries:
         return np.zeros(segment.captures, np.int64)
@@ -233,27 +317,37 @@ def read_counts(connection: Link, segment: Segment, part: str) -> NDArray[np.int
 
 
 def read_columns(
-    connection: Link,
+    connection: Link | None,
     segment: Segment,
     part: str,
     more: Collection[str] = EXTRA,
     tick: Callable[[], None] = no_tick,
+    captures: tuple[int, int] | None = None,
 ) -> Columns:
     """Return the columns of a part in the captures of a segment, dead ones too.
 
-    `more` names which of `lanindex.model.columns.EXTRA` are wanted, too.
+    `more` names which of `lanindex.model.columns.EXTRA` are wanted, too. `captures` are the places
+    of the first capture that is wanted and of the first that is not; of the symbols of all others
+    a file is not read. A segment that has one needs no connection.
     """
-    names = ["cell", "runner", "margin", "start", "length", "gaps"]
+    names = ["cell", "runner", "margin", "start", "length"]
     names += ["amount"] * has_amount(part) + [name for name in extras_of(part) if name in more]
+    bounds = np.concatenate([[0], read_counts(connection, segment, part)]).cumsum(dtype=np.int64)
+    first, last = captures or (0, segment.captures)
+    rows = None if captures is None else (int(bounds[first]), int(bounds[last]))
     held = dict[str, NDArray[Any]]()
     for name in names:
         tick()
-        column = read_column(connection, segment, part, name)
+        column = read_column(connection, segment, part, name, rows)
         held[name] = column.astype(_TYPES[name], copy=False)
-    bounds = np.concatenate([[0], read_counts(connection, segment, part)]).cumsum(dtype=np.int64)
-    if {len(column) for name, column in held.items() if name != "gaps"} != {bounds[-1].item()}:
+    bounds = bounds[first : last + 1] - bounds[first]
+    if {len(column) for column in held.values()} != {bounds[-1].item()}:
         raise Distrust(f"damaged: the columns of {part} are not of one length")
-    stop, seen = held.pop("length") + held["start"], held.pop("gaps")
+    seen = read_column(connection, segment, part, "gaps").astype(_TYPES["gaps"], copy=False)
+    if captures is not None:
+        begin, end = np.searchsorted(seen[:, 0], captures)
+        seen = seen[begin:end] - np.array([first, 0, 0], np.int32)
+    stop = held.pop("length") + held["start"]
     return Columns(part, bounds, stop=stop, seen=seen, **held)
 
 
@@ -274,20 +368,109 @@ def put(connection: Link, roster: Roster, texts: Texts, columns: Iterable[Column
     """Write a segment."""
     begin = "INSERT INTO segment (captures, symbols, listing, checksum) VALUES (0, 0, '', 0)"
     ((number,),) = ask(connection, f"{begin} RETURNING id").fetchall()
-    named: dict[str, NDArray[Any]] = {name: getattr(roster, name) for name in ROSTER}
-    for name in TEXTS:
-        text = json.dumps(list(texts[name]), ensure_ascii=False)
-        named[name] = np.frombuffer(text.encode("utf-8", "surrogatepass"), np.uint8)
-    entries, symbols = _write_columns(connection, number, "", named), 0
-    for one in columns:
-        if not one.blank:
-            entries += _write_columns(connection, number, one.part, _arrays(one))
-            symbols += len(one)
-    listing = json.dumps(entries)
-    values = {"captures": len(roster), "symbols": symbols, "listing": listing}
-    values |= {"checksum": checksum(*values.values()), "id": number}
+    entries, symbols = list[Entry](), 0
+
+    def parts() -> Iterator[tuple[str, Mapping[str, NDArray[Any]]]]:
+        nonlocal symbols
+        named: dict[str, NDArray[Any]] = {name: getattr(roster, name) for name in ROSTER}
+        for name in TEXTS:
+            text = json.dumps(list(texts[name]), ensure_ascii=False)
+            named[name] = np.frombuffer(text.encode("utf-8", "surrogatepass"), np.uint8)
+        yield "", named
+        for one in columns:
+            if not one.blank:
+                symbols += len(one)
+                yield one.part, _arrays(one)
+
+    def contents() -> Iterator[tuple[str, str, memoryview]]:
+        end = 0
+        for part, arrays in parts():
+            for name, array in arrays.items():
+                stored = array.astype(_smallest_type(array), order="C", copy=False)
+                content = stored.reshape(-1).view(np.uint8).data
+                end, sums = segment_files.begin_of(end), _checksums(content)
+                entries.append(Entry(part, name, stored.dtype.str, array.size, sums, end))
+                end += len(content)
+                yield part, name, content
+
+    place = segment_files.current_place(connection)
+    file = _keep(connection, place, number, contents())
+    _describe(connection, number, len(roster), symbols, entries, file)
+
+
+def _checksums(content: memoryview) -> int | list[int]:
+    """Return the checksums of a column's blocks; of one alone that of all of it."""
+    sums = [
+        bytes_checksum(content[at : at + BLOCK]) for at in range(0, max(len(content), 1), BLOCK)
+    ]
+    return sums if len(sums) > 1 else sums[0]
+
+
+def _keep(
+    connection: Link, place: str, number: int, contents: Iterable[tuple[str, str, memoryview]]
+) -> str | None:
+    """Write the columns of a segment, and return the name of their file; None: they are rows."""
+    if place:
+        return segment_files.shelf_of(place).write(content for *_, content in contents)
+    names = ["segment_id", "part", "name", "content"]
+    for part, name, content in contents:
+        insert(connection, "segment_column", names, [(number, part, name, content)])
+    return None
+
+
+def _describe(
+    connection: Link,
+    number: int,
+    captures: int,
+    symbols: int,
+    entries: Sequence[Entry],
+    file: str | None,
+) -> None:
+    """Fill the row of a segment."""
+    values: dict[str, Any] = {"captures": captures, "symbols": symbols}
+    values |= {"listing": json.dumps(entries), "file": file}
+    values |= {"checksum": _row_checksum(*values.values()), "id": number}
     changes = ", ".join([f"{name} = :{name}" for name in values])
     ask(connection, f"UPDATE segment SET {changes} WHERE id = :id", values)
+
+
+def move(connection: Link, where: str) -> None:
+    """Keep all columns in files at a place, or (empty) in the database; they stay as they are.
+
+    Of none the old ones are dropped before the new file has been checked.
+    """
+    place = segment_files.absolute_place(connection, where) if where else ""
+    written = list[str]()
+    try:
+        for one in read_spine(connection).segments:
+            if (one.place if one.file else "") != place:
+                written += _move_segment(connection, one, place)
+    except BaseException:
+        for name in written:
+            with suppress(LibraryError):
+                segment_files.shelf_of(place).remove(name)
+        raise
+    segment_files.set_place(connection, where)
+
+
+def _move_segment(connection: Link, segment: Segment, place: str) -> list[str]:
+    """Move the columns of a segment, and return the name of their new file, if there is one."""
+    end, entries = 0, list[Entry]()
+    for one in segment.entries.values():
+        entries.append(one._replace(begin=segment_files.begin_of(end)))
+        end = entries[-1].begin + one.size
+
+    def contents() -> Iterator[tuple[str, str, memoryview]]:
+        for part, name in segment.entries:
+            content = read_column(connection, segment, part, name).reshape(-1)
+            yield part, name, content.view(np.uint8).data
+
+    file = _keep(connection, place, segment.id, contents())
+    if file is not None:
+        segment_files.shelf_of(place).check(file)
+    _drop_contents(connection, [segment])
+    _describe(connection, segment.id, segment.captures, segment.symbols, entries, file)
+    return [] if file is None else [file]
 
 
 def _arrays(columns: Columns) -> dict[str, NDArray[Any]]:
@@ -297,19 +480,6 @@ def _arrays(columns: Columns) -> dict[str, NDArray[Any]]:
         arrays[name] = getattr(columns, name)
     arrays |= {"length": columns.stop - columns.start, "gaps": columns.seen}
     return {name: array for name, array in arrays.items() if array is not None and array.size}
-
-
-def _write_columns(
-    connection: Link, segment: int, part: str, arrays: Mapping[str, NDArray[Any]]
-) -> list[Entry]:
-    entries, rows = [], []
-    for name, array in arrays.items():
-        stored = array.astype(_smallest_type(array), order="C", copy=False)
-        content = stored.reshape(-1).view(np.uint8).data
-        rows.append((segment, part, name, content))
-        entries.append(Entry(part, name, stored.dtype.str, array.size, bytes_checksum(content)))
-    insert(connection, "segment_column", ["segment_id", "part", "name", "content"], rows)
-    return entries
 
 
 def _smallest_type(array: NDArray[Any]) -> np.dtype[Any]:
@@ -324,10 +494,20 @@ def drop_part(connection: Link, segments: Iterable[Segment], part: str) -> None:
     ask(connection, statement, [{"segment": one.id, "part": part} for one in segments])
 
 
-def drop(connection: Link, segments: Iterable[Segment]) -> None:
+def _drop_contents(connection: Link, segments: Sequence[Segment]) -> None:
+    """Delete the columns of some segments; files go later, see `segment_files.collect`."""
+    for one in segments:
+        if one.file:
+            segment_files.retire(connection, one.place, [one.file])
+        else:
+            statement = "DELETE FROM segment_column WHERE segment_id = :segment"
+            ask(connection, statement, {"segment": one.id})
+
+
+def drop(connection: Link, segments: Sequence[Segment]) -> None:
     """Delete some segments, and marks of dead captures that no segment holds any more."""
+    _drop_contents(connection, segments)
     numbers = [{"segment": one.id} for one in segments]
-    ask(connection, "DELETE FROM segment_column WHERE segment_id = :segment", numbers)
     ask(connection, "DELETE FROM segment WHERE id = :segment", numbers)
     held = "SELECT 1 FROM segment WHERE id <= segment_dead.segment_id"
     ask(connection, f"DELETE FROM segment_dead WHERE NOT EXISTS ({held})")
@@ -336,6 +516,8 @@ def drop(connection: Link, segments: Iterable[Segment]) -> None:
 def begin_anew(connection: Link) -> None:
     """Delete all segments, and mark all captures as pending."""
     stamp = read.read_state(connection).stamp
+    files = first_values(ask(connection, "SELECT file FROM segment WHERE file IS NOT NULL"))
+    segment_files.retire(connection, segment_files.current_place(connection), map(str, files))
     for table in ("segment_column", "segment", "segment_dead", "segment_pending"):
         ask(connection, f"DELETE FROM {table}")
     if numbers := read.capture_numbers(connection):

@@ -43,7 +43,7 @@ has, (C,), and `Columns.seen`, (G, 3)."""
 
 
 def count(connection: Link, spine: Spine, size: int) -> Stats:
-    """Count what a library holds that is a file of `size` bytes."""
+    """Count what a library holds that is a file of `size` bytes, and perhaps files of segments."""
     frames, seconds, known = 0, Fraction(), defaultdict[str, Fraction](Fraction)
     parts, labels, profiles, formats = (Counter[str]() for _ in range(4))
     for roster, alive, texts, by_part in _pieces(connection, spine):
@@ -76,7 +76,7 @@ def count(connection: Link, spine: Spine, size: int) -> Stats:
         frames=frames,
         symbols=parts.total(),
         seconds=float(seconds),
-        size=size,
+        size=size + sum(one.bytes for one in spine.segments),
         parts=dict(sorted(parts.items())),
         coverage=coverage,
         labels=dict(sorted(labels.items())),

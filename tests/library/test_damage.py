@@ -47,6 +47,8 @@ def whole(tmp_path):
         library.store.cache.compact()
         again = library.score(2)
         library.store.add("1.bvh", again, format="bvh", sha256=f"{1:064}", encoding=ENCODING)
+    with sql(tmp_path / "whole.db") as connection:
+        connection.execute("INSERT INTO segment_old VALUES (?, 'x', 0)", (str(tmp_path),))
     return tmp_path / "whole.db"
 
 

@@ -103,7 +103,7 @@ ROWS["0003"] = [
     "INSERT INTO segment_pending VALUES (1)",
     *ROWS["0002"][1:],
 ]
-ROWS["0004"] = ROWS["0003"]
+ROWS["0005"] = ROWS["0004"] = ROWS["0003"]
 """The same content in the tables of each revision."""
 
 
@@ -118,10 +118,10 @@ def next_revision(tmp_path, monkeypatch):
     """Give the program one more revision, which rebuilds two tables."""
     folder = tmp_path / "100% migrations"
     shutil.copytree(migrate.scripts(), folder)
-    (folder / "versions" / "0005_note.py").write_text(
+    (folder / "versions" / "0006_note.py").write_text(
         "import sqlalchemy as sa\n"
         "from alembic import op\n"
-        "revision, down_revision = '0005', '0004'\n"
+        "revision, down_revision = '0006', '0005'\n"
         "def upgrade():\n"
         "    for name in ('capture', 'track'):\n"
         "        with op.batch_alter_table(name, recreate='always') as table:\n"
@@ -129,7 +129,7 @@ def next_revision(tmp_path, monkeypatch):
     )
     monkeypatch.setattr(migrate, "_FOLDERS", (folder,))
     for module in (migrate, importlib.import_module("lanindex.library.connect")):
-        monkeypatch.setattr(module, "REVISION", "0005")
+        monkeypatch.setattr(module, "REVISION", "0006")
     return folder
 
 
@@ -137,10 +137,10 @@ def test_rebuilding_a_table_keeps_what_hangs_on_it(tmp_path, request):
     path = tmp_path / "a.db"
     fill(path, 3)
     request.getfixturevalue("next_revision")
-    with pytest.raises(LibraryVersionError, match=r"revision 0004, wanted 0005.*db upgrade"):
+    with pytest.raises(LibraryVersionError, match=r"revision 0005, wanted 0006.*db upgrade"):
         Store.open(path)
     assert migrate.status(path).state == "older"
-    assert migrate.upgrade(path).revision == "0005"
+    assert migrate.upgrade(path).revision == "0006"
     with Store.open(path) as library:
         for number in (1, 2, 3):
             assert_same_score(library.score(number), sample_score(number - 1))
@@ -152,12 +152,12 @@ def test_an_upgrade_that_fails_changes_nothing(tmp_path, request):
     fill(path, 2)
     before = tables(path)
     folder = request.getfixturevalue("next_revision")
-    script = folder / "versions" / "0005_note.py"
+    script = folder / "versions" / "0006_note.py"
     script.write_text(script.read_text() + "    op.execute('DELETE FROM track')\n")
     with pytest.raises(LibraryError, match="rows would hang on nothing"):
         migrate.upgrade(path)
     assert tables(path) == before
-    assert migrate.status(path).revision == "0004"
+    assert migrate.status(path).revision == "0005"
 
 
 def test_an_upgrade_says_nothing_by_itself(tmp_path, request, capfd, caplog):

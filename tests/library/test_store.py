@@ -118,7 +118,7 @@ def test_what_is_removed_is_gone(library):
         library.score(numbers[0])
     library.remove(numbers[1])
     for table in schema.tables.sorted_tables:
-        left = [] if table is not schema.state else [(1, 4, 0, 0, 4)]
+        left = [] if table is not schema.state else [(1, 4, 0, 0, 4, None)]
         assert library.session.connection.execute(sqlalchemy.select(table)).all() == left
 
 

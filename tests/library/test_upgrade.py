@@ -40,7 +40,7 @@ def rows(path, question=SYMBOLS):
 
 
 def test_an_old_library_is_refused_before_it_is_upgraded(old):
-    with pytest.raises(LibraryVersionError, match="revision 0001, wanted 0004"):
+    with pytest.raises(LibraryVersionError, match="revision 0001, wanted 0005"):
         Library.open(old)
 
 
@@ -95,7 +95,7 @@ def test_what_an_earlier_method_wrote_down_is_written_down_anew(old, tmp_path, r
 def test_an_upgrade_makes_the_file_small(old):
     before = os.path.getsize(old)
     migrate.upgrade(old)
-    assert os.path.getsize(old) < before / 1.1  # with empty tables, which take a page each
+    assert os.path.getsize(old) < before / 1.05  # with empty tables, which take a page each
 
 
 def test_numbers_go_on_after_an_upgrade(old):
