@@ -595,6 +595,19 @@ class TestOthers:
         assert filled("db", "check").returncode == 0
         assert filled("db", "upgrade").returncode == 0
 
+    def test_db_segments(self, filled, place: Path) -> None:
+        before = filled("search", "r_arm any")
+        assert filled("db", "segments").stdout == "lanindex.db: columns in the library\n"
+        told = filled("db", "segments", "cols").stdout
+        assert told.startswith(f"lanindex.db: columns in {place / 'cols'}, 1 file, 0.0 MB")
+        after = filled("search", "r_arm any")
+        assert (after.stdout, after.stderr) == (before.stdout, before.stderr)
+        assert len(list((place / "cols").iterdir())) == 1
+        refused(filled("db", "segments", "nowhere://x"), "cannot be reached")
+        refused(filled("db", "segments", "cols", "--inside"), "--inside")
+        assert filled("db", "segments", "--inside").stdout.endswith("in the library\n")
+        assert list((place / "cols").iterdir()) == []
+
     def test_columns_that_another_program_made_untrue(self, filled, place: Path) -> None:
         told = filled("db", "status").stdout
         assert re.search(r"^columns: \d+ symbols in 1 segment$", told, re.MULTILINE)

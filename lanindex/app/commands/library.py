@@ -241,7 +241,34 @@ def check(db: options.Db = options.DB, *, out: options.DbOut) -> int:
     return bool(damage)
 
 
-db = {"status": status, "upgrade": upgrade, "check": check}
+def segments(
+    where: str | None = options.argument(
+        None, "FOLDER|URL", "Where to keep the columns; a folder is named from the library's own."
+    ),
+    inside: bool = flag("--inside", "Keep the columns in the library again."),
+    db: options.Db = options.DB,
+    *,
+    out: options.DbOut,
+) -> None:
+    """Say where the columns are, or keep them elsewhere, for many machines to read.
+
+    What searches read is then in files that never change: in a folder, or in a bucket that fsspec
+    knows (pip install 'lanindex[remote]'). A place belongs to one library. Machines keep copies of
+    a bucket's files in ~/.cache/lanindex, or where LANINDEX_CACHE says.
+    """
+    exclusive("a folder or URL", where, {"--inside": inside})
+    from lanindex.library import migrate
+
+    if where or inside:
+        migrate.keep_columns(db, where or "", out.note)
+    place, files, size = migrate.files_of_columns(db)
+    if out.json:
+        return out.record({"library": db, "place": place or None, "files": files, "size": size})
+    told = f"{place}, {counted(files, 'file')}, {size / 1e6:.1f} MB" if place else "the library"
+    out.line(f"{db}: columns in {told}")
+
+
+db = {"status": status, "upgrade": upgrade, "check": check, "segments": segments}
 
 
 def _print_status(out: Output, status: Status) -> None:
