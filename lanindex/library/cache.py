@@ -120,17 +120,21 @@ class ColumnCache:
             fault = error.found
         if result is not None and not fault:
             return result
-        with self._mending:
-            if held.stamp != self._mended_at:
-                self._note(f"were {fault}" if fault else f"lack {pending} of its captures")
-                self._mend(fault)
-                self._mended_at = held.stamp
+        self.mend(held.stamp, fault, pending)
         with self._session.reading() as connection:
             held = self._current(connection)
             try:
                 return self._load(connection, held, parts, extra, tick)
             except Distrust:
                 return self._load(connection, held, parts, extra, tick, trusted=False)
+
+    def mend(self, stamp: int, fault: str, pending: int) -> None:
+        """Mend segments that have a fault or lack captures, once while the stamp is this."""
+        with self._mending:
+            if stamp != self._mended_at:
+                self._note(f"were {fault}" if fault else f"lack {pending} of its captures")
+                self._mend(fault)
+                self._mended_at = stamp
 
     def _current(self, connection: Link) -> _Held:
         """Return what is held of the library as it is now; forget what was read before."""

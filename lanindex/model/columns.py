@@ -6,7 +6,7 @@ all captures follow each other; `Columns.bounds` tells where each capture's begi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -187,6 +187,38 @@ class Columns:
         seen[:, 0] = np.repeat(np.arange(len(places)), np.diff(seen_bounds))
         columns = {name: getattr(self, name)[rows] for name in self.rows}
         return Columns(self.part, bounds, **columns, seen=seen)
+
+    def between(self, first: int, last: int) -> Columns:
+        """Return the columns of captures that follow each other, ``[first, last)``: as views."""
+        bounds = self.bounds[first : last + 1]
+        rows = {name: getattr(self, name)[bounds[0] : bounds[-1]] for name in self.rows}
+        seen = self.seen[slice(*np.searchsorted(self.seen[:, 0], (first, last)))]
+        seen = seen - np.array([first, 0, 0], np.int32)
+        return Columns(self.part, bounds - bounds[0], **rows, seen=seen)
+
+    def prints(self, extras: Collection[str]) -> NDArray[np.uint64]:
+        """Return a number for each capture, (C,), that any other rows or ranges would change.
+
+        Of the fields of `EXTRA`, only `extras` count.
+        """
+        names = [name for name in self.rows if name not in EXTRA or name in extras]
+        fields = [getattr(self, name) for name in names]
+        seen = np.searchsorted(self.seen[:, 0], np.arange(len(self.bounds)))
+        found: NDArray[np.uint64] = _mixed(self.bounds, fields)
+        return found ^ _mixed(seen, [self.seen[:, 1], self.seen[:, 2]]) * _FACTOR
+
+
+_FACTOR = np.uint64(0x9E3779B97F4A7C15)
+
+
+def _mixed(bounds: NDArray[np.int64], fields: Sequence[NDArray[Any]]) -> NDArray[np.uint64]:
+    """Return a number for each stretch of rows, (D,); `bounds` (D + 1,) as of `Columns`."""
+    places = np.arange(1, bounds[-1] + 1) - np.repeat(bounds[:-1], np.diff(bounds))
+    mixed = places.astype(np.uint64) * _FACTOR
+    for values in fields:
+        mixed = (mixed ^ mixed >> np.uint64(29) ^ values.astype(np.int64).view(np.uint64)) * _FACTOR
+    sums = np.append(np.uint64(0), np.cumsum(mixed ^ mixed >> np.uint64(32), dtype=np.uint64))
+    return sums[bounds[1:]] - sums[bounds[:-1]]
 
 
 def enrolled(rosters: Sequence[Roster]) -> Roster:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from lanindex.pipeline.movement import Movement
     from lanindex.pipeline.prepare import Outcome
     from lanindex.pipeline.search import SearchOptions
+    from lanindex.pipeline.spread import Spread
     from lanindex.search.explain.advice import Advice
     from lanindex.search.explain.english import Explanation
     from lanindex.search.explain.why import Trace
@@ -97,6 +98,7 @@ class Library:
     def __init__(self, store: Store, words: str | os.PathLike[str] | None = None) -> None:
         self.store, self.words = store, words
         self.refused: list[LanindexError] = []
+        self.spread: Spread | None = None
         self._jobs: WeakSet[Job[Any]] = WeakSet()
 
     @classmethod
@@ -451,9 +453,12 @@ class Library:
         found: Found | None = None,
     ) -> tuple[Hits, Hits | Counts]:
         """Return the hits of a search, and what the stages of its pipe make of them."""
-        from lanindex.pipeline.search import search
+        from lanindex.pipeline import search, shards
         from lanindex.search.match.finder import NARROWER
 
+        find = search.search
+        if self.spread is not None:
+            find = partial(shards.search, self.spread)
         tick = partial(progress, "captures", 0, 0)
         query, numbers = self._query(pattern, selection, strict, tick)
         best = options.best
@@ -461,7 +466,7 @@ class Library:
             options = replace(options, best=None)
         with deadline(progress, timeout, "search", NARROWER) as told:
             watch = partial(told, "captures")
-            hits = search(self.store, query, numbers, options, watch, refused, note, found)
+            hits = find(self.store, query, numbers, options, watch, refused, note, found)
             hits = hits.of(str(pattern))
             tick = partial(told, "hits", 0, len(hits))
             if query.stages:

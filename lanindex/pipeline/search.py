@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
@@ -13,9 +13,11 @@ from os import PathLike
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lanindex.alphabet import FACING, TRACKS, mirrored_part
+from lanindex.alphabet import FACING, MEASURES, TRACKS, mirrored_part
 from lanindex.errors import LanindexError, LibraryError, OutOfMemoryError, PatternError, UsageError
+from lanindex.library.connect import Session
 from lanindex.library.store import Store
 from lanindex.model import Capture, Score, Symbol, Track
 from lanindex.model.columns import STARTING, columns_of, roster_of
@@ -30,8 +32,9 @@ from lanindex.search.match.finder import NARROWER, Finder, Recording, Watch, fin
 if TYPE_CHECKING:
     from lanindex.model.columns import Columns, Roster
     from lanindex.search.explain.advice import Advice, HitCounts
-    from lanindex.search.fuzzy import Allowance
+    from lanindex.search.fuzzy import Allowance, FuzzyHits
     from lanindex.search.language.query import Query
+    from lanindex.search.match import ExactHits
     from lanindex.search.match.finder import Recordings
 
 NEAR = 250
@@ -88,8 +91,24 @@ class SearchOptions:
         found: Found | None = None,
     ) -> Hits:
         """Find a query in columns; errors of captures that are too rich for it go to `refused`."""
+        finder = self.finder(query, roster, columns, recordings)
+        return self.found_by(finder, watch, refused, found)
+
+    def finder(
+        self, query: Query, roster: Roster, columns: Mapping[str, Columns], recordings: Recordings
+    ) -> Finder:
+        """Return what finds a query in columns, and makes objects of its hits."""
         query = replace(query, near=self.near)
-        finder = Finder(query, roster, columns, recordings, self.tolerance, self.memory)
+        return Finder(query, roster, columns, recordings, self.tolerance, self.memory)
+
+    def found_by(
+        self,
+        finder: Finder,
+        watch: Watch,
+        refused: list[LanindexError],
+        found: Found | None = None,
+    ) -> ExactHits | FuzzyHits:
+        """Return what a finder finds; errors as of `find`."""
         if self.allowance is None:
             return finder.find(self.overlaps, watch, self.best, refused, found=found)
         from lanindex.search import fuzzy
@@ -148,26 +167,46 @@ def search(
     extras = extras_in(query)
     tick = partial(watch, 0, 0)  # how many captures there are is not known yet
     roster, columns = store.columns(query.parts, numbers, more=extras, tick=tick)
-    if len(roster) and (absent := _absent_parts(columns)):
+    unmeasured = count_unmeasured(len(roster), columns, extras)
+    note_lacking(note, query, len(roster), moving_parts(columns), unmeasured)
+    rich: list[LanindexError] = []
+    with out_of_memory(store.place):
+        recordings = recordings_of(store, partial(match_columns, roster, columns), roster.number)
+        hits = options.find(query, roster, columns, recordings, watch, rich, found)
+        note_refused_captures(note, rich, refused)
+    return hits
+
+
+@contextmanager
+def out_of_memory(place: str) -> Iterator[None]:
+    """Raise a search's lack of memory as an error that tells what to do."""
+    with suppress(MemoryError):  # which is gone at the end of this, and so is what it held
+        yield
+        return
+    raise OutOfMemoryError("the search ran out of memory", place=place, remedy=NARROWER)
+
+
+def note_lacking(
+    note: Callable[[str], None],
+    query: Query,
+    captures: int,
+    moving: Collection[str],
+    unmeasured: int,
+) -> None:
+    """Note what a query asks of captures, and none or few of them tell."""
+    if captures and (absent := _absent_parts(query.parts, moving)):
         palms = any(part in FACING for part in absent)
         hint = ": few captures tell where palms face (lanindex inspect FILE)" if palms else ""
         note(f"no capture that was searched has symbols of {', '.join(absent)}{hint}")
-    measures = extras - {"swings"}
-    if count := _count_unmeasured(len(roster), columns, measures):
+    if unmeasured:
+        measures = " or ".join(sorted(extras_in(query) - {"swings"}))
         note(
-            f"{count} of {len(roster)} captures tell no {' or '.join(sorted(measures))}: they came "
+            f"{unmeasured} of {captures} captures tell no {measures}: they came "
             "as scores, or from an earlier version, and want to be ingested anew"
         )
-    rich: list[LanindexError] = []
-    with suppress(MemoryError):  # which is gone at the end of this, and so is what it held
-        recordings = _recordings(store, roster, columns)
-        hits = options.find(query, roster, columns, recordings, watch, rich, found)
-        _note_refused_captures(note, rich, refused)
-        return hits
-    raise OutOfMemoryError("the search ran out of memory", place=store.place, remedy=NARROWER)
 
 
-def _note_refused_captures(
+def note_refused_captures(
     note: Callable[[str], None], errors: Sequence[LanindexError], refused: list[LanindexError]
 ) -> None:
     """Note errors of captures that are too rich for a pattern, and keep them."""
@@ -183,20 +222,23 @@ def too_rich(errors: Sequence[LanindexError]) -> Iterator[str]:
         yield f"{len(more)} more captures are too rich for this pattern"
 
 
-def _absent_parts(columns: Mapping[str, Columns]) -> list[str]:
+def moving_parts(columns: Mapping[str, Columns]) -> set[str]:
+    """Return the parts that have symbols."""
+    return {part for part, one in columns.items() if len(one)}
+
+
+def _absent_parts(parts: Collection[str], moving: Collection[str]) -> list[str]:
     """Return the parts without symbols in any capture; of a pair, only if both sides have none."""
-    blank = {part for part, one in columns.items() if not len(one)}
-    moving = columns.keys() - blank
+    blank = {*parts}.difference(moving)
     return [part for part in TRACKS if part in blank and mirrored_part(part) not in moving]
 
 
-def _count_unmeasured(
-    captures: int, columns: Mapping[str, Columns], measures: Collection[str]
-) -> int:
-    """Count the captures whose movements of some parts all lack these measures."""
+def count_unmeasured(captures: int, columns: Mapping[str, Columns], extras: Collection[str]) -> int:
+    """Count the captures whose movements of some parts all lack the measures of `extras`."""
     moving, known = np.zeros(captures, np.bool_), np.zeros(captures, np.bool_)
     for one in columns.values():
-        held = [getattr(one, name) for name in measures if getattr(one, name) is not None]
+        held = [getattr(one, name) for name in MEASURES if name in extras]
+        held = [values for values in held if values is not None]
         if held:
             owner = np.repeat(np.arange(captures), np.diff(one.bounds))
             moving[owner[one.cell < STARTING]] = True
@@ -204,31 +246,36 @@ def _count_unmeasured(
     return int((moving & ~known).sum())
 
 
-def _recordings(store: Store, roster: Roster, columns: Mapping[str, Columns]) -> Recordings:
+Matching = Callable[[Sequence[int], Collection[str], Sequence[Recording]], bool]
+"""Returns whether captures, by their places in a roster, are as they were when they were searched,
+and so are their tracks of some parts."""
+
+
+def recordings_of(store: Store, matching: Matching, numbers: NDArray[np.int64]) -> Recordings:
     """Return what fetches captures with some of their tracks, by their places in a roster.
 
-    They are compared with the columns: a hit refers to rows, and these may be others by now, since
-    the library has changed or is damaged.
+    They are compared with what was searched: a hit refers to rows, and these may be others by now,
+    since the library has changed or is damaged. `numbers` (C,) are those of the roster.
     """
 
     def recordings(places: Sequence[int], parts: Collection[str]) -> Sequence[Recording]:
-        wanted = roster.number[list(places)].tolist()
+        wanted = numbers[list(places)].tolist()
         with (
             nullcontext(store)
             if store.session.is_open
-            else type(store).open(store.place, readonly=True) as opened
+            else type(store)(Session(store.session.target, readonly=True)) as opened
         ):
             found: list[Recording]
             if parts:
                 found = list(opened.tracks(wanted, parts, listed=False))
             else:
                 found = [(capture, {}) for capture in opened.captures_numbered(wanted)]
-            if _match_columns(roster, columns, places, parts, found):
+            if matching(places, parts, found):
                 return found
             # listed once more, which raises an error where a track is damaged
             held = {one.id: (one, tracks) for one, tracks in opened.tracks(wanted, parts)}
         same = [
-            one in held and _match_columns(roster, columns, [place], parts, [held[one]])
+            one in held and matching([place], parts, [held[one]])
             for place, one in zip(places, wanted, strict=True)
         ]
         raise LibraryError(
@@ -240,7 +287,7 @@ def _recordings(store: Store, roster: Roster, columns: Mapping[str, Columns]) ->
     return recordings
 
 
-def _match_columns(
+def match_columns(
     roster: Roster,
     columns: Mapping[str, Columns],
     places: Sequence[int],
@@ -319,7 +366,7 @@ def suggest(
         advice = Advice(str(query), remark=f"There is no capture{fitting}.")
     if elsewhere and elsewhere[0]:
         advice = replace(advice, left_out=(LeftOut("", *elsewhere), *advice.left_out))
-    _note_refused_captures(store.session.note, list(rich.values()), refused)
+    note_refused_captures(store.session.note, list(rich.values()), refused)
     return advice
 
 

@@ -10,14 +10,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import LanindexError, UsageError
-from lanindex.model import Hit, Span, Symbol
-from lanindex.model.columns import CELL, THOUSANDTHS, Columns, ranges
+from lanindex.model import Capture, Hit, Span, Symbol
+from lanindex.model.columns import CELL, THOUSANDTHS, Columns, Roster, ranges
 from lanindex.search.hits import Found, Hits
 from lanindex.search.language import query as tree
 from lanindex.search.language.words import BESIDE_CELLS, WORD_KINDS
@@ -505,7 +505,17 @@ def find(
     not the best. The fit of hits without an edit is half the smallest margin of their symbols above
     1/2; of others half that of the symbols without an edit, lowered in proportion to the edits.
     """
-    query = finder.query
+    search = FuzzySearch(finder, plans_of(finder.query, allowance), overlaps, found=found)
+    with finder.searching(watch, refused):
+        if any(one.branches for one in search.plans):
+            search.exact_hits = search.find_exactly(finder.query)
+            hits = search.all_hits()
+            return hits if best is None else hits.by_fit(best)[:best]
+        return search.all_hits() if best is None else search.best(best)
+
+
+def plans_of(query: tree.Query, allowance: Allowance) -> list[FuzzyPlan]:
+    """Return the plans of a query; a `UsageError` where it has no edits."""
     if query.rhythm or query.where:
         raise UsageError(
             'a fuzzy search cannot count edits in "where" and "rhythm"',
@@ -519,14 +529,7 @@ def find(
     ]
     for number, net in enumerate(net for one in plans for net in one.nets):
         net.number = number
-
-    search = _Search(finder, plans, overlaps, found=found)
-    with finder.searching(watch, refused):
-        if any(one.branches for one in plans):
-            search.exact_hits = search.find_exactly(query)
-            hits = search.all_hits()
-            return hits if best is None else hits.by_fit(best)[:best]
-        return search.all_hits() if best is None else search.best(best)
+    return plans
 
 
 def _opened(pattern: tree.Choice) -> tree.Choice:
@@ -545,7 +548,7 @@ def _opened(pattern: tree.Choice) -> tree.Choice:
 
 
 @dataclass
-class _Search:
+class FuzzySearch:
     """A search for some plans; `finder` holds the captures, `exact_hits` are exact hits to add."""
 
     finder: Finder
@@ -554,11 +557,42 @@ class _Search:
     exact_hits: ExactHits | None = None
     found: Found | None = None
 
+    @property
+    def roster(self) -> Roster:
+        """The captures."""
+        return self.finder.roster
+
+    def captures(self, places: Sequence[int]) -> list[Capture]:
+        """Return captures by their places in the roster."""
+        return self.finder.captures(places)
+
     @cached_property
-    def lines(self) -> list[tuple[FuzzyLine, int]]:
-        """All lines by their numbers, each with how many steps its plan has."""
+    def lines(self) -> list[FuzzyLine]:
+        """All lines by their numbers."""
         plans = [one.within(self.finder.columns, one.most) for one in self.plans]
-        return [(line, one.steps) for one in plans for sides in one.lines for line in sides]
+        return [line for one in plans for sides in one.lines for line in sides]
+
+    def hits(self, matches: FuzzyMatches, fit: NDArray[np.float64]) -> list[Hit]:
+        """Return matches as objects, of which each fits so well, (N,)."""
+        places = once(matches.capture)
+        fetched = self.finder.fetched(places.tolist())
+        batch, hits = self.finder.batch(places), list[Hit]()
+        listed: dict[tuple[int, str], list[Symbol]] = {}
+        for index, line_rows in enumerate(matches.line_rows.tolist()):
+            if self.exact_hits and line_rows[0][0] == len(self.lines):
+                hits.append(replace(self.exact_hits[line_rows[0][1]], fit=float(fit[index])))
+                continue
+            place, matched = int(matches.capture[index]), []
+            capture, tracks = fetched[place]
+            for number, first, last, *_ in (it for it in line_rows if it[0] >= 0):
+                line, part = self.lines[number], self.lines[number].net.part
+                if (place, part) not in listed:
+                    listed[place, part] = tracks[part].listed()
+                rows = line.rows(batch, int(np.searchsorted(places, place)), first, last)
+                matched.append(tuple(listed[place, part][row] for row, _ in rows))
+            span = Span(int(matches.low[index]), int(matches.high[index]))
+            hits.append(Hit(capture, span, float(fit[index]), tuple(matched)))
+        return hits
 
     def find_exactly(self, query: tree.Query, among: IntArray | None = None) -> ExactHits:
         """Return all exact hits, in some captures; None: in all."""
@@ -568,6 +602,7 @@ class _Search:
         return found
 
     def all_hits(self) -> FuzzyHits:
+        """Return all hits."""
         plans, pieces, hits = self._plans_within(BUCKETS), [NO_MATCHES], list[FuzzyHits]()
         for matches in self._hits_in(plans, self._possible(plans)):
             pieces.append(matches)
@@ -662,24 +697,41 @@ class _Search:
         begun = (matches.capture * FAR + matches.low)[matches.cost == 0]
         own = np.isin(exact.place, places) & ~np.isin(exact.place * FAR + exact.low, begun)
         indices = np.flatnonzero(own)
-        line_rows = np.full((len(indices), 1, 5), len(self.lines))
+        line_rows = np.full((len(indices), 1, 5), len(steps_of(self.plans)))
         line_rows[:, 0, 1] = indices  # the number behind all lines, and for a first row the place
         frames = exact.place[indices], exact.low[indices], exact.high[indices]
         return FuzzyMatches(*frames, 0 * indices, 0 * indices, line_rows)
 
 
+class Maker(Protocol):
+    """Makes objects of what a search for some plans found in the captures of a roster."""
+
+    plans: list[FuzzyPlan]
+    exact_hits: ExactHits | None
+
+    @property
+    def roster(self) -> Roster:
+        """The captures."""
+
+    def captures(self, places: Sequence[int]) -> list[Capture]:
+        """Return captures by their places in the roster."""
+
+    def hits(self, matches: FuzzyMatches, fit: NDArray[np.float64]) -> list[Hit]:
+        """Return matches as objects, of which each fits so well, (N,)."""
+
+
 class FuzzyHits(Hits):
     """The hits of a search as columns; each is made an object when it is asked for."""
 
-    def __init__(self, search: _Search, matches: FuzzyMatches) -> None:
-        captures_at, numbers = search.finder.captures, search.finder.roster.number
-        super().__init__(captures_at, numbers, matches.capture, matches.low, matches.high)
-        self._search, self._matches = search, matches
+    def __init__(self, maker: Maker, matches: FuzzyMatches) -> None:
+        columns = matches.capture, matches.low, matches.high
+        super().__init__(maker.captures, maker.roster.number, *columns)
+        self._maker, self._matches = maker, matches
 
     @cached_property
     def fit(self) -> NDArray[np.float64]:
         """As `fits` says."""
-        steps, found = np.array([*(it for _, it in self._search.lines), 1]), self._matches
+        steps, found = np.array([*steps_of(self._maker.plans), 1]), self._matches
         fit: NDArray[np.float64] = fits(found.cost, found.blur, steps[found.line_rows[:, 0, 0]])
         own, exact = self._exact_hits()
         fit[own] = (1 + exact.clear()) / 2 if exact else 0
@@ -702,34 +754,23 @@ class FuzzyHits(Hits):
     def _exact_hits(self) -> tuple[IntArray, ExactHits | None]:
         """Return which hits were found exactly, by place, and as such."""
         number, place = self._matches.line_rows[:, 0, :2].T
-        own, exact = np.flatnonzero(number == len(self._search.lines)), self._search.exact_hits
+        own = np.flatnonzero(number == len(steps_of(self._maker.plans)))
+        exact = self._maker.exact_hits
         return own, exact.arranged(place[own].tolist()) if exact else None
 
     def _subset(self, rows: AnyArray | slice) -> FuzzyHits:
-        return FuzzyHits(self._search, self._matches.at(rows))
+        return FuzzyHits(self._maker, self._matches.at(rows))
+
+    def told(self) -> tuple[FuzzyMatches, ExactHits | None]:
+        """Return the matches, and of the exact hits those that are among them."""
+        own, exact = self._exact_hits()
+        line_rows = self._matches.line_rows.copy()
+        line_rows[own, 0, 1] = np.arange(len(own))
+        return self._matches._replace(line_rows=line_rows), exact
 
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
-        lines, finder, exact = self._search.lines, self._search.finder, self._search.exact_hits
-        places = once(self.place[list(indices)])
-        fetched = finder.fetched(places.tolist())
-        batch, hits = finder.batch(places), list[Hit]()
-        listed: dict[tuple[int, str], list[Symbol]] = {}
-        for index in indices:
-            line_rows = self._matches.line_rows[index].tolist()
-            if exact and line_rows[0][0] == len(lines):
-                hits.append(replace(exact[line_rows[0][1]], fit=float(self.fit[index])))
-                continue
-            place, matched = int(self.place[index]), []
-            capture, tracks = fetched[place]
-            for number, first, last, *_ in (it for it in line_rows if it[0] >= 0):
-                line, part = lines[number][0], lines[number][0].net.part
-                if (place, part) not in listed:
-                    listed[place, part] = tracks[part].listed()
-                rows = line.rows(batch, int(np.searchsorted(places, place)), first, last)
-                matched.append(tuple(listed[place, part][row] for row, _ in rows))
-            span = Span(int(self.low[index]), int(self.high[index]))
-            hits.append(Hit(capture, span, float(self.fit[index]), tuple(matched)))
-        return hits
+        some = np.array(indices, np.int64)
+        return self._maker.hits(self._matches.at(some), self.fit[some])
 
 
 class FuzzyPlan(NamedTuple):
@@ -862,6 +903,11 @@ class FuzzyPlan(NamedTuple):
                 for part, row in symbols[index]
             )
         return disturbed
+
+
+def steps_of(plans: Sequence[FuzzyPlan]) -> list[int]:
+    """Return of each line, by its number, how many steps its plan has."""
+    return [one.steps for one in plans for _ in one.nets]
 
 
 def fits(cost: IntArray, blur: IntArray, steps: AnyArray | int) -> AnyArray:

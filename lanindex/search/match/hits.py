@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lanindex.alphabet import TRACKS
 from lanindex.model import Capture, Hit, Symbol
-from lanindex.model.columns import THOUSANDTHS, Roster
+from lanindex.model.columns import THOUSANDTHS, Roster, ranges
 from lanindex.search.hits import TOGETHER, Hits
 from lanindex.search.limits import tick
 from lanindex.search.match.arrays import (
@@ -25,6 +25,7 @@ from lanindex.search.match.arrays import (
     Table,
     best_of_each,
     in_order,
+    once,
     starts_of,
     together,
 )
@@ -199,11 +200,16 @@ def labelled(
     return labels
 
 
-class _Maker(Protocol):
+class Maker(Protocol):
+    """Makes objects of what a search found in the captures of a roster."""
+
     roster: Roster
 
-    def captures(self, places: Sequence[int]) -> list[Capture]: ...
-    def hits(self, hits: HitTable) -> list[Hit]: ...
+    def captures(self, places: Sequence[int]) -> list[Capture]:
+        """Return captures by their places in the roster."""
+
+    def hits(self, hits: HitTable) -> list[Hit]:
+        """Return the hits of a table as objects."""
 
 
 class ExactHits(Hits):
@@ -213,13 +219,13 @@ class ExactHits(Hits):
     (H,) int64, are these hits. Those with the same frames are the first, second ... by fit.
     """
 
-    def __init__(self, maker: _Maker, table: HitTable, rows: IntArray) -> None:
+    def __init__(self, maker: Maker, table: HitTable, rows: IntArray) -> None:
         columns = table.capture[rows], table.low[rows], table.high[rows]
         super().__init__(maker.captures, maker.roster.number, *columns)
         self._maker, self._table, self._rows = maker, table, rows
 
     @classmethod
-    def joined(cls, maker: _Maker, pieces: Sequence[ExactHits]) -> ExactHits:
+    def joined(cls, maker: Maker, pieces: Sequence[ExactHits]) -> ExactHits:
         """Return hits of one maker that come in pieces, each of other captures, in their order."""
         firsts = np.cumsum([0, *(len(piece._table) for piece in pieces)])
         rows = [piece._rows + first for piece, first in zip(pieces, firsts, strict=False)]
@@ -234,6 +240,13 @@ class ExactHits(Hits):
 
     def _subset(self, rows: AnyArray | slice) -> ExactHits:
         return ExactHits(self._maker, self._table, self._rows[rows])
+
+    def told(self) -> tuple[HitTable, IntArray]:
+        """Return no more of the table than these hits need, and which of its rows they are."""
+        groups = np.searchsorted(self._alike, self._rows, "right")
+        alike = once(groups)
+        rows = ranges(self._alike[alike - 1], self._alike[alike])[1]
+        return self._table.at(rows), np.searchsorted(rows, self._rows)
 
     def _hits(self, indices: Sequence[int]) -> list[Hit]:
         places = self._rows[list(indices)]

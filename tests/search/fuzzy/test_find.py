@@ -18,7 +18,7 @@ from lanindex.errors import LanindexError, UsageError
 from lanindex.model import Span, Track
 from lanindex.model.columns import columns_of, roster_of
 from lanindex.pipeline.search import NEAR
-from lanindex.search.fuzzy import MORE, Allowance, FuzzyHits, _Search
+from lanindex.search.fuzzy import MORE, Allowance, FuzzyHits, FuzzySearch
 from lanindex.search.fuzzy import find as find_in_columns
 from lanindex.search.language import parse
 from lanindex.search.limits import running
@@ -224,13 +224,13 @@ def test_the_best_are_found_where_few_captures_are_looked_at(monkeypatch):
         asked.extend(places)
         return [recordings[place] for place in places]
 
-    looked_at, among = [], _Search._hits_in
+    looked_at, among = [], FuzzySearch._hits_in
 
     def counted(search, plans, places):
         looked_at.append(len(places))
         return among(search, plans, places)
 
-    monkeypatch.setattr(_Search, "_hits_in", counted)
+    monkeypatch.setattr(FuzzySearch, "_hits_in", counted)
     allowance = Allowance.read("2")
     finder = Finder(query, roster_of(captures), columns, taken)
     best = find_in_columns(finder, allowance, best=2)
