@@ -19,12 +19,10 @@ from __future__ import annotations
 
 import os
 import re
-import secrets
 import time
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache
-from hashlib import file_digest, sha256
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -138,7 +136,9 @@ class Folder:
 
     def keep(self, pieces: Iterable[memoryview | bytes], wanted: str | None = None) -> str:
         """Write a file, whole or not at all, and return its name; refuse one not as `wanted`."""
-        draft, digest = self.path / f"{secrets.token_hex(16)}{_DRAFT}", sha256()
+        from hashlib import sha256  # late: searches of rows need none
+
+        draft, digest = self.path / f"{os.urandom(16).hex()}{_DRAFT}", sha256()
         with _unwritable(str(self.path)):
             try:
                 with open(draft, "xb") as file:
@@ -204,7 +204,7 @@ class Folder:
 
     def ages(self, names: Collection[str]) -> dict[str, float]:
         """Return the seconds since some files were written, by the clock of the disk."""
-        draft, ages = self.path / f"{secrets.token_hex(16)}{_DRAFT}", {}
+        draft, ages = self.path / f"{os.urandom(16).hex()}{_DRAFT}", {}
         with _unwritable(str(self.path)):
             draft.touch()  # A server's clock may differ from this machine's
             now = draft.stat().st_mtime
@@ -277,9 +277,9 @@ class Bucket:
 
     def __init__(self, url: str) -> None:
         self.url = url.rstrip("/")
-        with extra("remote", url, LibraryError), self._reached():
+        with extra("remote", url, LibraryError):
             from fsspec.core import url_to_fs
-
+        with self._reached():
             self._system, self._root = url_to_fs(self.url)
 
     @contextmanager
@@ -287,9 +287,9 @@ class Bucket:
         """Turn errors of a bucket into `Unreachable`."""
         try:
             yield
-        except (LibraryError, FileNotFoundError, ImportError):
+        except (LibraryError, FileNotFoundError):
             raise
-        # Each kind of store has errors of its own: of the network, of names and keys
+        # Each kind of store has errors of its own: of the network, of keys, of a missing package
         except Exception as error:
             raise Unreachable(f"{self.url} cannot be reached ({error})") from error
 
@@ -301,6 +301,7 @@ class Bucket:
         """Turn errors of reading a file into `Distrust`."""
         try:
             with self._reached():
+                self._system.invalidate_cache()  # of what there is: others write there, too
                 yield
         except FileNotFoundError:
             raise Distrust(f"damaged: there is no file {self.url}/{name}") from None
@@ -359,14 +360,14 @@ class Bucket:
     def names(self) -> list[str]:
         """Return the names of all files of segments, and of drafts that were broken off."""
         with suppress(FileNotFoundError), self._reached():
-            self._system.invalidate_cache()  # others write there, too
+            self._system.invalidate_cache()
             listed = self._system.ls(self._root, detail=False)
             return [name for name in (one.rpartition("/")[2] for one in listed) if _is_ours(name)]
         return []
 
     def ages(self, names: Collection[str]) -> dict[str, float]:
         """Return the seconds since some files were written, by the clock of the bucket."""
-        draft, ages = self._at(f"{secrets.token_hex(16)}{_DRAFT}"), {}
+        draft, ages = self._at(f"{os.urandom(16).hex()}{_DRAFT}"), {}
         with self._reached():
             self._system.pipe_file(draft, b"now")
             now = self._system.modified(draft)
@@ -388,6 +389,8 @@ def _is_path(value: Any) -> bool:
 
 
 def _check_digest(name: str, file: Any, shown: str) -> None:
+    from hashlib import file_digest
+
     if f"{file_digest(file, 'sha256').hexdigest()}{SUFFIX}" != name:
         raise Distrust(f"damaged: the file {shown} is not what its name says")
 

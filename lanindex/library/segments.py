@@ -82,7 +82,7 @@ class Entry(NamedTuple):
     name: str
     type: str  # As stored, as numpy writes it
     values: int
-    checksum: int | list[int]  # Of all of it, or of each `BLOCK`
+    checksum: int | tuple[int, ...]  # Of all of it, or of each `BLOCK`
     begin: int = 0  # The byte at which it begins in the segment's file
 
     @property
@@ -186,6 +186,9 @@ def _segment(
         raise Distrust(f"damaged: the listing of segment {number}")
     entries = [Entry(*entry) for entry in json.loads(listing)]
     by_name = {(one.part, one.name): one for one in entries}
+    for key, one in by_name.items():
+        if isinstance(one.checksum, list):  # as JSON has it
+            by_name[key] = one._replace(checksum=tuple(one.checksum))
     return Segment(number, captures, symbols, by_name, file or "", place)
 
 
@@ -246,8 +249,8 @@ def _content(
 ) -> NDArray[np.uint8]:
     """Return the bytes of a column from `start` to `stop`, checked: (N,) uint8."""
     whole, sums = entry.size, entry.checksum
-    block = BLOCK if isinstance(sums, list) else max(whole, 1)
-    sums = sums if isinstance(sums, list) else [sums]
+    block = BLOCK if isinstance(sums, tuple) else max(whole, 1)
+    sums = sums if isinstance(sums, tuple) else (sums,)
     first, last = start // block, -(-stop // block)
     begin, end = first * block, min(last * block, whole)
     if segment.file:
@@ -298,10 +301,13 @@ def check_files(spine: Spine) -> None:
         raise Distrust(f"damaged: {'; '.join(faults)}")
 
 
-def read_roster(connection: Link, segment: Segment) -> Roster:
-    """Return the captures of a segment, dead ones too."""
-    columns = {name: read_column(connection, segment, "", name) for name in ROSTER}
-    if {len(one) for one in columns.values()} != {segment.captures}:
+def read_roster(
+    connection: Link | None, segment: Segment, captures: tuple[int, int] | None = None
+) -> Roster:
+    """Return the captures of a segment, dead ones too, or some as of `read_columns`."""
+    columns = {name: read_column(connection, segment, "", name, captures) for name in ROSTER}
+    first, last = captures or (0, segment.captures)
+    if {len(one) for one in columns.values()} != {last - first}:
         raise Distrust(f"damaged: the captures of segment {segment.id}")
     return Roster(*(columns[name].astype(type) for name, type in ROSTER.items()))
 
@@ -398,11 +404,10 @@ def put(connection: Link, roster: Roster, texts: Texts, columns: Iterable[Column
     _describe(connection, number, len(roster), symbols, entries, file)
 
 
-def _checksums(content: memoryview) -> int | list[int]:
+def _checksums(content: memoryview) -> int | tuple[int, ...]:
     """Return the checksums of a column's blocks; of one alone that of all of it."""
-    sums = [
-        bytes_checksum(content[at : at + BLOCK]) for at in range(0, max(len(content), 1), BLOCK)
-    ]
+    begins = range(0, max(len(content), 1), BLOCK)
+    sums = tuple(bytes_checksum(content[begin : begin + BLOCK]) for begin in begins)
     return sums if len(sums) > 1 else sums[0]
 
 

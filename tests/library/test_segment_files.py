@@ -13,11 +13,13 @@ import pytest
 from columns_told import PARTS, by_rows, cut, flip, found, given
 from sample_library import add_sample, fill, sql
 
+from lanindex import records
 from lanindex.errors import LibraryError, UsageError
 from lanindex.library import segment_files, segments
 from lanindex.library.migrate import check, files_of_columns, keep_columns
 from lanindex.library.rows import checksum
 from lanindex.library.store import Store
+from lanindex.pipeline.library import Library
 
 
 @pytest.fixture(autouse=True)
@@ -63,11 +65,21 @@ def count(path, table):
         return connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
 
 
+PATTERNS = ("r_arm right low -> r_forward mid", "head any with l_arm high", "r_arm 0.3s+ ... left")
+
+
+def hits(path):
+    with Library.open(path, readonly=True) as library:
+        return [[records.of_hit(hit) for hit in library.search(one)] for one in PATTERNS]
+
+
 @pytest.mark.parametrize("where", ["cols", "bucket"])
 def test_there_and_back(inside, where, bucket):
-    wanted = found(inside)
+    wanted, hit = found(inside), hits(inside)
     keep_columns(inside, bucket if where == "bucket" else where)
     assert found(inside) == wanted == (by_rows(inside), [])
+    assert hits(inside) == hit
+    assert all(hit)
     assert count(inside, "segment_column") == 0
     place, number, size = files_of_columns(inside)
     assert number == len(segment_files.shelf_of(place).names()) == 2
@@ -251,7 +263,7 @@ sys.path[:0] = [sys.argv[2]]
 from sample_library import add_sample
 from lanindex.library.store import Store
 with Store.open(sys.argv[1]) as library:
-    for number in range(8, 50):
+    for number in range(8, 30):
         add_sample(library, number)
         library.cache.compact()
 """
@@ -331,8 +343,10 @@ def test_a_stretch_is_read_without_the_rest(tmp_path, monkeypatch):
     with Store.open(path, readonly=True) as library, library.session.reading() as connection:
         (one,) = segments.read_spine(connection).segments
     whole = {part: segments.read_columns(None, one, part) for part in PARTS[:3]}
+    roster = segments.read_roster(None, one)
     for captures in ((0, 2), (2, 5), (4, 4), (0, one.captures)):
         places = np.arange(*captures)
+        assert segments.read_roster(None, one, captures).same_as(roster.at(places))
         for part, columns in whole.items():
             stretch = segments.read_columns(None, one, part, captures=captures)
             assert stretch.same_as(columns.at(places))
@@ -385,6 +399,21 @@ def test_a_bucket_that_nobody_knows(inside):
     with pytest.raises(LibraryError, match="cannot be reached"):
         keep_columns(inside, "nowhere://bucket")
     assert found(inside) == (by_rows(inside), [])
+
+
+def test_a_bucket_without_the_package_for_it(inside, monkeypatch):
+    monkeypatch.setitem(sys.modules, "fsspec.core", None)
+    with pytest.raises(LibraryError, match=r"pip install 'lanindex\[remote\]'"):
+        keep_columns(inside, "memory://without")
+
+
+def test_columns_that_cannot_be_trusted_are_made_anew_where_they_go(inside):
+    with sql(inside) as connection:
+        connection.execute("UPDATE segment SET file = 'x'")
+    keep_columns(inside, "cols")
+    assert len(files(inside)) == 1
+    assert found(inside) == (by_rows(inside), [])
+    assert check(inside) == []
 
 
 def test_loose_files_of_a_bucket_go_by_its_own_clock(inside, bucket, monkeypatch):
