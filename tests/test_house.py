@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-SLOW_TO_IMPORT = {"numpy", "sqlalchemy", "alembic", "rapidfuzz", "numba", "scipy", "rich"}
+SLOW_TO_IMPORT = {"numpy", "sqlalchemy", "alembic", "rapidfuzz", "numba", "scipy", "rich", "fsspec"}
 
 
 def modules(repository: Path) -> list[Path]:
@@ -72,8 +72,17 @@ def test_help_starts_fast() -> None:
 def test_a_search_loads_what_it_needs_alone(repository: Path, tmp_path: Path) -> None:
     library = str(tmp_path / "l.db")
     score = str(repository / "corpus" / "semaphore.lnd")
-    assert loaded("ingest", score, "--db", library)
-    needless = {"sqlalchemy", "alembic", "rapidfuzz", "numba", "scipy", "rich", "numpy.ma"}
+    assert "fsspec" not in loaded("ingest", score, "--db", library)
+    needless = {
+        "sqlalchemy",
+        "alembic",
+        "rapidfuzz",
+        "numba",
+        "scipy",
+        "rich",
+        "numpy.ma",
+        "fsspec",
+    }
     for words in (("-n", "5"), ("--count",), ("--json", "--in", "*.lnd")):
         held = loaded("search", "r_arm high", "--db", library, *words)
         assert "numpy" in held

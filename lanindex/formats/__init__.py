@@ -25,6 +25,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from lanindex import locations
 from lanindex.errors import CaptureError
 from lanindex.formats import archives, sniff
 from lanindex.formats.file import SUBJECT
@@ -98,7 +99,7 @@ _SEVERAL = tuple(suffix for form in FORMATS if form.several for suffix in form.s
 def known(file: File) -> Format:
     """Return the format that a file's content is of."""
     head = file.content[:_HEAD]
-    if archives.is_archive(file.name) and os.path.isfile(file.name):
+    if archives.is_archive(file.name) and locations.is_file(file.name):
         inside = archives.members(file.name)
         one = next((it for it in inside if it.lower().endswith(_ENDINGS)), next(iter(inside), ""))
         remedy = f"Name what is in it: {file.name}{archives.MARK}{one}" if one else ""
@@ -123,11 +124,8 @@ def known(file: File) -> Format:
 def is_capture(path: str) -> bool:
     """Tell whether a file begins as one of a format that is read; one that cannot be opened may."""
     try:
-        if os.path.isfile(path):
-            with open(path, "rb") as file:
-                head = file.read(_HEAD)
-        else:
-            head = opened(path).content[:_HEAD]
+        whole = locations.is_file(path)
+        head = locations.head(path, _HEAD) if whole else opened(path).content[:_HEAD]
     except (OSError, CaptureError):
         return True
     return any(form.holds(path, head) for form in FORMATS)
@@ -229,7 +227,7 @@ def read(
     """
     from lanindex.model import Reading
 
-    file = opened(path) if data is None else File(os.fspath(path), data)
+    file = opened(path) if data is None else File(locations.plain(path), data)
     options = Reading(unit, up, rate, compose, skeleton, body, columns, take)
     return read_file(file, options, Wanted(body_only))
 

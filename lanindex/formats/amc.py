@@ -12,7 +12,7 @@ the captures of mocap.cs.cmu.edu.
 import math
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -23,6 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex import locations
 from lanindex.body import Declared
 from lanindex.body.calibration import UNITS
 from lanindex.errors import CaptureError
@@ -259,8 +260,8 @@ def skeleton_of(file: File, options: Reading) -> tuple[File, tuple[str, ...]]:
     begun = ("_".join(words[:count]) for count in range(len(words) - 1, 0, -1))
     # as its motion is called, or that up to an underscore
     stems = [PurePath(file.name).stem, *[name for name in begun if name][:_MOST_STEMS]]
-    any_name = os.path.join(os.path.dirname(file.name), "_")
-    found = _skeletons(any_name, _modification_time(any_name))
+    any_name = locations.beside(file.name, "_")
+    found = _skeletons(any_name, _last_change(any_name))
     for stem in stems:
         path = found.get(stem) or found.get(stem.lower())
         if path:
@@ -282,15 +283,18 @@ def companions(file: File, options: Reading) -> tuple[File, ...]:
     return (skeleton_of(file, options)[0],)
 
 
-def _modification_time(path: str) -> int:
-    """Return when what holds a file was changed: its folder, or its archive."""
-    with suppress(OSError, ValueError):
-        return os.stat(archives.split(path)[0] or os.path.dirname(path) or ".").st_mtime_ns
+def _last_change(path: str) -> Hashable:
+    """Return what changes when what holds a file does: its folder, or its archive."""
+    with suppress(OSError, ValueError, CaptureError):
+        archive = archives.split(path)[0]
+        if locations.is_url(path) and not archive:
+            return tuple(locations.siblings(path))
+        return locations.mark(archive or os.path.dirname(path) or ".")
     return 0
 
 
 @lru_cache(maxsize=64)
-def _skeletons(path: str, changed: int) -> Mapping[str, str]:
+def _skeletons(path: str, changed: Hashable) -> Mapping[str, str]:
     """Return the skeletons beside a file, by name: looked for once, however many files ask."""
     paths = siblings(path, _ENDING)
     names = [(PurePath(path).stem, path) for path in paths]

@@ -16,6 +16,7 @@ from lzma import LZMAError
 from pathlib import PurePosixPath
 from typing import Any, NamedTuple
 
+from lanindex import locations
 from lanindex.errors import CaptureError
 
 MARK = "!/"  # stands between an archive and what is in it
@@ -38,7 +39,7 @@ def is_archive(path: str) -> bool:
 
 def native(path: str) -> str:
     r"""Return a path as the system spells it: a byte that is no UTF-8 is shown as ``\xff``."""
-    if "\\x" not in path or os.path.lexists(path):
+    if "\\x" not in path or locations.is_url(path) or os.path.lexists(path):
         return path
     return _BYTE.sub(lambda found: chr(0xDC00 + int(found[1], 16)), path)
 
@@ -48,7 +49,7 @@ def split(path: str) -> tuple[str, str]:
     path = native(path) if MARK in path else path
     start = path.find(MARK)
     while start >= 0:
-        if is_archive(path[:start]) and os.path.isfile(path[:start]):
+        if is_archive(path[:start]) and locations.is_file(path[:start]):
             return path[:start], path[start + len(MARK) :]
         start = path.find(MARK, start + 1)
     return "", ""
@@ -65,7 +66,7 @@ class _Archive:
     """An archive that is open, and its members by name."""
 
     path: str
-    state: tuple[int, int, int]
+    state: locations.Mark
     file: Any  # a `zipfile.ZipFile` or a `tarfile.TarFile`
     members: Mapping[str, _Member]
     last: tuple[str, bytes] = "", b""
@@ -114,17 +115,17 @@ def member(path: str, name: str) -> bytes:
 
 def _archive(path: str) -> _Archive:
     try:
-        status = os.stat(path)
-        state = status.st_ino, status.st_size, status.st_mtime_ns
+        state = locations.mark(path)
         if _open and (_open[0].path, _open[0].state) == (path, state):
             return _open[0]
         _close()
         opened: Callable[[str], Any] = (
             zipfile.ZipFile if path.lower().endswith(ZIPPED) else tarfile.open
         )
+        of_disk = locations.local(path)
         with ExitStack() as opening:  # it stays open for its other members, if all is well
-            file = opening.enter_context(opened(path))
-            archive = _Archive(path, state, file, _members(path, file, status.st_size))
+            file = opening.enter_context(opened(of_disk))
+            archive = _Archive(path, state, file, _members(path, file, os.stat(of_disk).st_size))
             opening.pop_all()
         _open.append(archive)
     except _DAMAGED as error:

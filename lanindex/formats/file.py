@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Any, Protocol, TypeVar
 
+from lanindex import locations
 from lanindex.errors import CaptureError
 from lanindex.formats import archives
 
@@ -121,11 +122,12 @@ class _OnDisk:
     """A file's bytes, fetched from the disk slice by slice.
 
     It is opened for each slice, so that nothing has to be closed; if another program changes it
-    meanwhile, it is refused.
+    meanwhile, it is refused. The copy of a URL never changes, and is made again if it was let go.
     """
 
-    def __init__(self, path: str, status: os.stat_result) -> None:
-        self._path, self._state, self._size = path, _state(status), status.st_size
+    def __init__(self, location: str, status: os.stat_result, of_url: locations.Mark) -> None:
+        self._location, self._of_url, self._size = location, of_url, status.st_size
+        self._mark = locations.mark_of(status)
 
     def __len__(self) -> int:
         return self._size
@@ -133,25 +135,16 @@ class _OnDisk:
     def __getitem__(self, piece: slice, /) -> bytes:
         start, stop, _ = piece.indices(self._size)
         try:
-            with open(self._path, "rb") as file:
-                same = _state(os.fstat(file.fileno())) == self._state
+            url, where = self._of_url, self._location
+            with open(locations.copy_of(where, url) if url else where, "rb") as file:
+                same = url or locations.mark_of(os.fstat(file.fileno())) == self._mark
                 file.seek(start)
                 data = file.read(max(stop - start, 0))
         except OSError as error:
-            raise _error(self._path, error) from error
+            raise _error(self._location, error) from error
         if not same or len(data) < stop - start:
-            raise CaptureError(
-                "has changed while it was read",
-                place=self._path,
-                wanted="a file that stays as it is",
-                remedy="Try again when nothing writes to it.",
-            )
+            raise locations.changed(self._location)
         return data
-
-
-def _state(status: os.stat_result) -> tuple[int, ...]:
-    """Return what changes when a file does."""
-    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
 
 
 SUBJECT = "#"
@@ -159,7 +152,7 @@ SUBJECT = "#"
 
 
 def on_disk(path: str) -> str:
-    """Return the file on disk that holds a capture: an archive, or what several people share."""
+    """Return the file that holds a capture: an archive, or what several people share."""
     return archives.split(path)[0] or _of_subject(path)[0]
 
 
@@ -167,43 +160,47 @@ def _of_subject(path: str) -> tuple[str, str]:
     """Return a file of the disk, and whom of several people in it is meant."""
     path = archives.native(path)
     file, _, subject = path.rpartition(SUBJECT)
-    named = bool(file and subject) and os.path.isfile(file) and not os.path.lexists(path)
-    return (file, subject) if named else (path, "")
+    named = bool(file and subject) and locations.is_file(file)
+    # of a URL on the web, what stands behind # is no part of the file's name
+    return (file, subject) if named and not os.path.lexists(path) else (path, "")
 
 
 def siblings(path: str, suffix: str) -> list[str]:
     """Return the files with a suffix, in lower case, in the folder of a capture, sorted."""
     archive, member = archives.split(path)
+    found: Iterable[str]
     if archive:
         folder = PurePosixPath(member).parent
         names = (it for it in archives.members(archive) if PurePosixPath(it).parent == folder)
         found = (archive + archives.MARK + name for name in names)
     else:
-        folder_of_it = os.path.dirname(on_disk(path))
         try:
-            found = (os.path.join(folder_of_it, it) for it in os.listdir(folder_of_it or "."))
+            found = locations.siblings(on_disk(path))
         except OSError as error:
             raise _error(path, error) from error
     return sorted(it for it in found if it.lower().endswith(suffix))
 
 
 def opened(path: str | os.PathLike[str]) -> File:
-    """Return a file of the disk or of an archive, or of one person in it: ``trial.c3d#Ada``."""
-    name = os.fspath(path)
+    """Return a file, a file in an archive, or one of one person in it: ``trial.c3d#Ada``."""
+    name = locations.plain(path)
+    locations.forget(name)
     archive, member = archives.split(name)
     if archive:
         held = member in archives.members(archive)
         inside, _, subject = (member, "", "") if held else member.rpartition(SUBJECT)
         return File(name, archives.member(archive, inside or member), subject)
-    path, subject = _of_subject(name)
+    where, subject = _of_subject(name)
     try:
+        of_url = locations.mark(where) if locations.is_url(where) else ()
+        path = locations.copy_of(where, of_url) if of_url else where
         status = os.stat(path)
         regular = stat.S_ISREG(status.st_mode)
         if not (regular or stat.S_ISDIR(status.st_mode)):  # a pipe might never end
             raise ValueError("is no regular file")
         with open(path, "rb") as file:
             large = regular and status.st_size > WHOLE
-            content = _OnDisk(os.path.abspath(path), status) if large else file.read()
+            content = _OnDisk(locations.located(where), status, of_url) if large else file.read()
             return File(name, content, subject)
     except (OSError, ValueError) as error:
         raise _error(name, error) from error

@@ -15,13 +15,14 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import ceil
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 from typing import Any, NoReturn
 from urllib.parse import unquote_to_bytes
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex import locations
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats import archives
 from lanindex.formats.file import Content, File, on_disk, opened
@@ -230,7 +231,7 @@ def _beside(file: File, uri: Value) -> str:
     archive, member = archives.split(file.name)
     if archive:
         return f"{archive}{archives.MARK}{PurePosixPath(member).parent.joinpath(*parts)}"
-    return str(Path(on_disk(file.name)).parent.joinpath(*parts))
+    return locations.beside(on_disk(file.name), "/".join(parts))
 
 
 def opened_document(file: File) -> Document:

@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError, UsageError, counted, extra
 from lanindex.library.connect import Link, ask, first_values, insert, is_sqlite
+from lanindex.locations import copies
 
 ALIGNED = 64
 """Bytes at a multiple of which a column begins."""
@@ -396,9 +397,8 @@ def _check_digest(name: str, file: Any, shown: str) -> None:
 
 
 def _cache() -> Cache:
-    """Return the folder of copies: the user's own, or as LANINDEX_CACHE says."""
-    of_user = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "lanindex"
-    path = Path(os.environ.get("LANINDEX_CACHE") or of_user) / "segments"
+    """Return the folder of copies."""
+    path = copies("segments")
     with _unwritable(str(path), _NoCopy):
         path.mkdir(parents=True, exist_ok=True)
     return Cache(path)

@@ -9,7 +9,8 @@ from numbers import Integral
 from typing import Any, TypeGuard
 from unicodedata import normalize
 
-from lanindex.errors import UsageError
+from lanindex import locations
+from lanindex.errors import CaptureError, UsageError
 
 _COMPARED = {"path": ("path", "location"), "label": ("label",), "format": ("format",)}
 """Which texts of captures a glob of a column is compared with; of other columns ``metadata``."""
@@ -56,7 +57,7 @@ def printable(text: str) -> str:
 
 def absolute(path: str | os.PathLike[str]) -> str:
     """Return a path made absolute, as a library keeps it."""
-    return printable(os.path.abspath(path))
+    return printable(locations.located(path))
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,9 +164,6 @@ def is_gone(path: str) -> bool:
     from lanindex.formats.file import on_disk
 
     try:
-        os.stat(on_disk(path))
-    except (FileNotFoundError, NotADirectoryError):
-        return True
-    except OSError:  # It may be there, in a folder that may not be read
+        return locations.is_gone(on_disk(path))
+    except CaptureError:  # nobody tells whether its archive is there
         return False
-    return False

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 from lanindex.alphabet import KINDS
 from lanindex.data import shipped
 from lanindex.errors import NotationError
+from lanindex.locations import local
 
 if TYPE_CHECKING:
     from lanindex.model import Score
@@ -75,7 +76,7 @@ def read(path: str, content: bytes | None = None) -> Score:
 def content_of(path: str) -> bytes:
     """Return the content of a file."""
     try:
-        return Path(path).read_bytes()
+        return Path(local(path)).read_bytes()
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise NotationError(f"cannot be read: {reason.lower()}", place=path) from error

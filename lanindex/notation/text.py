@@ -36,7 +36,7 @@ def decoded(source: bytes, place: str, wanted: str) -> str:
     return text
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path | str) -> str:
     """Return a file's text."""
     return decoded(content_of(str(path)), str(path), "a text file")
 

@@ -52,23 +52,23 @@ def target_of(path: str, format_given: str | None = None) -> str:
 
 
 def motion_of(
-    file: Path, reading: Reading, *, origin: bool = False, body_only: bool = False
+    file: str, reading: Reading, *, origin: bool = False, body_only: bool = False
 ) -> Motion:
     """Read a capture, as it is or from the floor's origin on."""
-    if notation_of(str(file)):
+    if notation_of(file):
         wanted = f"one of {', '.join(WRITTEN)}"
         remedy = f"Let it be carried out: lanindex animate {file}"
-        raise UsageError("a score", place=str(file), wanted=wanted, remedy=remedy)
+        raise UsageError("a score", place=file, wanted=wanted, remedy=remedy)
     motion = formats.read_file(formats.opened(file), reading, formats.Wanted(body_only=body_only))
     return from_origin(motion) if origin else motion
 
 
-def score_of(file: Path, reading: Reading, profile: str, *, origin: bool = False) -> Score:
+def score_of(file: str, reading: Reading, profile: str, *, origin: bool = False) -> Score:
     """Read a score, or write a capture down; its warnings are those of both."""
-    if notation_of(str(file)):
+    if notation_of(file):
         if reading.tempo is not None:
             raise UsageError("beats for a score", place="--tempo", wanted="a capture")
-        return read(str(file))
+        return read(file)
     from lanindex.encoding import encode
 
     motion = motion_of(file, reading, origin=origin, body_only=True)

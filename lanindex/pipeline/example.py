@@ -12,7 +12,7 @@ from operator import itemgetter
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex import formats
+from lanindex import formats, locations
 from lanindex.alphabet import kind_of
 from lanindex.encoding.profile import load
 from lanindex.errors import AbsentError, LanindexError, NotationError, UsageError, shown
@@ -50,12 +50,12 @@ SAMPLE = 2000
 
 def example(store: Store, clip: int | str | os.PathLike[str]) -> Named:
     """Return the clip that a person names, of the library or of a file elsewhere."""
-    text = str(clip) if isinstance(clip, int) else os.fspath(clip)
+    text = str(clip) if isinstance(clip, int) else locations.plain(clip)
     try:
         return stored(store, text)
     except AbsentError as error:
         path, _ = ranged(text)
-        if not os.path.isfile(path):
+        if not locations.is_file(path):
             if is_number(clip):
                 raise
             found = f"there is no capture and no file {shown(path)}"

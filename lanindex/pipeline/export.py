@@ -247,7 +247,7 @@ def check_source(
             error.found,
             place=location,
             wanted="the file that was ingested",
-            remedy="Ingest it again, or let go of it: lanindex remove --missing",
+            remedy=error.remedy or "Ingest it again, or let go of it: lanindex remove --missing",
         ) from error
     if not unchanged:
         own = file.sha256() != capture.sha256

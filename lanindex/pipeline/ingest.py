@@ -13,8 +13,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lanindex import formats
-from lanindex.errors import LanindexError, UsageError, shown
+from lanindex import formats, locations
+from lanindex.errors import CaptureError, LanindexError, UsageError, shown
 from lanindex.formats import archives, parted
 from lanindex.formats.file import SUBJECT, on_disk
 from lanindex.formats.sniff import COMPANIONS, unread
@@ -208,12 +208,28 @@ def discover(
     seen: set[str] = set()
     left = [] if others is None else others
     for named in paths:
-        path = os.fspath(named)
-        for file in _walk(path, left) if os.path.isdir(path) else [path]:
-            place = os.path.abspath(file)
+        for file in _files_at(locations.plain(named), left):
+            place = locations.located(file)
             if place not in seen:
                 seen.add(place)
                 yield from map(printable, _captures_in(file, left, apart))
+
+
+def _files_at(path: str, others: list[str]) -> Iterable[str]:
+    """Return the files that are looked at where somebody names a file or a folder."""
+    try:
+        if not locations.is_folder(path):
+            return [path]
+    except CaptureError:  # reported when it is read
+        return [path]
+    return (_walk_store if locations.is_url(path) else _walk)(path, others)
+
+
+def _walk_store(folder: str, others: list[str]) -> Iterator[str]:
+    closed: list[str] = []
+    for file in locations.walk(folder, closed):
+        yield from if_read(file, others)
+    yield from closed
 
 
 def _walk(folder: str, others: list[str]) -> Iterator[str]:
@@ -243,7 +259,7 @@ def _captures_in(path: str, others: list[str], apart: bool) -> Iterator[str]:
     """Yield the captures in a file or an archive; several people in one file are told `apart`."""
     files: Iterable[str] = [path]
     try:
-        if archives.is_archive(path) and os.path.isfile(path):
+        if archives.is_archive(path) and locations.is_file(path):
             members = (
                 path + archives.MARK + name
                 for name in archives.members(path)
@@ -258,7 +274,7 @@ def _captures_in(path: str, others: list[str], apart: bool) -> Iterator[str]:
 
 def left_out(others: Iterable[str]) -> str:
     """Say how many files were passed over: by ending for formats that are not read yet."""
-    paths = set(map(os.path.abspath, others))
+    paths = set(map(locations.located, others))
     kinds = Counter("/" if os.path.isdir(path) else unread(path) for path in paths)
     rest, linked = kinds.pop("", 0), kinds.pop("/", 0)
     by_number = sorted(kinds.items(), key=lambda kind: (-kind[1], kind[0]))
@@ -301,7 +317,7 @@ def read_labels(
     path: str | os.PathLike[str], files: Iterable[str | os.PathLike[str]] | None = None
 ) -> Labels:
     """Read labels and other columns; refuse a table that names none of the files."""
-    place = Path(path)
+    place = locations.plain(path)
     (first, names), *rows = _rows(place) or [(1, [])]
     head = [name.lower() for name in names]
     _check_head(head, f"{place}:{first}")
@@ -311,7 +327,7 @@ def read_labels(
         _check_row(row, head, f"{place}:{line}")
         cells = dict(zip(head, row, strict=True))
         file = cells.pop("file")
-        beside = os.path.join(place.parent, file)
+        beside = locations.beside(place, file)
         key = key_of(file if is_gone(beside) and not is_gone(file) else beside)
         label = cells.pop("label", "") or None
         entry = label, {name: cell for name, cell in cells.items() if cell}
@@ -321,7 +337,7 @@ def read_labels(
     if labels and files is not None:
         held = {key_of(on_disk(os.fspath(file))) for file in files}
         if not any(key_of(on_disk(key)) in held for key in labels):
-            raise UsageError(unfitting(labels, held), place=os.fspath(path))
+            raise UsageError(unfitting(labels, held), place=place)
     return labels
 
 
@@ -348,7 +364,7 @@ def _nearest_key(key: str, keys: Iterable[str]) -> str:
     return max(best, key=lambda other: fuzz.ratio(key, other), default="")
 
 
-def _rows(place: Path) -> list[tuple[int, list[str]]]:
+def _rows(place: str) -> list[tuple[int, list[str]]]:
     """Return the rows that hold anything, each with its line."""
     text = read_text(place)
     head = next((line for line in text.splitlines() if line.strip()), "")

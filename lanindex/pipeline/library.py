@@ -191,7 +191,7 @@ class Library:
         Parameters
         ----------
         *paths : path-like, or iterable of path-like
-            Captures, ``.lnd`` scores, and folders of them.
+            Captures, ``.lnd`` scores, and folders of them, or their URLs.
         profile : path-like
             How to write them down: ``default``, ``paper`` or a folder.
         reading : Reading, optional

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex import formats
+from lanindex import formats, locations
 from lanindex.draw.staff import last_second
 from lanindex.errors import CaptureError, ExportError, UsageError
 from lanindex.film.figure import Figure, figure
@@ -175,7 +175,7 @@ class Source:
     key: tuple[Any, ...]  # what tells what is read from all else
     options: Mapping[str, str]
     reading: Reading
-    states: Mapping[str, tuple[int, ...]]  # of the files that are read, what changes when one does
+    states: Mapping[str, locations.Mark]  # of the files that are read, what changes when one does
     large: formats.File | None  # the file, if it is large and not held in memory
     checking: Callable[[], Any]  # raises if it is not the file that was ingested
     same: Future[None] = field(default_factory=Future)  # the outcome of `checking`
@@ -234,11 +234,10 @@ MOST = 1024
 SOURCES = Sources()
 
 
-def _states(paths: Iterable[str]) -> dict[str, tuple[int, ...]]:
+def _states(paths: Iterable[str]) -> dict[str, locations.Mark]:
     """Return of files what changes when one does; of one that is gone nothing."""
-    found = dict[str, tuple[int, ...]]()
+    found = dict[str, locations.Mark]()
     for path in paths:
-        with suppress(OSError):  # `source_of` says what is wrong with it
-            status = os.stat(path)
-            found[path] = (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
+        with suppress(OSError, CaptureError):  # `source_of` says what is wrong with it
+            found[path] = locations.mark(path)
     return found

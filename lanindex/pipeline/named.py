@@ -1,16 +1,15 @@
 """What a person names: a capture, a hit or a stretch of one, of a library or from a file."""
 
 import json
-import os
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from lanindex import locations
 from lanindex.errors import AbsentError, LibraryError, UsageError, quoted, shown
 from lanindex.formats.file import on_disk
 from lanindex.library.selection import is_number
@@ -68,9 +67,9 @@ def named(
     """Return what a person names, be it in a library or a file."""
     given = {"profile": profile, **(reading.given() if reading else {})}
     options = ["--fps" if name == "rate" else f"--{name}" for name, value in given.items() if value]
+    text = locations.plain(text)
     path, _ = ranged(text)
-    is_file = os.path.isfile(on_disk(path))
-    if options and not is_file:
+    if options and not locations.is_file(on_disk(path)):
         wanted = "a file: what a library holds has been read and written down"
         raise UsageError(f"{options[0]} for {shown(text)}", wanted=wanted)
     if not options:
@@ -78,7 +77,7 @@ def named(
             with store() as opened:
                 return stored(opened, text)
         except AbsentError as error:
-            if not is_file:
+            if not locations.is_file(on_disk(path)):
                 found = f"there is no file {shown(path)}, and {error.found}"
                 raise AbsentError(found, place=error.place, remedy=error.remedy) from error
     return from_file(text, reading or Reading(), profile or "default")
@@ -89,7 +88,7 @@ def from_file(text: str, reading: Reading, profile: str) -> Named:
     from lanindex.pipeline.convert import score_of
 
     path, span = ranged(text)
-    score, form = score_of(Path(path), reading, profile), notation_of(path)
+    score, form = score_of(path, reading, profile), notation_of(path)
     return Named(text, path, None, score, form.name if form else "", within(span, score, text))
 
 

@@ -16,7 +16,7 @@ from heapq import nlargest
 from itertools import accumulate, chain
 from typing import TYPE_CHECKING
 
-from lanindex import compiled, formats
+from lanindex import compiled, formats, locations
 from lanindex.errors import CaptureError, LanindexError, OutOfMemoryError, UsageError
 from lanindex.formats.file import SUBJECT, on_disk, together
 from lanindex.library.rows import Encoding
@@ -137,7 +137,7 @@ def encoding_of(task: Task, beside: Iterable[formats.File]) -> Encoding:
         return Encoding()
     given = task.reading.given()
     named = (name for name in _FILES if given.get(name, AUTO) != AUTO)
-    given |= {name: os.path.abspath(given[name]) for name in named}
+    given |= {name: locations.located(given[name]) for name in named}
     return Encoding(task.profile.name, task.profile.digest, given, together(beside))
 
 
@@ -297,6 +297,6 @@ def affordable(sizes: Iterable[int], jobs: int) -> int:
 def size_of(path: str) -> int:
     """Return the bytes of a file, 0 where nothing is there."""
     try:
-        return os.stat(on_disk(path)).st_size
-    except (OSError, ValueError):
+        return locations.size(on_disk(path))
+    except (OSError, ValueError, CaptureError):
         return 0

@@ -137,6 +137,6 @@ def motion_of(named: Named, store: Callable[[], Store], reading: Reading, rate: 
     if named.format in NOTATIONS:
         return perform(named.score, rate=rate)
     if named.capture is None:
-        return convert.motion_of(Path(named.path), reading, body_only=True)
+        return convert.motion_of(named.path, reading, body_only=True)
     with store() as opened:
         return stored_motion(opened, named.capture, rate)

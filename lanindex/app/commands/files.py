@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def ingest(
-    paths: list[str] = argument(..., "PATH...", "Captures, scores, folders."),
+    paths: list[str] = argument(..., "PATH...", "Captures, scores, folders, or their URLs."),
     jobs: options.Jobs = None,
     profile: options.Profile = "default",
     labels: str | None = option(None, "CSV", "A table with columns file, label and any others."),
@@ -101,12 +101,11 @@ def _processes(out: Output, files: list[str], requested: int | None) -> int:
 
 def _left_out(paths: list[str], *read_paths: str | None) -> str:
     """Say which files were passed over, but for the library, the labels and what was read."""
+    from lanindex.locations import located
     from lanindex.pipeline.ingest import left_out
 
-    known = {
-        os.path.abspath(path) + end for path in read_paths if path for end in ("", "-wal", "-shm")
-    }
-    return left_out(path for path in paths if os.path.abspath(path) not in known)
+    known = {located(path) + end for path in read_paths if path for end in ("", "-wal", "-shm")}
+    return left_out(path for path in paths if located(path) not in known)
 
 
 def _count(tally: Counter[str], outcome: Outcome, division: int) -> None:
@@ -157,7 +156,7 @@ def _summary(out: Output, tally: Counter[str], files: int, elapsed: float, dry_r
 
 
 def animate(
-    score: Path = argument(..., "SCORE", "An .lnd file or another score.", readable=False),
+    score: str = argument(..., "SCORE", "An .lnd file or another score."),
     output: Path | None = options.output(
         "FILE", "Where to write (-: standard output); by default beside the score."
     ),
@@ -171,11 +170,12 @@ def animate(
     """Turn a score into motion of a standard body, as a BVH file."""
     from lanindex import notation
     from lanindex.formats import bvh
+    from lanindex.locations import is_url, plain
     from lanindex.perform import perform
 
-    rate = options.rate(fps)
-    motion = perform(notation.read(str(score)), rate=rate, noise=noise, seed=seed)
-    target = output or score.with_suffix(".bvh")
+    rate, score = options.rate(fps), plain(score)
+    motion = perform(notation.read(score), rate=rate, noise=noise, seed=seed)
+    target = output or Path(Path(score).name if is_url(score) else score).with_suffix(".bvh")
     content = bvh.write(motion)
     if target == options.STDOUT:
         out.content(content.decode())
@@ -186,7 +186,7 @@ def animate(
 
 
 def convert(
-    file: Path = argument(..., "FILE", "A capture or score.", readable=False),
+    file: str = argument(..., "FILE", "A capture or score."),
     to: Path | None = argument(None, "[OUT]", "The file to write; its ending gives the format."),
     output: Path = options.output("FILE", "The same; - is standard output.", options.STDOUT),
     form: str | None = option(None, "lnd|bvh|c3d|...", "The format, whatever the ending.", "--to"),
@@ -205,9 +205,11 @@ def convert(
     lanindex.rotation, starting from a body that stands with its arms to the sides.
     """
     from lanindex import formats
+    from lanindex.locations import plain
     from lanindex.notation import NOTATIONS, WRITTEN, left_out
     from lanindex.pipeline import convert
 
+    file = plain(file)
     target = to or (into if into and output == options.STDOUT else output)
     if form is None and target == options.STDOUT:
         form = "lnd"
@@ -242,7 +244,7 @@ def convert(
 
 
 def inspect(
-    file: Path = argument(..., "FILE", "A capture.", readable=False),
+    file: str = argument(..., "FILE", "A capture."),
     *,
     reading: options.Reading,
     out: options.Out,

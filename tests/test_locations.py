@@ -1,0 +1,336 @@
+"""What lies at a URL is read, found, cut and shown as the same file on the disk."""
+
+import http.server
+import io
+import sys
+import threading
+import zipfile
+from collections import Counter
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import command
+import fsspec
+import numpy as np
+import pytest
+from dances import BOW, RAISE, dance
+from fsspec.implementations.memory import MemoryFileSystem
+from fsspec.registry import known_implementations
+from page_client import asking
+
+import lanindex
+from lanindex import formats, locations
+from lanindex.errors import CaptureError, ExportError
+from lanindex.library.selection import Selection, absolute, is_gone
+from lanindex.pipeline import ingest as ingests
+from lanindex.pipeline.library import Library, open_library
+
+URL = "counted://bucket/dance"
+WALKED = ["counted://bucket/dance/a/bow.bvh", "counted://bucket/dance/raise.lnd"]
+
+
+class Counted(MemoryFileSystem):
+    """A store that counts what it is asked, and can fail."""
+
+    protocol, store, asked = "counted", {}, Counter[str]()
+    pseudo_dirs = [""]  # noqa: RUF012
+    fails: Exception | None = None
+
+    @classmethod
+    def _strip_protocol(cls, path: str) -> str:
+        return str(super()._strip_protocol(path.removeprefix("counted://")))
+
+    def _count(self, what: str) -> None:
+        if Counted.fails:
+            raise Counted.fails
+        Counted.asked[what] += 1
+
+    def info(self, path: str, **how: Any) -> Any:
+        self._count("info")
+        return super().info(path, **how)
+
+    def ls(self, path: str, detail: bool = True, **how: Any) -> Any:
+        self._count("list")
+        return super().ls(path, detail, **how)
+
+    def get_file(self, rpath: str, lpath: str, **how: Any) -> None:
+        self._count("copy")
+        Path(lpath).write_bytes(super().cat_file(rpath))
+
+    def cat_file(self, path: str, start: Any = None, end: Any = None, **how: Any) -> bytes:
+        self._count("head")
+        return bytes(super().cat_file(path, start, end, **how))
+
+
+@pytest.fixture(autouse=True)
+def alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LANINDEX_CACHE", str(tmp_path / "cache"))
+    fsspec.register_implementation("counted", Counted, clobber=True)
+    locations._known.clear()
+    locations._listed.clear()
+    Counted.store.clear()
+    Counted.asked.clear()
+    Counted.fails = None
+
+
+@pytest.fixture
+def store() -> MemoryFileSystem:
+    return fsspec.filesystem("counted")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, store: MemoryFileSystem) -> Path:
+    """Return a folder that lies in the store, too."""
+    folder = tmp_path / "dance"
+    dance(folder / "a" / "bow.bvh", BOW)
+    (folder / "raise.lnd").write_text(RAISE)
+    (folder / "notes.txt").write_text("no capture")
+    for path in folder.rglob("*"):
+        if path.is_file():
+            store.pipe_file(f"/bucket/dance/{path.relative_to(folder)}", path.read_bytes())
+    return folder
+
+
+@pytest.fixture
+def library(tmp_path: Path) -> Iterator[Library]:
+    with open_library(tmp_path / "l.db", create=True) as opened:
+        yield opened
+
+
+def statuses(outcomes: list[Any]) -> list[tuple[str, str]]:
+    return [(outcome.path, outcome.status) for outcome in outcomes]
+
+
+def test_a_folder_of_a_store_is_walked(library: Library, folder: Path) -> None:
+    assert statuses(library.ingest(URL)) == [(path, "added") for path in WALKED]
+    assert [capture.location for capture in library.captures()] == WALKED
+    assert [it.path for it in library.captures(Selection("counted://bucket/*/a/*"))] == WALKED[:1]
+    assert [it.path for it in library.captures(Selection("bow.bvh"))] == WALKED[:1]
+    assert library.store.capture(WALKED[0]).path == WALKED[0]
+    assert library.ingest(URL)[0].status == "unchanged"
+
+
+def test_a_url_is_read_and_cut_as_its_file(library: Library, folder: Path, tmp_path: Path) -> None:
+    library.ingest(URL, folder)
+    clips = []
+    for where in (URL, folder):
+        hits = library.search("r_arm forward mid", Selection(f"{where}/*"))
+        library.export(hits, tmp_path / "clips", force=True)
+        clips.append([it.read_bytes() for it in sorted((tmp_path / "clips").glob("*.bvh"))])
+    assert clips[0] == clips[1] != []
+    remote, here = (library.motion(f"{it}/a/bow.bvh", 0.5, 1) for it in (URL, folder))
+    assert np.array_equal(remote.places, here.places)
+    ours = lanindex.read(folder / "a" / "bow.bvh")
+    assert np.array_equal(lanindex.read(WALKED[0]).positions, ours.positions)
+
+
+def test_the_store_is_asked_for_a_file_once(library: Library, folder: Path, tmp_path: Path) -> None:
+    library.ingest(URL)
+    assert Counted.asked == {"list": 2, "info": 3, "copy": 2, "head": 1}
+    Counted.asked.clear()
+    hits = library.search("r_arm forward mid")
+    library.export(hits, tmp_path / "clips")
+    for start in np.arange(0, 2, 0.1):
+        library.motion(WALKED[0], float(start), float(start) + 0.1)
+    assert library.store.missing() == []
+    assert Counted.asked["copy"] == Counted.asked["head"] == 0
+    assert Counted.asked["info"] <= 4
+
+
+def test_a_large_file_is_read_from_its_copy(
+    folder: Path, store: MemoryFileSystem, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("lanindex.formats.file.WHOLE", 100)
+    file = formats.opened(WALKED[0])
+    assert not isinstance(file.content, bytes)
+    assert file.content[10:50] == (folder / "a" / "bow.bvh").read_bytes()[10:50]
+    for copy in (tmp_path / "cache" / "captures").iterdir():  # another process needed room
+        copy.unlink()
+    assert file.sha256() == formats.opened(folder / "a" / "bow.bvh").sha256()
+    for copy in (tmp_path / "cache" / "captures").iterdir():
+        copy.unlink()
+    store.pipe_file("/bucket/dance/a/bow.bvh", b"x" * 5000)
+    locations.forget(WALKED[0])
+    with pytest.raises(CaptureError, match="changed while it was read"):
+        _ = file.content[:10]
+
+
+def test_a_change_is_noticed(
+    library: Library, folder: Path, store: MemoryFileSystem, tmp_path: Path
+) -> None:
+    library.ingest(URL)
+    hits = library.search("r_arm forward mid")
+    store.pipe_file("/bucket/dance/a/bow.bvh", (folder / "a" / "bow.bvh").read_bytes() + b"\n")
+    with pytest.raises(ExportError, match="has changed since it was ingested"):
+        library.export(hits, tmp_path / "clips")
+    assert library.ingest(URL)[0].status == "added"
+
+
+def test_a_file_that_moved_keeps_its_row(
+    library: Library, folder: Path, store: MemoryFileSystem
+) -> None:
+    library.ingest(URL)
+    store.mv("/bucket/dance/a/bow.bvh", "/bucket/dance/b/bow.bvh")
+    locations._listed.clear()
+    locations._known.clear()
+    assert [it.path for it in library.store.missing()] == WALKED[:1]
+    (moved, _) = library.ingest(URL)
+    assert (moved.status, moved.moved) == ("unchanged", WALKED[0])
+
+
+def test_only_what_a_store_says_is_not_there_is_gone(folder: Path) -> None:
+    assert is_gone(f"{URL}/none.bvh")
+    assert is_gone(f"{URL}/none.zip!/a.bvh")
+    assert not is_gone(WALKED[0])
+    locations._listed.clear()
+    locations._known.clear()
+    for failure in (PermissionError("denied"), TimeoutError(), OSError("no route")):
+        Counted.fails = failure
+        assert not is_gone(f"{URL}/none.bvh")
+
+
+def test_an_ingest_goes_on_where_a_store_fails(library: Library, folder: Path) -> None:
+    Counted.fails = TimeoutError()
+    lost, here = library.ingest(f"{URL}/a/bow.bvh", folder / "a")
+    assert (lost.status, here.status) == ("failed", "added")
+    assert lost.error
+    assert "no answer in time, wanted a store that answers" in lost.error
+    with pytest.raises(CaptureError, match="no answer in time"):
+        lanindex.read(WALKED[0])
+    Counted.fails = None
+    locations._known.clear()
+    with pytest.raises(CaptureError, match="there is no such file"):
+        lanindex.read(f"{URL}/none.bvh")
+    with pytest.raises(CaptureError, match="is a folder"):
+        lanindex.read(URL)
+
+
+def test_archives_and_companions_of_a_store(
+    library: Library, store: MemoryFileSystem, folder: Path, captures: Path
+) -> None:
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        archive.write(folder / "a" / "bow.bvh", "in/bow.bvh")
+    store.pipe_file("/bucket/a.zip", packed.getvalue())
+    assert statuses(library.ingest("counted://bucket/a.zip")) == [
+        ("counted://bucket/a.zip!/in/bow.bvh", "added")
+    ]
+    assert len(library.motion(1, 0, 1)) == 30
+    for name in ("02.asf", "02_06.amc"):
+        store.pipe_file(f"/bucket/{name}", (captures / "amc" / "cmu" / name).read_bytes())
+    (outcome,) = library.ingest("counted://bucket/02_06.amc")
+    assert (outcome.status, outcome.beside) == ("added", ("counted://bucket/02.asf",))
+
+
+def test_labels_name_urls_and_files_beside_their_table(
+    library: Library, store: MemoryFileSystem, folder: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "labels.csv").write_text(f"file,label\n{WALKED[0]},bow\ndance/raise.lnd,raise\n")
+    library.ingest(URL, folder, labels=tmp_path / "labels.csv")
+    labels = {it.path: it.label for it in library.captures()}
+    assert labels[WALKED[0]] == "bow"
+    assert labels[str(folder / "raise.lnd")] == "raise"
+    assert not labels[WALKED[1]]
+    store.pipe_file("/bucket/tables/l.csv", b"file,label\n../dance/raise.lnd,up\n")
+    read = ingests.read_labels("counted://bucket/tables/l.csv")
+    assert read == {WALKED[1]: ("up", {})}
+
+
+def test_one_of_several_people_in_a_file_of_a_store(store: MemoryFileSystem) -> None:
+    store.pipe_file("/bucket/trial.c3d", b"x")
+    store.pipe_file("/bucket/take#1.bvh", b"y")
+    assert formats.opened("counted://bucket/trial.c3d#Ada").subject == "Ada"
+    assert formats.opened("counted://bucket/take#1.bvh").subject == ""
+
+
+def test_a_file_url_is_the_plain_path(library: Library, tmp_path: Path) -> None:
+    path = dance(tmp_path / "a b.bvh", BOW)
+    assert absolute(path.as_uri()) == str(path)
+    (outcome,) = library.ingest(path.as_uri())
+    assert outcome.path == str(path)
+    assert len(lanindex.read(path.as_uri())) == len(lanindex.read(path))
+    with pytest.raises(CaptureError, match="names another computer"):
+        lanindex.read("file://there/a.bvh")
+
+
+def test_copies_that_were_not_used_for_longest_are_let_go(
+    store: MemoryFileSystem, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(locations, "BYTES", 250)
+    for name in "abc":
+        store.pipe_file(f"/bucket/{name}", bytes(100))
+        first = locations.local("counted://bucket/a")
+        locations.local(f"counted://bucket/{name}")
+    copies = list((tmp_path / "cache" / "captures").iterdir())
+    assert len(copies) == 2
+    assert Path(first) in copies
+
+
+def test_the_command_and_the_page_take_urls(library: Library, folder: Path, tmp_path: Path) -> None:
+    run = partial(command.run, cwd=tmp_path)
+    done = run("convert", WALKED[0], "--to", "lnd")
+    assert done.stdout == run("convert", str(folder / "a" / "bow.bvh"), "--to", "lnd").stdout
+    assert run("inspect", WALKED[0]).stdout.startswith(f"file         {WALKED[0]}\n")
+    assert run("convert", WALKED[1], "a.bvh").returncode == 2  # a score is animated
+    assert run("animate", WALKED[1]).returncode == 0
+    assert (tmp_path / "raise.bvh").exists()
+    library.ingest(URL, folder)
+    with asking(library) as ask:
+        numbers = {it.path: it.id for it in library.captures()}
+        both = [numbers[path] for path in (WALKED[0], str(folder / "a" / "bow.bvh"))]
+        tiles = [ask.get(f"/api/captures/{number}/motion/0").content for number in both]
+        assert tiles[0] == tiles[1]
+        assert ask.get("/api/captures/missing").json() == {"captures": []}
+
+
+@pytest.mark.parametrize(
+    ("url", "said"),
+    [
+        ("lost://b/a.bvh", "lost:// is opened by a package that is not installed, wanted nowhere"),
+        ("nothing://b/a.bvh", "fsspec knows no nothing://"),
+    ],
+)
+def test_a_package_that_is_missing_is_named(url: str, said: str, tmp_path: Path) -> None:
+    missing = {"class": "nowhere.files.FileSystem", "err": "Install nowhere"}
+    known_implementations["lost"] = missing
+    try:
+        done = command.run("ingest", url, cwd=tmp_path)
+    finally:
+        del known_implementations["lost"]
+    assert done.returncode == 2
+    assert said in done.stderr
+
+
+def test_fsspec_is_named_where_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("fsspec", "fsspec.core"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(CaptureError, match=r"It comes with: pip install 'lanindex\[remote\]'"):
+        lanindex.read("s3://bucket/a.bvh")
+
+
+class _Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *said: Any) -> None:
+        pass
+
+
+def test_a_web_server_is_walked_and_read(library: Library, folder: Path) -> None:
+    pytest.importorskip("aiohttp", reason="fsspec opens http:// with aiohttp")
+    (folder / "a" / "no.bvh").write_text("")
+    handler = partial(_Quiet, directory=str(folder.parent))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        url = f"http://127.0.0.1:{server.server_port}/dance"
+        outcomes = library.ingest(url)
+        assert statuses(outcomes) == [
+            (f"{url}/a/bow.bvh", "added"),
+            (f"{url}/a/no.bvh", "failed"),
+            (f"{url}/raise.lnd", "added"),
+        ]
+        local = formats.opened(folder / "a" / "bow.bvh").sha256()
+        assert outcomes[0].sha256 == local
+        assert is_gone(f"{url}/none.bvh")
+        server.shutdown()
+    locations._known.clear()
+    assert not is_gone(f"{url}/none.bvh")  # nobody answers
