@@ -188,14 +188,6 @@ class Columns:
         columns = {name: getattr(self, name)[rows] for name in self.rows}
         return Columns(self.part, bounds, **columns, seen=seen)
 
-    def between(self, first: int, last: int) -> Columns:
-        """Return the columns of captures that follow each other, ``[first, last)``: as views."""
-        bounds = self.bounds[first : last + 1]
-        rows = {name: getattr(self, name)[bounds[0] : bounds[-1]] for name in self.rows}
-        seen = self.seen[slice(*np.searchsorted(self.seen[:, 0], (first, last)))]
-        seen = seen - np.array([first, 0, 0], np.int32)
-        return Columns(self.part, bounds - bounds[0], **rows, seen=seen)
-
     def prints(self, extras: Collection[str]) -> NDArray[np.uint64]:
         """Return a number for each capture, (C,), that any other rows or ranges would change.
 

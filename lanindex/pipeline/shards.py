@@ -24,9 +24,18 @@ from lanindex.library import segments
 from lanindex.library.cache import MOST_PENDING
 from lanindex.library.connect import Link, Session, Target
 from lanindex.library.read import read_state
-from lanindex.library.segments import Distrust, Piece, Segment
+from lanindex.library.segment_files import Distrust
+from lanindex.library.segments import Piece, Segment
 from lanindex.library.store import Store
-from lanindex.model.columns import Columns, Roster, columns_of, enrolled, extras_of, roster_of
+from lanindex.model.columns import (
+    Columns,
+    Roster,
+    columns_of,
+    enrolled,
+    extras_of,
+    joined_columns,
+    roster_of,
+)
 from lanindex.pipeline.search import (
     SearchOptions,
     count_unmeasured,
@@ -184,21 +193,34 @@ def columns_at(
         if shard.segment is None:
             return library.store, *_pending(library, connection, shard, parts, extras, tick)
         segment, first, last = shard.segment, shard.first, shard.last
-        key = segment.id, segment.entries["", "number"].checksum
-        held = library.held(key, lambda: segments.read_roster(connection, segment))
-        roster = library.held((*key, first, last), lambda: held.at(np.arange(first, last)))
+        key = segment.id, str(segment.entries["", "number"].checksum), first, last
+        roster = library.held(
+            key, lambda: segments.read_roster(connection, segment).at(np.arange(first, last))
+        )
         columns = {}
         for part in parts:
             more = tuple(it for it in extras_of(part) if it in extras)
-            read = partial(segments.stored_columns, connection, [segment], part, None, more)
-            whole = library.held((*key, part, more), partial(read, tick=tick))
-            between = partial(whole.between, first, last)
-            columns[part] = library.held((*key, part, more, first, last), between)
+            read = partial(_range_of, connection, segment, part, more, (first, last), tick)
+            columns[part] = library.held((*key, part, more), read)
     if shard.chosen is not None:
         places = shard.chosen - first
         roster = roster.at(places)
         columns = {part: one.at(places) for part, one in columns.items()}
     return library.store, roster, columns
+
+
+def _range_of(
+    connection: Link,
+    segment: Segment,
+    part: str,
+    more: Collection[str],
+    captures: tuple[int, int],
+    tick: Tick,
+) -> Columns:
+    """Return the columns of a part in a range of a segment's captures."""
+    if (part, "counts") not in segment.entries:
+        return joined_columns(part, [None], [captures[1] - captures[0]])
+    return segments.read_columns(connection, segment, part, more, tick, captures)
 
 
 def _pending(
