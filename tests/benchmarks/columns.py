@@ -2,8 +2,8 @@
 
     python tests/benchmarks/columns.py [CAPTURES] [CAPTURES WITH ROWS]
 
-On a synthetic library: 400,000 captures, columns alone; 2,000 with rows. What an ingest takes, its
-columns included, tells `ingest_speed.py`.
+On a synthetic library: 400,000 captures, columns alone, in the library and in files; 2,000 with
+rows. What an ingest takes, its columns included, tells `ingest_speed.py`.
 """
 
 import subprocess
@@ -17,7 +17,7 @@ from statistics import median
 import synthetic
 from sqlalchemy import update
 
-from lanindex.library import cache, read, schema, segments
+from lanindex.library import cache, migrate, read, schema, segments
 from lanindex.pipeline.library import open_library
 
 ROUNDS = 5
@@ -119,6 +119,11 @@ def main(captures: int, with_rows: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "columns.db"
         build(path, captures)
+        opened(path)
+        memory(path)
+        print("the same in files:")
+        spent = seconds(lambda: migrate.keep_columns(path, "files"))
+        print(f"  move them into files: {spent:.1f} s")
         opened(path)
         memory(path)
         anew(Path(folder) / "rows.db", with_rows)

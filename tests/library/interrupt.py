@@ -1,6 +1,7 @@
 """Interrupts processes that fill a library at random moments, and checks what is left.
 
-Run as ``interrupt.py FOLDER kill|interrupt TIMES SEED``; fails if a capture is not whole.
+Run as ``interrupt.py FOLDER kill|interrupt TIMES SEED [PLACE]``; fails if a capture is not whole.
+With a place, columns are in files there.
 """
 
 import os
@@ -20,12 +21,14 @@ from lanindex.library.store import Store
 CAPTURES = 25
 
 
-def fill_until(path: Path, how: str, after: float) -> None:
+def fill_until(path: Path, how: str, after: float, place: str) -> None:
     """Add what is missing, and be ended after some seconds."""
     if how == "interrupt":
         signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, after)  # unhandled, its signal ends a process at once
     with Store.open(path, create=True) as library:
+        if place:
+            library.cache.move(place)
         known = library.known()
         for number in range(CAPTURES):
             if os.path.abspath(f"{number}.bvh") not in known:
@@ -64,34 +67,35 @@ def assert_whole(path: Path) -> int:
     return len(found)
 
 
-def ended(path: Path, how: str, after: float) -> bool:
+def ended(path: Path, how: str, after: float, place: str) -> bool:
     """Fill in another process; return whether it was broken off."""
     child = os.fork()
     if child:
         return os.waitpid(child, 0)[1] != 0
     try:
-        fill_until(path, how, after)
+        fill_until(path, how, after, place)
         os._exit(0)
     except KeyboardInterrupt:
         os._exit(130)
 
 
-def main(folder: Path, how: str, times: int, seed: int) -> None:
+def main(folder: Path, how: str, times: int, seed: int, place: str = "") -> None:
     """Break off some times, each library until it is full; then fill the last one in peace."""
     choice = random.Random(seed)
     broken = filled = 0
     while broken < times:
         path = folder / f"{filled}.db"
-        interrupted = ended(path, how, choice.uniform(0.001, 0.12))
+        after = choice.uniform(0.001, 0.3 if place else 0.12)
+        interrupted = ended(path, how, after, f"{path.stem}-{place}" if place else "")
         found = assert_whole(path)
         broken += interrupted
         filled += found == CAPTURES
         assert interrupted or found == CAPTURES
     path = folder / f"{filled}.db"
-    assert not ended(path, how, 0)
+    assert not ended(path, how, 0, f"{path.stem}-{place}" if place else "")
     assert assert_whole(path) == CAPTURES
     print(broken)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), int(sys.argv[4]))
+    main(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), int(sys.argv[4]), *sys.argv[5:])

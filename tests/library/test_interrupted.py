@@ -19,9 +19,10 @@ BREAK_OFF = Path(__file__).with_name("interrupt.py")
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("place", [(), ("cols",)], ids=["in the library", "in files"])
 @pytest.mark.parametrize("how", ["kill", "interrupt"])
-def test_broken_off_at_any_moment(tmp_path, how):
-    command = [sys.executable, str(BREAK_OFF), str(tmp_path), how, "20", "1"]
+def test_broken_off_at_any_moment(tmp_path, how, place):
+    command = [sys.executable, str(BREAK_OFF), str(tmp_path), how, "20", "1", *place]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout == "20\n"
