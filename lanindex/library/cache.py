@@ -242,6 +242,8 @@ class ColumnCache:
                 raise LibraryError("it is kept nowhere else", place=target.place)
             with closing(Session(target, timeout=_WRITE_TIMEOUT)) as writer:
                 self._settle(writer, fault)
+        except Unreachable:
+            session.note(f"the library's columns are left as they are: {_BESIDE}")
         except LibraryError as error:
             session.note(f"the library's columns cannot be written ({error.found}): {_BESIDE}")
 

@@ -44,6 +44,9 @@ _DRAFT = ".part"
 _SPARED = 3600
 """Seconds for which a file stays that no segment names: somebody may be about to."""
 
+_WAITED = 30
+"""Seconds until a bucket that could not be reached is tried again: to find out takes some, too."""
+
 MOST_CACHED = 32 << 30
 """Bytes of files of buckets that a machine keeps, at most, but for the last one."""
 
@@ -278,6 +281,7 @@ class Bucket:
 
     def __init__(self, url: str) -> None:
         self.url = url.rstrip("/")
+        self._down, self._until = "", 0.0
         with extra("remote", url, LibraryError):
             from fsspec.core import url_to_fs
         with self._reached():
@@ -285,14 +289,18 @@ class Bucket:
 
     @contextmanager
     def _reached(self) -> Iterator[None]:
-        """Turn errors of a bucket into `Unreachable`."""
+        """Turn errors of a bucket into `Unreachable`; for a while do not try it again then."""
+        if time.monotonic() < self._until:
+            raise Unreachable(self._down)
         try:
             yield
         except (LibraryError, FileNotFoundError):
             raise
         # Each kind of store has errors of its own: of the network, of keys, of a missing package
         except Exception as error:
-            raise Unreachable(f"{self.url} cannot be reached ({error})") from error
+            self._down = f"{self.url} cannot be reached ({error})"
+            self._until = time.monotonic() + _WAITED
+            raise Unreachable(self._down) from error
 
     def _at(self, name: str) -> str:
         return f"{self._root}/{name}"

@@ -182,6 +182,10 @@ def test_a_place_out_of_reach_is_left_as_it_is(path):
     answer, notes = found(path)
     assert answer == by_rows(path)
     assert "out of reach" in notes[0]
+    assert notes[1:] == [
+        "the library's columns are left as they are: what is not there is read from the symbols, "
+        "each time"
+    ]
     assert not folder.exists()
     away.rename(folder)
     assert found(path) == (by_rows(path), [])
@@ -393,6 +397,26 @@ def test_a_damaged_file_in_a_bucket_is_mended_where_there_is_a_whole_copy(inside
     assert (answer, "damaged" in notes[0]) == (by_rows(inside), True)
     assert found(inside) == (by_rows(inside), [])
     assert check(inside) == []
+
+
+def test_a_bucket_out_of_reach_is_not_tried_again_and_again(inside, bucket, cache, monkeypatch):
+    keep_columns(inside, bucket)
+    for copy in cache.glob("*.columns"):
+        copy.unlink()
+    shelf, tried = segment_files.shelf_of(bucket), []
+
+    def unreachable(*_, **__):
+        tried.append(1)
+        raise ConnectionError("no route")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(shelf, "_until", 0.0)
+        for name in ("open", "cat_file", "ls"):
+            patch.setattr(shelf._system, name, unreachable)
+        answer, notes = found(inside)
+    assert (answer, len(tried)) == (by_rows(inside), 1)
+    assert f"out of reach: {bucket} cannot be reached (no route)" in notes[0]
+    assert found(inside) == (by_rows(inside), [])
 
 
 def test_a_bucket_that_nobody_knows(inside):
