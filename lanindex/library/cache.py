@@ -225,6 +225,14 @@ class ColumnCache:
                 segment_files.set_place(connection, where)
         self._mend("")
 
+    def renew(self) -> None:
+        """Read all columns, and make them anew if one of them is damaged."""
+        try:
+            with self._session.reading() as connection:
+                verify(connection)
+        except Distrust as error:
+            self._mend(error.found)
+
     def _note(self, fault: str) -> None:
         self._session.note(f"the library's columns {fault}: they are made of its symbols now")
 

@@ -138,9 +138,8 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
             ):
                 connection.exec_driver_sql(f"DROP VIEW IF EXISTS {VIEW}")
                 connection.exec_driver_sql(view_sql())
-    if status(named).fault:
-        with Store.open(named) as store:
-            store.cache.compact()
+    with Store.open(named) as store:
+        store.cache.renew()
     return status(named)
 
 
@@ -244,7 +243,7 @@ def _check_connection(connection: Link) -> list[str]:
                     )
             compared.update(some.tolist())
     except Distrust as fault:
-        remedy = fault.remedy or "The next search or ingest makes them anew"
+        remedy = fault.remedy or "They are made anew by: lanindex db upgrade"
         unlike = [f"the columns are {fault.found}. {remedy}"]
     except LibraryError:  # Of the library's state, which is noted above
         pass

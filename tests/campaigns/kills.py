@@ -172,12 +172,12 @@ class Scene:
             csv.writer(file).writerows([("file", "label", "who"), *rows])
         return table
 
-    def without_columns(self) -> None:
+    def without_columns(self, *more: str) -> None:
         """Make the columns of no use, in one of several ways."""
         changes = (
+            *more,
             "UPDATE state SET columns = -1",
             "UPDATE segment SET listing = 'x'",
-            "DELETE FROM segment_column WHERE name = 'cell'",
             "DELETE FROM segment_column; DELETE FROM segment; DELETE FROM segment_dead; "
             "INSERT OR IGNORE INTO segment_pending SELECT id FROM capture",
         )
@@ -268,7 +268,7 @@ def join(scene: Scene) -> Verb:
 def mend(scene: Scene) -> Verb:
     """Have columns and the view made anew."""
     scene.fill()
-    scene.without_columns()
+    scene.without_columns("DELETE FROM segment_column WHERE name = 'cell'")
     sql(LIBRARY, "DROP VIEW symbol")
     return Verb(partial(called, "db", "upgrade", "--db", LIBRARY), [[scene.held]])
 
@@ -336,7 +336,7 @@ def trial(choice: Random, folder: Path) -> dict[str, int]:
     try:
         code, calls = killed(verb, writes=writes)
         assert code in verb.ends, (code, errors_of())
-        assert look() == (states[-1], [])
+        assert look() == (states[-1], []), (make.__name__, look(), states[-1])
         Path(LIBRARY).unlink()
         shutil.copytree(kept, folder, dirs_exist_ok=True)
     finally:

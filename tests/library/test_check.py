@@ -64,11 +64,11 @@ WRONG = {
     "INSERT INTO metadata VALUES (2, 'who', 'x')": damage(2, SAID),
     "UPDATE capture SET path = CAST(x'2fff' AS TEXT) WHERE id = 2": damage(2, FILE),
     "UPDATE state SET columns = 7": (
-        "the columns are out of date, for another program has changed the library. The next search "
-        "or ingest makes them anew"
+        "the columns are out of date, for another program has changed the library. They are made "
+        "anew by: lanindex db upgrade"
     ),
     "UPDATE segment_column SET content = x'00' WHERE part = 'head' AND name = 'cell'": (
-        "the columns are damaged: cell of head in segment 1. The next search or ingest"
+        "the columns are damaged: cell of head in segment 1. They are made anew by"
     ),
     "DELETE FROM segment_pending": "the columns are damaged: they are not those of the captures",
     "DROP VIEW symbol": "the view symbol does not show what the library holds",
@@ -108,6 +108,18 @@ def test_what_is_wrong_is_named(tmp_path, change, monkeypatch):
         connection.execute(change)
     wanted = WRONG[change].replace("FOLDER", str(tmp_path))
     assert [line for line in check(tmp_path / "some.db") if wanted in line]
+
+
+def test_columns_that_no_search_reads_are_made_anew(tmp_path):
+    place = tmp_path / "some.db"
+    fill(place, 3)
+    with Store.open(place) as library:
+        library.cache.compact()
+    with sql(place) as connection:
+        connection.execute("DELETE FROM segment_column WHERE part = 'head'")
+    assert check(place) != []
+    upgrade(place)
+    assert check(place) == []
 
 
 def test_columns_of_other_symbols_are_found(tmp_path):

@@ -150,8 +150,8 @@ def test_a_damaged_file_is_told_and_mended(path, change):
     change(*files(path))
     (told,) = check(path)
     assert "cols/" in told
-    assert told.endswith(".columns. The next search or ingest makes them anew") or (
-        "is not what its name says. The next search or ingest makes them anew" in told
+    assert told.endswith(".columns. They are made anew by: lanindex db upgrade") or (
+        "is not what its name says. They are made anew by: lanindex db upgrade" in told
     )
     answer, notes = found(path)
     assert answer == by_rows(path)
