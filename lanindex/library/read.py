@@ -268,11 +268,13 @@ def read_track_rows(
     else:
         values = {f"part{at}": part for at, part in enumerate(parts)}
         where += f" AND part IN ({', '.join(f':{name}' for name in values) or 'NULL'})"
+        wanted = {*numbers}
         selected = [
             row
             for row in _select_tracks(connection, where, values)
             # In a damaged row they may be anything
             if type(row[0]) is type(row[_SYMBOLS]) is int and row[_SYMBOLS] >= 0
+            if row[-1] in wanted
         ]
     place = np.searchsorted(numbers, [row[-1] for row in selected])
     columns = list(zip(*selected, strict=True)) or [()] * len(rows.TRACK)
@@ -449,7 +451,7 @@ def _fields_by_row(connection: Link, tracks: TrackRows, chosen: str) -> NDArray[
     for row in ask(connection, f"{asked} WHERE {chosen} ORDER BY capture_id, track, ordinal"):
         if not all(isinstance(value, int) for value in row):
             what = f"its track number {row[1]} holds what is no number"
-            raise damaged(row[0], locations[row[0]], what)
+            raise damaged(row[0], locations.get(row[0]), what)  # or a row of another table
         by_track.setdefault(row[:2], []).append(row[1:])
     tables = [np.empty((0, len(COLUMNS) + 2), np.int64)]
     columns = (tracks.owners, tracks.ordinal, tracks.part, tracks.symbols, tracks.checksum)
@@ -471,7 +473,7 @@ def read_contents(
     held = {number: (lines, blob) for number, lines, blob in ask(connection, asked)}
     what = "its heading or the lines that were not understood"
     for capture, *_, content in chosen:
-        lines, blob = held[capture.id]
+        lines, blob = held.get(capture.id, (None, None))
         if content_checksum(lines, blob) != content:
             raise damaged(capture.id, capture.location, what)
         try:

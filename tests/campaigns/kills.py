@@ -343,7 +343,7 @@ def trial(choice: Random, folder: Path) -> dict[str, int]:
         shutil.rmtree(kept)
     least = kills = 0
     for _ in range(choice.choice((1, 1, 1, 2))):
-        code, _ = killed(verb, choice.randint(1, calls), writes=writes)
+        code, _ = killed(verb, choice.randint(1, calls or 1), writes=writes)
         kills += code == -9
         said = Path("printed").read_text().count("\n") if verb.prints else 0
         most = max(least, verb.said(said + 1))
