@@ -126,9 +126,7 @@ def cut_short(file, other):
 
 
 def turn_over(file, other):
-    content = bytearray(file.read_bytes())
-    content[: len(content) // 2] = flip(content[: len(content) // 2], random.Random(1))
-    file.write_bytes(content)
+    file.write_bytes(bytes(255 - byte for byte in file.read_bytes()))
 
 
 def swap(file, other):
