@@ -388,7 +388,10 @@ def _sweep(folder: Path, more: int) -> None:
         return
     _unswept = 0
     left = BYTES - more
-    files = [(it.stat(), it.path) for it in os.scandir(folder) if it.name.startswith(_COPY)]
+    files = []
+    for entry in os.scandir(folder):
+        with suppress(OSError):  # another process lets go, too
+            files += [(entry.stat(), entry.path)] if entry.name.startswith(_COPY) else []
     for status, path in sorted(files, key=lambda one: -one[0].st_atime_ns):
         left -= status.st_size
         if left < 0:

@@ -287,7 +287,7 @@ def _group(out: Output, group: Similar, folder: str) -> tuple[str, ...]:
 
 
 def evaluate(
-    folder: Path = argument(..., "FOLDER", "The captures.", readable=False),
+    folder: str = argument(..., "FOLDER", "The captures."),
     labels: str = option(..., "CSV", "Columns file and label."),
     patterns: str = option(..., "TOML", "Patterns and their positives."),
     profile: options.Profile = "default",
