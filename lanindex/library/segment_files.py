@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError, UsageError, counted, extra
 from lanindex.library.connect import Link, ask, first_values, insert, is_sqlite
-from lanindex.locations import copies
+from lanindex.locations import copies, is_url, plain
 
 ALIGNED = 64
 """Bytes at a multiple of which a column begins."""
@@ -415,7 +415,7 @@ def _cache() -> Cache:
 @lru_cache(maxsize=16)
 def shelf_of(place: str) -> Shelf:
     """Return what reads and writes the files at a place: a folder or a URL."""
-    return Bucket(place) if "://" in place else Folder(Path(place))
+    return Bucket(place) if is_url(place) else Folder(Path(place))
 
 
 def current_place(connection: Link) -> str:
@@ -429,7 +429,8 @@ def current_place(connection: Link) -> str:
 
 def absolute_place(connection: Link, where: str) -> str:
     """Return the folder that is named from the one of the library's file; a URL as it is."""
-    if "://" in where or os.path.isabs(where):
+    where = plain(where)
+    if is_url(where) or os.path.isabs(where):
         return where
     if not is_sqlite(connection):
         raise LibraryError(
@@ -449,7 +450,7 @@ def set_place(connection: Link, where: str) -> None:
 def prepare(connection: Link, where: str) -> None:
     """Make a folder or bucket ready to take the files of a library; refuse that of another one."""
     place = absolute_place(connection, where)
-    if "://" not in place:
+    if not is_url(place):
         try:
             os.makedirs(place, exist_ok=True)
         except OSError as error:
