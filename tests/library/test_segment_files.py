@@ -11,6 +11,7 @@ import uuid
 import numpy as np
 import pytest
 from columns_told import PARTS, by_rows, cut, flip, found, given
+from in_shards import Here
 from sample_library import add_sample, fill, sql
 
 from lanindex import records
@@ -19,6 +20,7 @@ from lanindex.library import segment_files, segments
 from lanindex.library.migrate import check, files_of_columns, keep_columns
 from lanindex.library.rows import checksum
 from lanindex.library.store import Store
+from lanindex.pipeline import shards
 from lanindex.pipeline.library import Library
 
 
@@ -68,8 +70,9 @@ def count(path, table):
 PATTERNS = ("r_arm right low -> r_forward mid", "head any with l_arm high", "r_arm 0.3s+ ... left")
 
 
-def hits(path):
+def hits(path, spread=None):
     with Library.open(path, readonly=True) as library:
+        library.spread = spread
         return [[records.of_hit(hit) for hit in library.search(one)] for one in PATTERNS]
 
 
@@ -94,9 +97,16 @@ def test_there_and_back(inside, where, bucket):
 
 
 def test_from_a_folder_to_another(path):
-    keep_columns(path, str(path.parent / "other"))
+    keep_columns(path, (path.parent / "other").as_uri())
     assert files(path) == []
+    assert len(list((path.parent / "other").iterdir())) == 2
     assert found(path) == (by_rows(path), [])
+
+
+def test_shards(path, monkeypatch):
+    monkeypatch.setattr(shards, "FEWEST", 1)
+    assert hits(path, Here(3)) == hits(path)
+    assert all(hits(path))
 
 
 def test_what_an_earlier_version_listed_can_be_moved(inside):
