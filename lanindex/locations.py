@@ -70,6 +70,11 @@ def located(path: str | os.PathLike[str]) -> str:
     return text if is_url(text) else os.path.abspath(text)
 
 
+def holders(url: str) -> set[str]:
+    """Return what may be the file that holds a capture, by its name alone: no store is asked."""
+    return {url, url.partition("!/")[0], url.rpartition("#")[0]}
+
+
 def beside(path: str, name: str) -> str:
     """Return the location of a file that is named as seen from another one's folder."""
     if is_url(name):
@@ -107,7 +112,7 @@ _NEVER = -FRESH, None
 
 def forget(path: str) -> None:
     """Let a file of a store be asked for anew, and the file that it is in, if it answered."""
-    for url in (path, path.partition("!/")[0], path.rpartition("#")[0]):
+    for url in holders(path):
         if not isinstance(_known.get(url, _NEVER)[1], CaptureError):
             _known.pop(url, None)
 

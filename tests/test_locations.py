@@ -233,6 +233,17 @@ def test_labels_name_urls_and_files_beside_their_table(
     assert labels[WALKED[0]] == "bow"
     assert labels[str(folder / "raise.lnd")] == "raise"
     assert not labels[WALKED[1]]
+    named = (
+        "https://nobody/a.bvh",
+        "counted://bucket/no.zip!/a.bvh",
+        "counted://bucket/no.c3d#Ada",
+    )
+    (tmp_path / "sent.csv").write_text(
+        "file,label\ndance/raise.lnd,up\n" + ",x\n".join((*named, ""))
+    )
+    Counted.asked.clear()
+    ingests.read_labels(tmp_path / "sent.csv", [folder / "raise.lnd"])
+    assert not Counted.asked  # a table that was sent to the page asks for nothing
     store.pipe_file("/bucket/tables/l.csv", b"file,label\n../dance/raise.lnd,up\n")
     read = ingests.read_labels("counted://bucket/tables/l.csv")
     assert read == {WALKED[1]: ("up", {})}

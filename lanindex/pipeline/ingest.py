@@ -327,8 +327,11 @@ def read_labels(
         _check_row(row, head, f"{place}:{line}")
         cells = dict(zip(head, row, strict=True))
         file = cells.pop("file")
-        beside = locations.beside(place, file)
-        key = key_of(file if is_gone(beside) and not is_gone(file) else beside)
+        if locations.is_url(file):  # never asked for: somebody else may have made the table
+            key = key_of(file)
+        else:
+            beside = locations.beside(place, file)
+            key = key_of(file if is_gone(beside) and not is_gone(file) else beside)
         label = cells.pop("label", "") or None
         entry = label, {name: cell for name, cell in cells.items() if cell}
         if labels.setdefault(key, entry) != entry:
@@ -336,7 +339,11 @@ def read_labels(
             raise UsageError(found, place=f"{place}:{line}", wanted="one line a file")
     if labels and files is not None:
         held = {key_of(on_disk(os.fspath(file))) for file in files}
-        if not any(key_of(on_disk(key)) in held for key in labels):
+        named = (
+            locations.holders(key) if locations.is_url(key) else {key_of(on_disk(key))}
+            for key in labels
+        )
+        if not any(names & held for names in named):
             raise UsageError(unfitting(labels, held), place=place)
     return labels
 

@@ -197,6 +197,7 @@ def test_no_path_leads_anywhere_else(caller: Caller, path: str) -> None:
         ("/api/names", b'{"text":"\xed\xa0\x80"}'),
         ("/api/searches", b'{"like":"/etc/passwd"}'),
         ("/api/searches", b'{"like":"../own.db"}'),
+        ("/api/searches", b'{"like":"http://127.0.0.1/a.bvh"}'),
         ("/api/searches", b'{"pattern":"@/etc/passwd"}'),
         ("/api/searches", b'{"pattern":"' + b"(" * 9000 + b'"}'),
         ("/api/searches", b'{"pattern":"' + b"r_arm high or " * 9000 + b'"}'),
