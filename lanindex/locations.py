@@ -332,7 +332,7 @@ def copy_of(url: str, mark: Mark) -> str:
     """Return the path of the copy of one version of a file."""
     place = copies("captures") / (_COPY + sha256(repr((url, mark)).encode()).hexdigest()[:32])
     with _turns[hash(url) % len(_turns)]:
-        with suppress(FileNotFoundError):
+        with suppress(OSError):  # what is wrong with the folder is said where it is written to
             os.utime(place, ns=(int(time() * 1e9), os.stat(place).st_mtime_ns))
             return str(place)
         found = _found(url)
@@ -377,7 +377,7 @@ def _copy(url: str, found: Found, place: Path) -> None:
     try:
         with _asking(url) as (system, path):
             system.get_file(path, draft)
-        if found.size is not None and os.stat(draft).st_size != found.size:
+        if os.stat(draft).st_size < (found.size or 0):  # what is stored packed is longer
             raise changed(url)
         os.replace(draft, place)
     finally:

@@ -279,6 +279,19 @@ def test_copies_that_were_not_used_for_longest_are_let_go(
     assert Path(first) in copies
 
 
+def test_a_copy_is_whole_or_not_there(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as cut:
+        cut.setattr(Counted, "get_file", lambda self, path, to: Path(to).write_bytes(b"HIER"))
+        with pytest.raises(CaptureError, match="has changed while it was read"):
+            lanindex.read(WALKED[0])
+    assert list((tmp_path / "cache" / "captures").iterdir()) == []
+    monkeypatch.setenv("LANINDEX_CACHE", str(folder / "raise.lnd"))
+    with pytest.raises(CaptureError, match=r"cannot be copied to .*LANINDEX_CACHE"):
+        lanindex.read(WALKED[0])
+
+
 def test_the_command_and_the_page_take_urls(library: Library, folder: Path, tmp_path: Path) -> None:
     run = partial(command.run, cwd=tmp_path)
     done = run("convert", WALKED[0], "--to", "lnd")
