@@ -28,6 +28,7 @@ from lanindex.search.limits import deadline
 if TYPE_CHECKING:
     from lanindex.encoding.profile import Profile
     from lanindex.model import Hit, Track
+    from lanindex.pipeline.spread import Spread
 
 BOUND_REMEDY = 'Bound what the patterns try: write "...[<5s]" for "...".'
 
@@ -158,12 +159,17 @@ def read_patterns(
 
 
 def read_clips(
-    folder: str | os.PathLike[str], labels: Labels, profile: Profile, *, jobs: int = 1
+    folder: str | os.PathLike[str],
+    labels: Labels,
+    profile: Profile,
+    *,
+    jobs: int = 1,
+    spread: Spread | None = None,
 ) -> Iterator[Clip]:
     """Yield the labelled captures of a folder, written down, in order of path."""
     paths = [path for path in discover([folder]) if key_of(path) in labels]
     tasks = (Task(path, profile) for path in paths)
-    for number, outcome in enumerate(prepared(tasks, jobs), 1):
+    for number, outcome in enumerate(prepared(tasks, jobs, spread), 1):
         label, metadata = labels[key_of(outcome.path)]
         score = outcome.score or Score(Fraction(1), 0, Meter(), {})
         capture = Capture(

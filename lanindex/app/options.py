@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Callable, Collection, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ from lanindex.library.selection import Selection
 
 if TYPE_CHECKING:
     from lanindex.pipeline.library import Library
+    from lanindex.pipeline.spread import Spread
 
 DB = "lanindex.db"  # the default library
 STDOUT = Path("-")  # the output file name that means standard output
@@ -119,6 +121,10 @@ Jobs = Annotated[
         "-j",
         min=1,
     ),
+]
+Cluster = Annotated[
+    str | None,
+    option(..., "ADDRESS", "Spread the work with Dask: tcp://HOST:PORT, local[:N], slurm[:N]."),
 ]
 Parts = Annotated[str | None, option(..., "PART,...", "Only these tracks.")]
 Part = Annotated[list[str] | None, option(..., "PART", "Only this part; repeatable.")]
@@ -274,9 +280,19 @@ def one_line(text: str) -> str:
     return lines[0]
 
 
-def opened(db: str, out: Output, words: Path | None = None) -> Library:
+def opened(db: str, out: Output, words: Path | None = None, cluster: str | None = None) -> Library:
     """Open a library to be read; show its notes, and the progress of its jobs."""
-    return lanindex.open_library(db, readonly=True, words=words, note=out.note, progress=out.watch)
+    told: dict[str, Any] = {"note": out.note, "progress": out.watch}
+    return lanindex.open_library(db, readonly=True, words=words, cluster=cluster, **told)
+
+
+def spread(cluster: str | None) -> AbstractContextManager[Spread | None]:
+    """Return the processes of a cluster, which are let go at the end of the block."""
+    if cluster is None:
+        return nullcontext()
+    from lanindex.pipeline.cluster import Cluster
+
+    return Cluster(cluster)
 
 
 def capture_id(text: str) -> int | str:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lanindex import formats, locations
 from lanindex.errors import CaptureError, LanindexError, UsageError, shown
@@ -29,6 +29,7 @@ from lanindex.pipeline.prepare import Outcome, StoredFile, Task, companions, enc
 
 if TYPE_CHECKING:
     from lanindex.encoding.profile import Profile
+    from lanindex.pipeline.spread import Spread
 
 COMPACT_EVERY = 4096
 """Files after which an ingest puts what it has stored into columns; and after the last one."""
@@ -61,6 +62,7 @@ def ingest(
     jobs: int = 1,
     force: bool = False,
     dry_run: bool = False,
+    spread: Spread | None = None,
 ) -> Generator[Outcome, None, None]:
     """Read files into a library."""
     known = store.known() if store else {}
@@ -75,7 +77,7 @@ def ingest(
         stored = moved.stored(new)  # also where everything is read again: it may have moved
         return new if force else replace(new, stored=stored)
 
-    for number, outcome in enumerate(prepared(map(task, paths), jobs)):
+    for number, outcome in enumerate(prepared(map(task, paths), jobs, spread)):
         place = absolute(outcome.path)
         before = moved.places.get(place, "")
         outcome = replace(outcome, was_stored=place in known or bool(before), moved=before)
@@ -89,7 +91,7 @@ def ingest(
 
 
 def again(
-    store: Store, profile: Profile, jobs: int, tick: Callable[[], None]
+    store: Store, profile: Profile, jobs: int, spread: Spread | None, tick: Callable[[], None]
 ) -> tuple[int, Generator[Outcome, None, None]]:
     """Return how many files a library holds captures of, and what writes them down anew.
 
@@ -103,8 +105,9 @@ def again(
             groups.setdefault(options, {})[parted(place)[0]] = None
 
     def outcomes() -> Generator[Outcome, None, None]:
+        how: dict[str, Any] = {"jobs": jobs, "spread": spread}
         for options, files in groups.items():
-            yield from ingest(store, files, profile, reading=Reading(**dict(options)), jobs=jobs)
+            yield from ingest(store, files, profile, reading=Reading(**dict(options)), **how)
 
     return sum(map(len, groups.values())), outcomes()
 

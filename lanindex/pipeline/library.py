@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
+from functools import cached_property, partial
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from lanindex.film.figure import Figure
     from lanindex.library.stats import Stats
     from lanindex.model import Capture, Hit, Reading, Score, Symbol, Track
+    from lanindex.pipeline.cluster import Cluster
     from lanindex.pipeline.curves import Curves
     from lanindex.pipeline.example import Alike, Groups
     from lanindex.pipeline.ingest import Labels
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from lanindex.pipeline.movement import Movement
     from lanindex.pipeline.prepare import Outcome
     from lanindex.pipeline.search import SearchOptions
-    from lanindex.pipeline.spread import Spread
     from lanindex.search.explain.advice import Advice
     from lanindex.search.explain.english import Explanation
     from lanindex.search.explain.why import Trace
@@ -95,10 +95,14 @@ class Library:
     >>> library.close()
     """
 
-    def __init__(self, store: Store, words: str | os.PathLike[str] | None = None) -> None:
-        self.store, self.words = store, words
+    def __init__(
+        self,
+        store: Store,
+        words: str | os.PathLike[str] | None = None,
+        cluster: str | None = None,
+    ) -> None:
+        self.store, self.words, self.cluster = store, words, cluster
         self.refused: list[LanindexError] = []
-        self.spread: Spread | None = None
         self._jobs: WeakSet[Job[Any]] = WeakSet()
 
     @classmethod
@@ -112,6 +116,7 @@ class Library:
         words: str | os.PathLike[str] | None = None,
         note: Callable[[str], None] | None = None,
         progress: Progress | None = None,
+        cluster: str | None = None,
     ) -> Self:
         """Open a library; use it as a context manager, or close it.
 
@@ -133,6 +138,10 @@ class Library:
         progress : callable, optional
             Is called with what a long job goes through (``captures``), how many are done, and of
             how many; it may raise, which breaks the job off.
+        cluster : str, optional
+            Who does the work of large jobs, with the same results: the address of a scheduler of
+            Dask, ``tcp://HOST:PORT``; ``local``: processes of this machine; ``slurm``. It is
+            reached when it is needed first, and let go when the library is closed.
 
         Returns
         -------
@@ -150,7 +159,7 @@ class Library:
         store = Store.open(
             named, create=create, readonly=readonly, timeout=timeout, note=note, progress=progress
         )
-        return cls(store, words)
+        return cls(store, words, cluster)
 
     def __repr__(self) -> str:
         return f"<Library {self.store.place}>"
@@ -165,7 +174,18 @@ class Library:
         """Let go of the database; what is left is one file. Jobs that still run are cancelled."""
         for job in list(self._jobs):
             job.cancel()
+        if opened := vars(self).pop("spread", None):
+            opened.close()
         self.store.close()
+
+    @cached_property
+    def spread(self) -> Cluster | None:
+        """The processes of the cluster, where there is one."""
+        if self.cluster is None:
+            return None
+        from lanindex.pipeline.cluster import Cluster
+
+        return Cluster(self.cluster)
 
     @property
     def notes(self) -> list[str]:
@@ -300,7 +320,7 @@ class Library:
         from lanindex.pipeline.jobs import IngestJob
 
         chosen = load(os.fspath(profile))
-        return self._begun(IngestJob(partial(again, self.store, chosen, jobs)))
+        return self._begun(IngestJob(partial(again, self.store, chosen, jobs, self.spread)))
 
     def _ingest(
         self,
@@ -323,6 +343,7 @@ class Library:
             files.append(file)
         table = read_labels(labels, files) if isinstance(labels, str | os.PathLike) else labels
         how: dict[str, Any] = {"labels": table, "jobs": jobs, "force": force}
+        how |= {"spread": self.spread}
         chosen = load(os.fspath(profile))
         return len(files), ingest(self.store, files, chosen, reading=reading, **how)
 
@@ -456,9 +477,7 @@ class Library:
         from lanindex.pipeline import search, shards
         from lanindex.search.match.finder import NARROWER
 
-        find = search.search
-        if self.spread is not None:
-            find = partial(shards.search, self.spread)
+        find = partial(shards.search, self.spread) if self.spread else search.search
         tick = partial(progress, "captures", 0, 0)
         query, numbers = self._query(pattern, selection, strict, tick)
         best = options.best

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 from lanindex import compiled, formats, locations
 from lanindex.errors import CaptureError, LanindexError, OutOfMemoryError, UsageError
 from lanindex.formats.file import SUBJECT, on_disk, together
+from lanindex.library.connect import no_tick
 from lanindex.library.rows import Encoding
 from lanindex.memory import available
 from lanindex.model.motion import Reading
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
     from lanindex.encoding.profile import Profile
     from lanindex.model import Score
+    from lanindex.pipeline.spread import Spread, Tick
 
 _FILES = ("skeleton", "body", "columns", "tempo")
 """What of a `Reading` is a file, unless it is a word."""
@@ -43,6 +45,12 @@ BASE = 300 << 20
 
 SHARE = 2.2
 """Bytes more for each byte of the file (tests/benchmarks/memory.py)."""
+
+BATCH, FILE = 32 << 20, 64 << 10
+"""Bytes of files of which a process of a cluster reads one after the other; what each counts for
+more than its bytes."""
+
+_in_a_folder = threading.Lock()
 
 StoredFile = Mapping[str, tuple[str, Encoding]]
 """What a library holds of a file: sha256 and encoding by person, of all of it by the empty text."""
@@ -182,12 +190,17 @@ def processes(files: int, requested: int | None) -> int:
     return requested or (os.cpu_count() or 1 if files >= MANY else 1)
 
 
-def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
-    """Prepare tasks, in their order, in one process or several."""
+def prepared(tasks: Iterable[Task], jobs: int, spread: Spread | None = None) -> Iterator[Outcome]:
+    """Prepare tasks, in their order, in one process or several, or spread over a cluster."""
     if jobs < 1:
         raise UsageError(f"{jobs} processes", place="--jobs", wanted="one at least")
     waiting = list(tasks)
     sizes = [size_of(task.path) for task in waiting]
+    if spread is not None:
+        here = os.getcwd()
+        batches = ((here, some) for some in in_batches(waiting, sizes, spread.tasks))
+        yield from chain.from_iterable(spread.results(prepare_batch, batches, no_tick))
+        return
     jobs = affordable(sizes, jobs)
     # what the library holds is most likely unchanged
     new = sum(size for task, size in zip(waiting, sizes, strict=True) if not task.stored)
@@ -196,6 +209,45 @@ def prepared(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
         yield from chain.from_iterable(map(prepare, shared))
     else:
         yield from _in_processes(shared, jobs)
+
+
+def in_batches(tasks: Iterable[Task], sizes: Iterable[int], count: int) -> Iterator[list[Task]]:
+    """Yield tasks that follow each other, in at least so many batches of about as many bytes."""
+    weighed = [(task, size + FILE) for task, size in zip(tasks, sizes, strict=True)]
+    most = min(BATCH, sum(size for _, size in weighed) // (2 * count))
+    batch, taken = list[Task](), 0
+    for task, size in weighed:
+        if batch and taken + size > most:
+            yield batch
+            batch, taken = [], 0
+        batch.append(task)
+        taken += size
+    if batch:
+        yield batch
+
+
+def prepare_batch(batch: tuple[str, Iterable[Task]], tick: Tick) -> list[Outcome]:
+    """Prepare tasks in a process of a cluster, as if it ran in the folder that is given.
+
+    A process has one such folder: its threads take turns.
+    """
+    folder, tasks = batch
+    outcomes = list[Outcome]()
+    with _in_a_folder:
+        before = os.getcwd()
+        try:
+            os.chdir(folder)
+        except OSError as error:
+            found = f"a worker cannot go to this folder ({error.strerror})"
+            remedy = "Workers read files themselves: under the same paths."
+            raise LanindexError(found, place=folder, remedy=remedy) from error
+        try:
+            for task in tasks:
+                tick()
+                outcomes += prepare(task)
+        finally:
+            os.chdir(before)
+    return outcomes
 
 
 def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
@@ -218,7 +270,7 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
             done = Future[Outcomes]()
             done.set_result(unchanged)
             return done
-        with _interrupts_later():  # a process that starts now inherits that
+        with interrupts_later():  # a process that starts now inherits that
             return pool.submit(prepare, task)
 
     waiting: deque[tuple[Task, Future[Outcomes]]] = deque()
@@ -248,7 +300,7 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
 
 
 @contextmanager
-def _interrupts_later() -> Iterator[None]:
+def interrupts_later() -> Iterator[None]:
     """Hold Ctrl-C back until the end of the block."""
     if not hasattr(signal, "pthread_sigmask"):
         yield

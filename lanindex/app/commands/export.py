@@ -104,6 +104,7 @@ def run(
     selection: options.Selected,
     matching: options.Matching,
     words: options.Words = None,
+    cluster: options.Cluster = None,
     force: options.Force = False,
     db: options.Db = options.DB,
     out: options.Out,
@@ -130,7 +131,7 @@ def run(
             raise UsageError(f"--{name.replace('_', '-')}", wanted=wanted)
     _check_source(source, dataset.patterns, selection, captures_allowed=folder is not None)
     search_options = {**matching, "selection": selection}
-    with options.opened(db, out, words) as library:
+    with options.opened(db, out, words, cluster) as library:
         if folder is None:
             requests = source.requests(library)
             if requests is None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex.app import options
-from lanindex.app.options import argument, flag, option
+from lanindex.app.options import argument, exclusive, flag, option
 from lanindex.app.output import Output, duration, say_error
 from lanindex.errors import UsageError, counted
 from lanindex.pipeline.files import write_all
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 def ingest(
     paths: list[str] = argument(..., "PATH...", "Captures, scores, folders, or their URLs."),
     jobs: options.Jobs = None,
+    cluster: options.Cluster = None,
     profile: options.Profile = "default",
     labels: str | None = option(None, "CSV", "A table with columns file, label and any others."),
     *,
@@ -43,6 +44,7 @@ def ingest(
     from lanindex.library.store import Store
     from lanindex.pipeline.ingest import discover, ingest, read_labels, unfitting
 
+    exclusive("--jobs", jobs, {"--cluster": cluster})
     chosen = load(profile)
     check(reading)
     others: list[str] = []
@@ -59,12 +61,15 @@ def ingest(
     is_new = not os.path.exists(db)
     no_library = dry_run and is_new
     with (
+        options.spread(cluster) as spread,  # before a library is made
         nullcontext()
         if no_library
-        else Store.open(db, create=True, readonly=dry_run, note=out.note, progress=out.watch)
-    ) as store:
+        else Store.open(
+            db, create=True, readonly=dry_run, note=out.note, progress=out.watch
+        ) as store,
+    ):
         how: dict[str, Any] = {"force": force, "dry_run": dry_run, "labels": table, "jobs": jobs}
-        outcomes = ingest(store, files, chosen, reading=reading, **how)
+        outcomes = ingest(store, files, chosen, reading=reading, spread=spread, **how)
         by_file = groupby(outcomes, key=lambda outcome: parted(outcome.path)[0])
         for _, of_file in out.progress(by_file, len(files), "files"):
             for outcome in of_file:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import lanindex
 from lanindex import records
@@ -292,6 +292,7 @@ def evaluate(
     patterns: str = option(..., "TOML", "Patterns and their positives."),
     profile: options.Profile = "default",
     jobs: options.Jobs = None,
+    cluster: options.Cluster = None,
     words: options.Words = None,
     misses: bool = flag("--misses", "Say which clips were judged wrongly, and why."),
     near: options.Near = False,
@@ -311,12 +312,15 @@ def evaluate(
     from lanindex.pipeline.prepare import processes
     from lanindex.pipeline.search import too_rich
 
+    exclusive("--jobs", jobs, {"--cluster": cluster})
     expectations, table = read_patterns(patterns, words), read_labels(labels)
     if not any(label for label, _ in table.values()):
         raise UsageError("no labels", place=labels, wanted='a column "label"')
     count = sum(key_of(path) in table for path in discover([folder]))
-    reader = read_clips(folder, table, load(profile), jobs=processes(count, jobs))
-    clips = list(out.progress(reader, count, "clips"))
+    with options.spread(cluster) as spread:
+        how: dict[str, Any] = {"jobs": processes(count, jobs), "spread": spread}
+        reader = read_clips(folder, table, load(profile), **how)
+        clips = list(out.progress(reader, count, "clips"))
     unused_rows = unfitting(table, [it.capture.path for it in clips] or discover([folder]))
     if not clips:
         raise UsageError(unused_rows, place=labels, wanted=f"files in {folder}")

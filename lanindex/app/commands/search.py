@@ -90,6 +90,7 @@ def run(
         None, "MB", "Megabytes a search may use; by default a quarter of free memory.", min=64
     ),
     words: options.Words = None,
+    cluster: options.Cluster = None,
     explain: bool = flag(
         "--explain", "Say how the pattern is understood; --explain plan: how it is searched."
     ),
@@ -135,7 +136,7 @@ def run(
     from lanindex.search.language.score import pattern_in
 
     asked = pattern_in(typed)
-    with options.opened(db, out, words) as library:
+    with options.opened(db, out, words, cluster) as library:
         pattern = pattern_of(out, library, asked, words)
         if view.sort is None:
             view = replace(view, sort="time" if pattern == asked else "fit")

@@ -1,0 +1,229 @@
+"""Processes of Dask, on this machine or on many, that do the work of a library's jobs.
+
+A task is a function of this package and its argument, pickled: nothing else has to be on the
+machines but the same LanIndex, and the files under the same paths. A task whose process dies is
+done again by another one.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from importlib import import_module
+from itertools import islice
+from threading import Event
+from typing import TYPE_CHECKING, Any, Self
+from uuid import uuid4
+
+from lanindex.errors import LanindexError, UsageError, extra, shown
+from lanindex.pipeline.prepare import interrupts_later
+
+if TYPE_CHECKING:
+    from lanindex.pipeline.spread import Tick, Work
+
+TASKS = 4
+"""Tasks for each thread of the workers: the last ones end at about the same time."""
+
+AHEAD = 2
+"""So many times as many tasks are given at once: the results of those that wait take memory."""
+
+PATIENCE = 10
+"""Seconds that a scheduler has to answer, and three times as many its first worker."""
+
+TICK = 0.1
+"""Seconds after which who waits for a result is told."""
+
+WANTED = "tcp://HOST:PORT, local or slurm"
+
+
+class _Abandoned(Exception):
+    """Raised in a task for which nobody waits any more."""
+
+
+class Cluster:
+    """Workers of Dask, to which tasks are given.
+
+    Parameters
+    ----------
+    named : str
+        The address of a scheduler; ``local``: processes of this machine, as many as it has
+        processors, or ``local:4``; ``slurm``: a job of Slurm as the configuration of
+        dask-jobqueue has it, or ``slurm:20``.
+    """
+
+    def __init__(self, named: str) -> None:
+        kind, _, number = named.partition(":")
+        if kind not in ("local", "slurm") and "://" not in named:
+            raise UsageError(f'"{shown(named)}"', place="--cluster", wanted=WANTED)
+        count = None
+        if kind in ("local", "slurm") and number:
+            count = int(number) if number.isdecimal() else 0
+            if count < 1:
+                raise UsageError(f'"{shown(named)}"', place="--cluster", wanted=f"{kind}:4")
+        self.named = named
+        with extra("cluster", "--cluster", UsageError):
+            distributed: Any = import_module("distributed")
+        self._made: Any = None
+        self._client: Any = None
+        with self._told("no scheduler answers there"):
+            if kind == "local":
+                self._made = _local(count)
+            elif kind == "slurm":
+                self._made = _slurm(count or 1)
+            at = named if self._made is None else self._made
+            self._client = distributed.Client(at, timeout=PATIENCE, set_as_default=False)
+        try:
+            with self._told("no worker has joined it"):  # jobs of Slurm may wait for long
+                patience = None if kind == "slurm" else 3 * PATIENCE
+                self._client.wait_for_workers(1, timeout=patience)
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Let go of the cluster; one that was made for this is ended."""
+        for one in (self._client, self._made):
+            if one is not None:
+                with suppress(OSError, TimeoutError):
+                    one.close(timeout=5)
+
+    @property
+    def threads(self) -> int:
+        """How many tasks are done at the same time."""
+        with self._told("the scheduler is gone"):
+            return max(1, sum(map(int, self._client.nthreads().values())))
+
+    @property
+    def tasks(self) -> int:
+        """Into how many tasks work is best cut."""
+        return TASKS * self.threads
+
+    def results(self, work: Work, items: Iterable[Any], tick: Tick) -> Iterator[Any]:
+        """Yield the results of work on items, in their order; a few are done ahead.
+
+        Whoever breaks off waits for nothing: tasks that run are told to end.
+        """
+        left, waiting = enumerate(items), deque[Any]()
+        job, ahead, ended = uuid4().hex, AHEAD * self.tasks, Event()
+        try:
+            while True:
+                for place, item in islice(left, ahead - len(waiting)):
+                    key = f"lanindex-{job}-{place}"
+                    future = self._client.submit(_Call(work, item), key=key, pure=False)
+                    future.add_done_callback(lambda _: ended.set())
+                    waiting.append(future)
+                if not waiting:
+                    return
+                tick()
+                ended.clear()
+                if not waiting[0].done():
+                    ended.wait(TICK)
+                    continue
+                result = self._result(waiting[0])
+                waiting.popleft()
+                yield result
+        finally:
+            if waiting and self._client.status == "running":
+                self._client.cancel(list(waiting), force=True)
+
+    def _result(self, future: Any) -> Any:
+        """Return what a task returned, or raise its error."""
+        from distributed import KilledWorker
+
+        try:
+            with self._told("the scheduler is gone"):
+                error, result = future.result()
+        except KilledWorker as killed:
+            raise LanindexError(
+                f"{killed.allowed_failures + 1} workers died of the same task (out of memory?)",
+                place=self.named,
+                remedy="Give them more memory, or choose fewer captures.",
+            ) from killed
+        except (ImportError, RuntimeError) as unread:
+            if isinstance(unread, RuntimeError) and "deserialization" not in str(unread):
+                raise
+            raise LanindexError(
+                f"its processes cannot read this work: {unread.__cause__ or unread}",
+                place=self.named,
+                remedy="Install the same LanIndex for its scheduler and its workers.",
+            ) from unread
+        if error is not None:
+            raise error
+        return result
+
+    @contextmanager
+    def _told(self, found: str) -> Iterator[None]:
+        """Raise errors of the connection as one that names the cluster."""
+        from concurrent.futures import CancelledError
+
+        try:
+            yield
+        except (OSError, TimeoutError, CancelledError) as error:
+            remedy = "Start it again." if "gone" in found else ""
+            raise LanindexError(found, place=self.named, remedy=remedy) from error
+
+
+def _local(count: int | None) -> Any:
+    """Return processes of this machine, which leave Ctrl-C to this one."""
+    import logging
+    import os
+
+    distributed: Any = import_module("distributed")
+    how = {"threads_per_worker": 1, "memory_limit": 0, "dashboard_address": None}
+    how |= {"n_workers": count or os.cpu_count() or 1, "silence_logs": logging.CRITICAL}
+    with interrupts_later():
+        return distributed.LocalCluster(**how)
+
+
+def _slurm(jobs: int) -> Any:
+    """Return jobs of Slurm, configured as dask-jobqueue says."""
+    try:
+        from dask_jobqueue import SLURMCluster
+    except ImportError as error:
+        raise UsageError(
+            "dask-jobqueue is not installed",
+            place="--cluster slurm",
+            remedy="It comes with: pip install dask-jobqueue",
+        ) from error
+    cluster = SLURMCluster()
+    cluster.scale(jobs=jobs)
+    return cluster
+
+
+@dataclass(frozen=True, slots=True)
+class _Call:
+    """Work on an item, in a worker: returns an error of LanIndex or None, and the result."""
+
+    work: Work
+    item: Any = field(repr=False)  # Dask logs what fails; a library's URL may have a password
+
+    def __call__(self) -> tuple[LanindexError | None, Any]:
+        try:
+            return None, self.work(self.item, _tick())
+        except LanindexError as error:
+            return error, None
+        except _Abandoned:
+            return None, None
+
+
+def _tick() -> Callable[[], None]:
+    """Return what raises once the task that runs in this thread is wanted no more."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    key, tasks = worker.get_current_task(), worker.state.tasks
+
+    def tick() -> None:
+        task = tasks.get(key)
+        if task is None or task.state == "cancelled":  # also where whoever wanted it is gone
+            raise _Abandoned
+
+    return tick

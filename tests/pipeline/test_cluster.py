@@ -1,0 +1,205 @@
+"""Work spread over processes of Dask has the same results; what goes wrong is one sentence."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+from threading import Thread
+
+import pytest
+from cluster_work import failing, killing, waiting
+from dances import BOW, RAISE, dance
+from in_shards import Here
+from sample_library import fill, sql
+
+from lanindex.errors import LanindexError, UsageError
+from lanindex.pipeline import shards
+from lanindex.pipeline.cluster import Cluster
+from lanindex.pipeline.library import open_library
+from lanindex.pipeline.prepare import Task, in_batches, prepared
+
+TABLES = ("capture", "track", "symbol_code", "metadata", "profile", "segment", "segment_column")
+
+
+def rows_of(path: Path) -> list[list[tuple]]:
+    with sql(path) as connection:
+        return [connection.execute(f"SELECT * FROM {it}").fetchall() for it in TABLES]
+
+
+def folder_of(path: Path) -> Path:
+    """Write files of all kinds: alike, unreadable, in folders of their own."""
+    for number in range(6):
+        dance(path / f"{number % 3}" / f"{number}.bvh", BOW if number % 2 else RAISE)
+    (path / "1" / "bow.lnd").write_text(BOW)
+    (path / "2" / "broken.bvh").write_text("HIERARCHY\nROOT")
+    (path / "own.csv").write_text("file,label\n0/0.bvh,raise\n1/bow.lnd,bow\n")
+    return path
+
+
+def test_an_ingest_in_batches_stores_the_same_bytes(tmp_path: Path, monkeypatch) -> None:
+    folder_of(tmp_path / "dances")
+    monkeypatch.chdir(tmp_path)
+    told = []
+    for name, spread in (("plain", None), ("spread", Here(3))):
+        with open_library(f"{name}.db", create=True) as library:
+            vars(library)["spread"] = spread
+            outcomes = library.ingest("dances", labels="dances/own.csv")
+            outcomes += library.ingest("dances", profile="paper")
+            outcomes += library.begin_encode("default").result
+            told.append([str(outcome) for outcome in outcomes])
+    assert told[0] == told[1]
+    assert {"added", "failed"} <= {it.status for it in outcomes}
+    assert rows_of(tmp_path / "plain.db") == rows_of(tmp_path / "spread.db")
+
+
+def test_batches_have_about_as_many_bytes() -> None:
+    tasks = [Task(str(number), None) for number in range(100)]
+    found = list(in_batches(tasks, [1 << 16] * 99 + [1 << 30], 4))
+    assert [one for batch in found for one in batch] == tasks
+    assert [len(batch) for batch in found] == [99, 1]
+    assert [len(it) for it in in_batches(tasks, [0] * 100, 4)] == [12] * 8 + [4]
+    assert list(prepared([], 1, Here(3))) == []
+
+
+@pytest.mark.parametrize("named", ["", "here", "local:0", "local:x", "slurm:-1"])
+def test_an_address_that_is_none(named: str) -> None:
+    with pytest.raises(UsageError, match="--cluster"):
+        Cluster(named)
+
+
+def test_without_dask_one_sentence_says_what_to_install(tmp_path: Path) -> None:
+    fill(tmp_path / "l.db", 2)
+    code = (
+        "import sys; sys.modules['distributed'] = None; from lanindex.app.cli import main; main()"
+    )
+    words = [sys.executable, "-c", code, "search", "r_arm any", "--db", str(tmp_path / "l.db")]
+    done = subprocess.run([*words, "--cluster", "local"], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr == (
+        "lanindex: --cluster: distributed is not installed. "
+        "It comes with: pip install 'lanindex[cluster]'.\n"
+    )
+
+
+def test_slurm_needs_another_package(monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "dask_jobqueue", None)
+    with pytest.raises(UsageError, match="pip install dask-jobqueue"):
+        Cluster("slurm")
+
+
+def test_dask_is_loaded_where_it_is_asked_for_alone(tmp_path: Path) -> None:
+    fill(tmp_path / "l.db", 2)
+    code = (
+        "import sys; from lanindex.app.cli import run\n"
+        "for words in (['search', 'r_arm any'], ['stats'], ['motifs'], ['similar'],\n"
+        "              ['ingest', sys.argv[2]], ['export', 'r_arm any']):\n"
+        "    run([*words, '--db', sys.argv[1], '-q'])\n"
+        "print([it for it in sys.modules if it.split('.')[0] in ('dask', 'distributed')])"
+    )
+    words = [sys.executable, "-c", code, str(tmp_path / "l.db"), str(tmp_path)]
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+# With processes of Dask.
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    with Cluster("local:2") as opened:
+        yield opened
+
+
+@pytest.fixture
+def library(tmp_path: Path, cluster: Cluster, monkeypatch):
+    monkeypatch.setattr(shards, "FEWEST", 1)
+    fill(tmp_path / "l.db", 40)
+    with open_library(tmp_path / "l.db") as opened:
+        opened.store.cache.compact()
+        vars(opened)["spread"] = cluster
+        yield opened
+        del vars(opened)["spread"]  # it is not the library's own
+
+
+def test_a_cluster_finds_the_same(library) -> None:
+    spread = library.spread
+    for text, how in (("r_arm any", {}), ("r_arm any -> any", {"fuzzy": "1", "best": 5})):
+        library.spread = spread
+        found = library.search(text, **how).dicts()
+        library.spread = None
+        assert found == library.search(text, **how).dicts()
+
+
+@pytest.mark.slow
+def test_files_are_read_by_a_cluster(tmp_path: Path, cluster: Cluster, monkeypatch) -> None:
+    folder_of(tmp_path / "dances")
+    monkeypatch.chdir(tmp_path)
+    for name, spread in (("plain", None), ("spread", cluster)):
+        with open_library(f"{name}.db", create=True) as library:
+            vars(library)["spread"] = spread
+            library.ingest("dances", labels="dances/own.csv")
+            vars(library).pop("spread")
+    assert rows_of(tmp_path / "plain.db") == rows_of(tmp_path / "spread.db")
+
+
+@pytest.mark.slow
+def test_a_process_that_is_killed_is_no_matter(tmp_path: Path, cluster: Cluster) -> None:
+    items = [(str(tmp_path / "died"), number) for number in range(12)]
+    found = list(cluster.results(killing, items, lambda: None))
+    assert [number for number, _ in found] == list(range(12))
+    assert (tmp_path / "died").exists()
+
+
+@pytest.mark.slow
+def test_tasks_end_when_nobody_waits(tmp_path: Path, cluster: Cluster) -> None:
+    begun = time.monotonic()
+
+    def tick() -> None:
+        if len(list(tmp_path.glob("* begun"))) == 2:
+            raise KeyboardInterrupt
+
+    paths = [tmp_path / f"{number}" for number in range(2)]
+    with pytest.raises(KeyboardInterrupt):
+        list(cluster.results(waiting, map(str, paths), tick))
+    while not all(path.exists() and path.read_text() for path in paths):
+        assert time.monotonic() - begun < 30
+        time.sleep(0.05)
+
+
+@pytest.mark.slow
+def test_errors_of_tasks_are_raised_here(cluster: Cluster) -> None:
+    with pytest.raises(LanindexError, match=r"^here: number 1\. None\.$"):
+        list(cluster.results(failing, [1, 2], lambda: None))
+
+
+@pytest.mark.slow
+def test_nobody_answers() -> None:
+    with pytest.raises(LanindexError, match=r"tcp://127.0.0.1:9: no scheduler answers there"):
+        Cluster("tcp://127.0.0.1:9")
+
+
+@pytest.mark.slow
+def test_the_scheduler_dies(tmp_path: Path) -> None:
+    file, own = tmp_path / "s.json", {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    begin = partial(subprocess.Popen, stderr=subprocess.DEVNULL, env=own)
+    words = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--no-dashboard"]
+    scheduler = begin([*words, "--port", "0", "--scheduler-file", str(file)])
+    while not file.exists():
+        time.sleep(0.1)
+    address = json.loads(file.read_text())["address"]
+    words = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--no-dashboard"]
+    worker = begin([*words, "--no-nanny", "--local-directory", str(tmp_path)])
+    try:
+        with Cluster(address) as opened:
+            items = [str(tmp_path / "begun")]
+            Thread(target=lambda: (time.sleep(3), scheduler.kill()), daemon=True).start()
+            with pytest.raises(LanindexError, match=f"{address}: the scheduler is gone"):
+                list(opened.results(waiting, items, lambda: None))
+    finally:
+        for one in (worker, scheduler):
+            one.kill()
+            one.wait()
