@@ -175,10 +175,12 @@ def _local(count: int | None) -> Any:
     """Return processes of this machine, which leave Ctrl-C to this one."""
     import logging
     import os
+    from multiprocessing.resource_tracker import ensure_running
 
     distributed: Any = import_module("distributed")
     how = {"threads_per_worker": 1, "memory_limit": 0, "dashboard_address": None}
     how |= {"n_workers": count or os.cpu_count() or 1, "silence_logs": logging.CRITICAL}
+    ensure_running()  # which lets signals through once it has begun
     with interrupts_later():
         return distributed.LocalCluster(**how)
 
