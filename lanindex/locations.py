@@ -122,7 +122,7 @@ def _found(url: str) -> Found:
     asked, found = _known.get(url, _NEVER)
     if monotonic() - asked >= FRESH:
         try:
-            with _asking(url) as (system, path):
+            with asking(url) as (system, path):
                 found = _told(url, system.info(path))
         except FileNotFoundError:
             found = None
@@ -146,7 +146,7 @@ def _told(url: str, info: dict[str, Any]) -> Found:
 
 
 @contextmanager
-def _asking(url: str) -> Iterator[tuple[Any, str]]:
+def asking(url: str) -> Iterator[tuple[Any, str]]:
     """Open the store of a URL, and say what is wrong as one kind of error, or `FileNotFoundError`.
 
     Each package behind fsspec has errors of its own.
@@ -210,7 +210,7 @@ def _entries(folder: str) -> dict[str, bool]:
 
 
 def _list(folder: str) -> dict[str, bool]:
-    with _asking(folder) as (system, path):
+    with asking(folder) as (system, path):
         infos = system.ls(path, detail=True)
     root = path.rstrip("/")
     names = ((str(it["name"]).rstrip("/"), it) for it in infos)
@@ -310,7 +310,7 @@ def head(path: str, size: int) -> bytes:
     if not is_url(path):
         with open(path, "rb") as file:
             return file.read(size)
-    with _asking(path) as (system, place):
+    with asking(path) as (system, place):
         return bytes(system.cat_file(place, start=0, end=size)[:size])
 
 
@@ -375,7 +375,7 @@ def _copy(url: str, found: Found, place: Path) -> None:
     handle, draft = mkstemp(dir=place.parent, prefix=_COPY)
     os.close(handle)
     try:
-        with _asking(url) as (system, path):
+        with asking(url) as (system, path):
             system.get_file(path, draft)
         if os.stat(draft).st_size < (found.size or 0):  # what is stored packed is longer
             raise changed(url)

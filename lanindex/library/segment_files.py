@@ -29,9 +29,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.errors import LibraryError, UsageError, counted, extra
+from lanindex.errors import CaptureError, LibraryError, UsageError, counted
 from lanindex.library.connect import Link, ask, first_values, insert, is_sqlite
-from lanindex.locations import copies, is_url, plain
+from lanindex.locations import asking, copies, is_url, plain
 
 ALIGNED = 64
 """Bytes at a multiple of which a column begins."""
@@ -62,8 +62,9 @@ class Distrust(LibraryError):
 class Unreachable(Distrust):
     """The files of the segments are out of reach; it is not known whether they are whole."""
 
-    def __init__(self, found: str) -> None:
-        remedy = "Bring it back, or keep the columns in the library: lanindex db segments --inside"
+    def __init__(self, found: str, remedy: str = "") -> None:
+        remedy = remedy or "Bring it back."
+        remedy += " Or keep the columns in the library: lanindex db segments --inside"
         super().__init__(f"out of reach: {found}", remedy=remedy)
 
 
@@ -281,37 +282,27 @@ class Bucket:
 
     def __init__(self, url: str) -> None:
         self.url = url.rstrip("/")
-        self._down, self._until = "", 0.0
-        with extra("remote", url, LibraryError):
-            from fsspec.core import url_to_fs
-        with self._reached():
-            self._system, self._root = url_to_fs(self.url)
+        self._down, self._until = Unreachable(""), 0.0
 
     @contextmanager
-    def _reached(self) -> Iterator[None]:
-        """Turn errors of a bucket into `Unreachable`; for a while do not try it again then."""
+    def _asking(self) -> Iterator[tuple[Any, str]]:
+        """Open the store, or raise `Unreachable`; for a while do not try it again then."""
         if time.monotonic() < self._until:
-            raise Unreachable(self._down)
+            raise self._down
         try:
-            yield
-        except (LibraryError, FileNotFoundError):
-            raise
-        # Each kind of store has errors of its own: of the network, of keys, of a missing package
-        except Exception as error:
-            self._down = f"{self.url} cannot be reached ({error})"
+            with asking(self.url) as (system, root):
+                yield system, root.rstrip("/")
+        except CaptureError as error:
+            self._down = Unreachable(f"{error.place}: {error.found}", error.remedy)
             self._until = time.monotonic() + _WAITED
-            raise Unreachable(self._down) from error
-
-    def _at(self, name: str) -> str:
-        return f"{self._root}/{name}"
+            raise self._down from error
 
     @contextmanager
-    def _found(self, name: str) -> Iterator[None]:
-        """Turn errors of reading a file into `Distrust`."""
+    def _found(self, name: str) -> Iterator[tuple[Any, str]]:
+        """Open the store, and yield where a file is in it; one that is not there is `Distrust`."""
         try:
-            with self._reached():
-                self._system.invalidate_cache()  # of what there is: others write there, too
-                yield
+            with self._asking() as (system, root):
+                yield system, f"{root}/{name}"
         except FileNotFoundError:
             raise Distrust(f"damaged: there is no file {self.url}/{name}") from None
 
@@ -320,10 +311,12 @@ class Bucket:
         cache = _cache()
         name = cache.write(contents)
         try:
-            with self._reached():
-                self._system.put_file(str(cache.path / name), self._at(name))
-        except (Unreachable, FileNotFoundError) as error:
-            raise LibraryError(str(error), place=self.url, remedy=_WHOLE) from error
+            with self._asking() as (system, root):
+                system.put_file(str(cache.path / name), f"{root}/{name}")
+        except FileNotFoundError as error:
+            raise LibraryError("there is no such bucket", place=self.url, remedy=_WHOLE) from error
+        except Unreachable as error:
+            raise LibraryError(error.found, remedy=_WHOLE) from error
         cache.make_room(name)
         return name
 
@@ -331,8 +324,8 @@ class Bucket:
         """Return some bytes of a file: (N,) uint8."""
         with suppress(_NoCopy):
             return self._fetched(name).read(name, start, stop)
-        with self._found(name):
-            content: bytes = self._system.cat_file(self._at(name), start=start, end=stop)
+        with self._found(name) as (system, path):
+            content: bytes = system.cat_file(path, start=start, end=stop)
         if len(content) != stop - start:
             raise Distrust(f"damaged: the file {self.url}/{name} is cut short")
         return np.frombuffer(content, np.uint8)
@@ -343,14 +336,14 @@ class Bucket:
         if not (cache.path / name).exists():
             with cache.turn(name):
                 if not (cache.path / name).exists():  # nobody has fetched it meanwhile
-                    with self._found(name), self._system.open(self._at(name), "rb") as file:
+                    with self._found(name) as (system, path), system.open(path, "rb") as file:
                         cache.keep(iter(lambda: file.read(_CHUNK), b""), name)
                     cache.make_room(name)
         return cache
 
     def check(self, name: str) -> None:
         """Raise `Distrust` if a file is not what its name says."""
-        with self._found(name), self._system.open(self._at(name), "rb") as file:
+        with self._found(name) as (system, path), system.open(path, "rb") as file:
             _check_digest(name, file, f"{self.url}/{name}")
 
     def forget(self, name: str) -> bool:
@@ -362,28 +355,28 @@ class Bucket:
 
     def remove(self, name: str) -> None:
         """Delete a file; it may be gone already."""
-        with suppress(FileNotFoundError), self._reached():
-            self._system.rm_file(self._at(name))
+        with suppress(FileNotFoundError), self._asking() as (system, root):
+            system.rm_file(f"{root}/{name}")
         self.forget(name)
 
     def names(self) -> list[str]:
         """Return the names of all files of segments, and of drafts that were broken off."""
-        with suppress(FileNotFoundError), self._reached():
-            self._system.invalidate_cache()
-            listed = self._system.ls(self._root, detail=False)
-            return [name for name in (one.rpartition("/")[2] for one in listed) if _is_ours(name)]
+        with suppress(FileNotFoundError), self._asking() as (system, root):
+            listed = [path.rpartition("/")[2] for path in system.ls(root, detail=False)]
+            return [name for name in listed if _is_ours(name)]
         return []
 
     def ages(self, names: Collection[str]) -> dict[str, float]:
         """Return the seconds since some files were written, by the clock of the bucket."""
-        draft, ages = self._at(f"{os.urandom(16).hex()}{_DRAFT}"), {}
-        with self._reached():
-            self._system.pipe_file(draft, b"now")
-            now = self._system.modified(draft)
-            self._system.rm_file(draft)
+        ages = {}
+        with self._asking() as (system, root):
+            draft = f"{root}/{os.urandom(16).hex()}{_DRAFT}"
+            system.pipe_file(draft, b"now")
+            now = system.modified(draft)
+            system.rm_file(draft)
             for name in names:
                 with suppress(FileNotFoundError):
-                    ages[name] = (now - self._system.modified(self._at(name))).total_seconds()
+                    ages[name] = (now - system.modified(f"{root}/{name}")).total_seconds()
         return ages
 
 

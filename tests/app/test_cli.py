@@ -603,7 +603,7 @@ class TestOthers:
         after = filled("search", "r_arm any")
         assert (after.stdout, after.stderr) == (before.stdout, before.stderr)
         assert len(list((place / "cols").iterdir())) == 1
-        refused(filled("db", "segments", "nowhere://x"), "cannot be reached")
+        refused(filled("db", "segments", "nowhere://x"), "fsspec knows no nowhere://")
         refused(filled("db", "segments", "cols", "--inside"), "--inside")
         assert filled("db", "segments", "--inside").stdout.endswith("in the library\n")
         assert list((place / "cols").iterdir()) == []
