@@ -1,11 +1,13 @@
 """A library with fixed contents."""
 
+import os
 import sqlite3
 from contextlib import closing, contextmanager
 from fractions import Fraction
 
 import numpy as np
 
+from lanindex.library import connect
 from lanindex.library.rows import Encoding
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
@@ -14,10 +16,21 @@ from lanindex.model.symbol import blank
 ENCODING = Encoding("default", "d" * 64, {"up": "z"})
 
 
+def name_of(path) -> str:
+    """Return what opens the library of a path in another process, too."""
+    return os.fspath(connect.target(path).name)
+
+
 @contextmanager
 def sql(path):
-    """Let plain SQL be spoken to a file: kept at the end, and closed."""
-    with closing(sqlite3.connect(path)) as connection, connection:
+    """Let plain SQL be spoken to a library: kept at the end, and closed."""
+    where = connect.target(path)
+    if where.url:
+        link = connect.connected(where, create=False, readonly=False, timeout=5)
+        link.autocommit = False
+    else:
+        link = sqlite3.connect(path)
+    with closing(link) as connection, connection:
         yield connection
 
 

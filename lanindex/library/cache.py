@@ -246,7 +246,7 @@ class ColumnCache:
             if not session.readonly:
                 self._settle(session, fault)
                 return
-            if target.sqlite and target.path is None:
+            if target.in_memory:
                 raise LibraryError("it is kept nowhere else", place=target.place)
             with closing(Session(target, timeout=_WRITE_TIMEOUT)) as writer:
                 self._settle(writer, fault)

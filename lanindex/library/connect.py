@@ -1,49 +1,38 @@
 """Open a library by its name, and connect to it; errors of the database say what to do.
 
-A library in a file that is only read needs no more than SQLite's own module. SQLAlchemy, which
-takes longer to import than most searches take, is for writing and for other databases. So
-statements are text, with ``:name`` for a value.
-
-An SQLite library is one file at rest. Its journal is a rollback journal, not a write-ahead log:
-a log leaves two more files beside the library, cannot be read from a folder that may not be
-written, and fails on network disks. While a process writes, it keeps the journal's file
-(``PERSIST``), and on closing the journal goes. A transaction of 400 symbols so costs 2.4 ms on an
-idle disk (6.2 with a journal that is deleted each time, 2.0 with a log) and 16 ms on a busy one
-(21; 3): the price of waiting for the disk, so that a power cut loses nothing. The right to write
-is taken when a transaction begins (``BEGIN IMMEDIATE``), so that two writers wait for each other
-and never fail halfway.
+Statements are text, with ``:name`` for a value: a library in a file needs no more than SQLite's
+own module. SQLAlchemy, which takes longer to import than most searches take, makes and changes
+tables, and connects to a server.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import sqlite3
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
-from itertools import chain
-from operator import methodcaller
 from pathlib import Path
 from threading import Lock, RLock, get_ident
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from lanindex.data import shipped
 from lanindex.errors import AbsentError, LibraryBusyError, LibraryError, LibraryVersionError
+from lanindex.library.dialect import MEMORY, MOST, Dialect, Link, Target, Values
 from lanindex.library.selection import printable
+from lanindex.library.sqlite import SQLITE
 
 if TYPE_CHECKING:
-    from sqlalchemy import Connection, Engine
+    from sqlalchemy import Connection
+
+__all__ = ["MEMORY", "MOST", "Link", "Target", "Values"]
 
 REVISION = "0005"
 """The revision of ``migrations/`` that `lanindex.library.schema` is; they sort by age as text."""
 
 DEFAULT = "lanindex.db"
-MEMORY = ":memory:"
-
-MOST = 999
-"""Values in one statement: any SQLite takes so many."""
 
 MOST_IDLE = 8
 """Connections that are kept for the next transactions; each has a cache of 2 MB."""
@@ -55,9 +44,6 @@ Progress = Callable[[str, int, int], None]
 """Called with what a job counts (``captures``), how many are done, and how many there are. It may
 raise, which breaks off the job."""
 
-Values = Mapping[str, Any] | Sequence[Mapping[str, Any]]
-"""Of one statement, or of the same one many times."""
-
 
 def no_progress(noun: str, done: int, total: int) -> None:
     """Report nothing."""
@@ -67,44 +53,25 @@ def no_tick() -> None:
     """Go on."""
 
 
-Link: TypeAlias = "sqlite3.Connection | Connection"
-"""SQLite's own to a file that is only read, else SQLAlchemy's."""
+def dialect_of(link: Link) -> Dialect:
+    """Return which kind of database a connection leads to."""
+    return SQLITE if isinstance(link, sqlite3.Connection) else _postgres()
+
+
+def _postgres() -> Dialect:
+    from lanindex.library.postgres import POSTGRES
+
+    return POSTGRES
 
 
 def ask(link: Link, statement: str, values: Values | None = None) -> Any:
     """Execute a statement, and return the driver's cursor: rows as plain tuples."""
-    driver = driver_of(link)
-    if driver is None:
-        from sqlalchemy import text
-
-        connection: Any = link
-        return connection.execute(text(statement), values or {}).cursor
-    if values is None or isinstance(values, Mapping):
-        return driver.execute(statement, values or {})
-    return driver.executemany(statement, values)
+    return dialect_of(link).ask(link, statement, values)
 
 
 def insert(link: Link, table: str, names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    """Write rows, many in a statement, which SQLite's module does faster than one by one."""
-    begin, driver = f"INSERT INTO {table} ({', '.join(names)}) VALUES ", driver_of(link)
-    if driver is None and rows:
-        named = ", ".join([f":{name}" for name in names])
-        ask(link, f"{begin}({named})", [dict(zip(names, row, strict=True)) for row in rows])
-    elif driver is not None:
-        row, many = f"({', '.join('?' * len(names))})", MOST // len(names)
-        for first in range(0, len(rows), many):
-            some = rows[first : first + many]
-            driver.execute(begin + ", ".join([row] * len(some)), [*chain.from_iterable(some)])
-
-
-def driver_of(link: Link) -> sqlite3.Connection | None:
-    """Return SQLite's own connection, which is faster than SQLAlchemy; None if there is none."""
-    if isinstance(link, sqlite3.Connection):
-        return link
-    if link.closed:
-        return None
-    driver = link.connection.driver_connection
-    return driver if isinstance(driver, sqlite3.Connection) else None
+    """Write rows."""
+    dialect_of(link).insert(link, table, names, rows)
 
 
 def among(numbers: Iterable[int]) -> str:
@@ -118,17 +85,25 @@ def first_values(rows: Iterable[Sequence[Any]]) -> list[Any]:
 
 
 def faults() -> tuple[type[Exception], ...]:
-    """Return the types of a database's errors; SQLAlchemy's only where it is imported.
+    """Return the types of a database's errors; those of packages only where they are imported.
 
     An error of Unicode is one, too: even the messages of SQLite may be damaged in a damaged file.
     """
-    imported = sys.modules.get("sqlalchemy.exc")
-    return sqlite3.Error, UnicodeDecodeError, *([imported.SQLAlchemyError] if imported else [])
+    packages = {"psycopg": "Error", "sqlalchemy.exc": "SQLAlchemyError"}
+    imported = [getattr(sys.modules.get(it), name, None) for it, name in packages.items()]
+    return sqlite3.Error, UnicodeDecodeError, *(it for it in imported if it is not None)
 
 
-def name_of(error: BaseException) -> str:
-    """Return SQLite's name of a database's error; empty where there is none."""
-    return getattr(getattr(error, "orig", None) or error, "sqlite_errorname", None) or ""
+def _fault(error: BaseException) -> tuple[str, BaseException]:
+    """Return the name of a database's error, and the error without what SQLAlchemy adds."""
+    origin = getattr(error, "orig", None) or error
+    ours = isinstance(origin, sqlite3.Error | UnicodeDecodeError)
+    return (SQLITE if ours else _postgres()).fault(origin), origin
+
+
+def is_damage(error: BaseException) -> bool:
+    """Return whether an error of a database tells of damage in it."""
+    return _fault(error)[0].startswith((*SQLITE.damage, *_postgres().damage))
 
 
 @contextmanager
@@ -137,60 +112,48 @@ def translated(place: str) -> Iterator[None]:
     try:
         yield
     except faults() as error:
-        origin = getattr(error, "orig", None) or error
-        name = "SQLITE_CORRUPT" if isinstance(origin, UnicodeDecodeError) else name_of(error)
-        short = "_".join(name.split("_")[:2])
-        unknown = f"the database says: {origin}", "Ask it for what is wrong with: lanindex db check"
+        name, origin = _fault(error)
         known = shipped("library/faults.toml")
-        found, remedy = known.get(name) or known.get(short) or unknown
-        kind = LibraryBusyError if short == "SQLITE_BUSY" else LibraryError
-        raise kind(found, place=place, remedy=remedy) from error
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """Where a library is."""
-
-    place: str
-    url: str
-    path: Path | None
-
-    @property
-    def sqlite(self) -> bool:
-        """Whether SQLite keeps it."""
-        return not self.url
+        short = "_".join(name.split("_")[:2]) if "_" in name else name[:2]
+        fault = known.get(name) or known.get(short) or known["OTHER"]
+        line = str(origin).strip().partition("\n")[0]
+        says = printable(re.sub(r"^connection .* failed: ", "", line))
+        kind = LibraryBusyError if fault.get("busy") else LibraryError
+        raise kind(fault["found"].format(says=says), place=place, remedy=fault["remedy"]) from error
 
 
 def target(named: str | os.PathLike[str]) -> Target:
     """Return where the library of a path or an SQLAlchemy URL is."""
     text = os.fspath(named)
     if "://" not in text:
-        return Target(text, "", None if text == MEMORY else Path(text).absolute())
+        return in_file(text)
     import sqlalchemy
 
     try:
         url = sqlalchemy.make_url(text)
-        backend = url.get_backend_name()
-    except sqlalchemy.exc.SQLAlchemyError as error:
-        raise LibraryError(
-            "this URL names no database that SQLAlchemy knows",
-            place=text,
-            wanted="a path, or sqlite:///PATH",
-        ) from error
-    if backend == "sqlite":
-        return target(url.database or MEMORY)
-    return Target(url.render_as_string(), text, None)
+    except sqlalchemy.exc.SQLAlchemyError:
+        url = None
+    if url is not None and url.get_backend_name() == "sqlite":
+        return in_file(url.database or MEMORY)
+    if url is None or url.drivername not in ("postgresql", "postgresql+psycopg"):
+        shown = url.render_as_string() if url is not None else text
+        wanted = "a path, or postgresql+psycopg://USER@HOST/DATABASE"
+        raise LibraryError("this URL names no kind of library", place=shown, wanted=wanted)
+    url = url.set(drivername="postgresql+psycopg")
+    return Target(url.render_as_string(), url.render_as_string(hide_password=False), None)
 
 
-def connected(database: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
+def in_file(text: str) -> Target:
+    """Return where the library in a file is."""
+    return Target(text, "", None if text == MEMORY else Path(text).absolute())
+
+
+def connected(where: Target, *, create: bool, readonly: bool, timeout: float) -> Link:
     """Return a connection to a database of any content."""
-    _check_path(database, create=create)
-    with translated(database.place):
-        if database.sqlite and readonly and not create:
-            reader = _sqlite_connection(database.path, False, timeout)
-            reader.execute("PRAGMA query_only = ON")
-            return reader
-        return _engine(database, create=create, timeout=timeout).connect()
+    _check_path(where, create=create)
+    dialect = _postgres() if where.url else SQLITE
+    with translated(where.place):
+        return dialect.connect(where, create=create, readonly=readonly, timeout=timeout)
 
 
 def _check_path(database: Target, *, create: bool) -> None:
@@ -222,43 +185,7 @@ def _check_path(database: Target, *, create: bool) -> None:
         )
 
 
-def _engine(database: Target, *, create: bool, timeout: float) -> Engine:
-    """Return an engine whose transactions begin and wait as described above."""
-    import sqlalchemy
-    from sqlalchemy.pool import NullPool
-
-    if not database.sqlite:
-        try:
-            return sqlalchemy.create_engine(database.url, poolclass=NullPool)
-        except (sqlalchemy.exc.SQLAlchemyError, ImportError) as error:
-            raise LibraryError(
-                f"no driver for this database: {error}", place=database.place
-            ) from None
-
-    def begin(connection: Connection) -> None:
-        writes = connection.get_execution_options().get("writes", False)
-        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
-
-    creator = partial(_sqlite_connection, database.path, create, timeout)
-    engine = sqlalchemy.create_engine("sqlite://", creator=creator, poolclass=NullPool)
-    sqlalchemy.event.listen(engine, "begin", begin)
-    return engine
-
-
-def _sqlite_connection(path: Path | None, create: bool, timeout: float) -> sqlite3.Connection:
-    # A file that is only read is opened for writing where it may be, too: only then can a write
-    # that was broken off be undone.
-    name = f"{path.as_uri()}?mode={'rwc' if create else 'rw'}" if path else f"file:{MEMORY}"
-    connection = sqlite3.connect(
-        name, timeout=timeout, isolation_level=None, uri=True, check_same_thread=False
-    )
-    connection.execute("PRAGMA foreign_keys = ON")
-    # Bytes that are no UTF-8 are damage: a checksum names the capture.
-    connection.text_factory = methodcaller("decode", "utf-8", "surrogateescape")
-    return connection
-
-
-def opened(database: Target, *, create: bool, readonly: bool, timeout: float) -> Any:
+def opened(database: Target, *, create: bool, readonly: bool, timeout: float) -> Link:
     """Return a connection to a library at the newest revision."""
     connection = connected(database, create=create, readonly=readonly, timeout=timeout)
     try:
@@ -280,13 +207,7 @@ def revision(connection: Link, place: str) -> str | None:
 
     Reads ``alembic_version`` itself: importing Alembic takes longer than most searches.
     """
-    if isinstance(connection, sqlite3.Connection):
-        asked = "SELECT name FROM sqlite_master WHERE type = 'table' "
-        names = {*first_values(ask(connection, f"{asked} AND substr(name, 1, 7) <> 'sqlite_'"))}
-    else:
-        import sqlalchemy
-
-        names = {*sqlalchemy.inspect(connection).get_table_names()}
+    names = dialect_of(connection).tables(connection)
     if not names:
         return None
     asked = "SELECT version_num FROM alembic_version"
@@ -303,6 +224,12 @@ def revision(connection: Link, place: str) -> str | None:
 
 def refuse_revision(stored_revision: str | None, place: str) -> None:
     """Refuse a library that is empty, older or newer, with what to do about it."""
+    if stored_revision is None and "://" in place:
+        raise AbsentError(
+            "there is no library in this database",
+            place=place,
+            remedy=f"Make one: lanindex ingest FOLDER --db {place}",
+        )
     if stored_revision is None:
         raise LibraryError(
             "this file is empty",
@@ -326,54 +253,43 @@ def refuse_revision(stored_revision: str | None, place: str) -> None:
         )
 
 
-def make_tables(connection: Connection, place: str) -> None:
+def make_tables(link: Link, place: str) -> None:
     """Make all tables at the newest revision, unless another process has just done so."""
     import sqlalchemy
 
+    from lanindex.library.rows import VIEW, view_sql
     from lanindex.library.schema import state, tables, version
 
-    with transaction(connection, writes=True):
-        if revision(connection, place) is not None:
+    with altering(link) as connection:
+        if revision(link, place) is not None:
             return
         tables.create_all(connection)
         new = {"id": 1, "stamp": 0, "captures": 0, "numbers": 0, "columns": 0}
         connection.execute(sqlalchemy.insert(state).values(new))
         version.create(connection)
         connection.execute(sqlalchemy.insert(version).values(version_num=REVISION))
+        dialect_of(link).make_view(link, VIEW, view_sql())
 
 
 @contextmanager
-def transaction(connection: Link, *, writes: bool = False) -> Iterator[None]:
+def transaction(link: Link, *, writes: bool = False) -> Iterator[None]:
     """Begin a transaction that sees one state of the library or, if it `writes`, may change it."""
-    begun: AbstractContextManager[Any] = nullcontext()
-    if isinstance(connection, sqlite3.Connection):
-        connection.execute("BEGIN")
-    else:
-        connection.execution_options(writes=writes)
-        begun = connection.begin()
+    dialect = dialect_of(link)
     try:
-        with begun:
-            yield
+        dialect.begin(link, writes=writes)
+        yield
+        if writes:
+            link.commit()
     finally:
-        # A reader has nothing to commit. A commit that another process kept from happening leaves
-        # SQLite's transaction open, and SQLAlchemy thinks it closed.
-        driver = driver_of(connection)
-        if driver is not None and driver.in_transaction:
-            driver.rollback()
+        dialect.end(link)  # a reader has nothing to commit
 
 
-def change_journal(connection: Link, before: str, after: str) -> None:
-    """Change the mode of the journal; a write-ahead log that its owner has chosen stays."""
-    driver = driver_of(connection)
-    if driver is not None:
-        mode = driver.execute("PRAGMA journal_mode").fetchone()[0]
-        if mode == before:
-            driver.execute(f"PRAGMA journal_mode = {after}")
-
-
-def is_sqlite(connection: Link) -> bool:
-    """Return whether SQLite keeps a library."""
-    return isinstance(connection, sqlite3.Connection) or connection.dialect.name == "sqlite"
+@contextmanager
+def altering(link: Link) -> Iterator[Connection]:
+    """Begin a transaction that changes tables, and yield SQLAlchemy's connection inside it."""
+    # SQLAlchemy asks the server for its version when it connects, and ends what is begun then
+    with dialect_of(link).engine(link).connect() as connection, transaction(link, writes=True):
+        yield connection
 
 
 class Session:
@@ -399,7 +315,7 @@ class Session:
         self.note = note or self.notes.append
         self.progress = progress or no_progress
         self._open = partial(opened, target, readonly=readonly, timeout=timeout)
-        self.connection: Any = self._open(create=create)
+        self.connection = self._open(create=create)
         self._idle = [self.connection]
         self.is_open, self._wrote, self._thread = True, False, get_ident()
         self._pool, self._write = Lock(), RLock()
@@ -415,9 +331,8 @@ class Session:
             self._check_usable()
             try:
                 if self._wrote:  # this connection, or another one
-                    with self._taken() as connection, translated(self.target.place):
-                        change_journal(connection, "delete", "persist")
-                        change_journal(connection, "persist", "delete")
+                    with self._taken() as link, translated(self.target.place):
+                        dialect_of(link).after_writing(link)
             finally:
                 with self._pool:
                     self.is_open, idle, self._idle = False, self._idle, []
@@ -427,49 +342,46 @@ class Session:
     @contextmanager
     def reading(self) -> Iterator[Link]:
         """Begin a transaction that sees one state of the library."""
-        with (
-            self._taken() as connection,
-            translated(self.target.place),
-            transaction(connection),
-        ):
-            yield connection
+        with self._taken() as link, translated(self.target.place), transaction(link):
+            yield link
 
     @contextmanager
-    def writing(self) -> Iterator[Connection]:
+    def writing(self) -> Iterator[Link]:
         """Begin a transaction that writes what no reader notices."""
-        with self._write, self._taken() as connection, translated(self.target.place):
-            if isinstance(connection, sqlite3.Connection):
-                connection.execute("UPDATE state SET id = id")  # SQLite refuses it
-            change_journal(connection, "delete", "persist")
+        with self._write, self._taken() as link, translated(self.target.place):
+            dialect_of(link).before_writing(link)
             self._wrote = True
-            with transaction(connection, writes=True):
-                yield connection
+            with transaction(link, writes=True):
+                yield link
 
     @contextmanager
-    def _taken(self) -> Iterator[Any]:
+    def _taken(self) -> Iterator[Link]:
         """Take a connection that no other thread uses."""
-        with self._pool:
-            self._check_usable()
-            connection = self._idle.pop() if self._idle else None
-        if connection is None:
-            connection = self._open(create=False)
+        link = None
+        while link is None:
+            with self._pool:
+                self._check_usable()
+                link = self._idle.pop() if self._idle else None
+            if link is None:
+                link = self._open(create=False)
+            elif dialect_of(link).is_broken(link):  # the server has been started anew
+                link = None
         try:
-            yield connection
+            yield link
         finally:
             with self._pool:
                 kept = self.is_open and len(self._idle) < MOST_IDLE
                 if kept:
-                    self._idle.append(connection)
+                    self._idle.append(link)
             if not kept:
-                connection.close()
+                link.close()
 
     def _check_usable(self) -> None:
         if not self.is_open:
             raise LibraryError(
                 "this library has been closed", place=self.target.place, remedy="Open it again."
             )
-        in_memory = self.target.sqlite and self.target.path is None
-        if in_memory and get_ident() != self._thread:
+        if self.target.in_memory and get_ident() != self._thread:
             raise LibraryError(
                 "this library is in memory, and was opened in another thread",
                 place=self.target.place,

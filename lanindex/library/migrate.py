@@ -6,9 +6,8 @@ Alembic is imported only when there is work to do.
 from __future__ import annotations
 
 import os
-import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,12 +23,11 @@ from lanindex.library.connect import (
     Link,
     Session,
     Target,
+    altering,
     ask,
     connected,
-    driver_of,
-    faults,
+    dialect_of,
     first_values,
-    is_sqlite,
     refuse_revision,
     revision,
     target,
@@ -110,44 +108,31 @@ def upgrade(named: str | os.PathLike[str] = DEFAULT) -> Status:
     before = status(named)
     if before.state == "newer":
         refuse_revision(before.revision, where.place)
-    if before.state == "older":
-        with _connected(where, readonly=False) as connection:
-            # SQLite rebuilds a table to change it, and dropping the old one would take along
-            # all rows that hang on it.
-            if driver := driver_of(connection):
-                driver.execute("PRAGMA foreign_keys = OFF")
-            with transaction(connection, writes=True):
+    with _connected(where, readonly=False) as link:
+        dialect = dialect_of(link)
+        if before.state == "older":
+            dialect.before_rebuilding(link)
+            with altering(link) as connection:
                 # Another process may have done it meanwhile
-                if revision(connection, where.place) != REVISION:
+                if revision(link, where.place) != REVISION:
                     run(connection, "head", where.place)
-                    if loose := _loose_rows(connection):
+                    if loose := _loose_rows(link):
                         raise LibraryError(
                             f"after the upgrade {len(loose)} rows would hang on nothing",
                             place=where.place,
                             remedy="Nothing was changed. Ask for what is wrong with: "
                             "lanindex db check",
                         )
-            give_back_room(connection)
-    else:
-        with _connected(where, readonly=True) as connection, transaction(connection):
-            shows_all = _has_view(connection)
-        if not shows_all:
-            with (
-                _connected(where, readonly=False) as connection,
-                transaction(connection, writes=True),
-            ):
-                connection.exec_driver_sql(f"DROP VIEW IF EXISTS {VIEW}")
-                connection.exec_driver_sql(view_sql())
+            dialect.give_back_room(link)
+        else:
+            with transaction(link):
+                shows_all = _has_view(link)
+            if not shows_all:
+                with transaction(link, writes=True):
+                    dialect.make_view(link, VIEW, view_sql())
     with Store.open(named) as store:
         store.cache.renew()
     return status(named)
-
-
-def give_back_room(connection: Connection) -> None:
-    """Make the file as small as its content; leave it as it is if the disk has no room for that."""
-    if driver := driver_of(connection):
-        with suppress(sqlite3.Error):  # It is as before then
-            driver.execute("VACUUM")
 
 
 def run(connection: Connection, to: str, place: str) -> None:
@@ -155,8 +140,8 @@ def run(connection: Connection, to: str, place: str) -> None:
     from alembic import command
     from alembic.config import Config
     from alembic.util import CommandError
-    from sqlalchemy import inspect
 
+    link: Link = connection.connection.driver_connection
     config = Config()
     config.set_main_option("script_location", str(scripts()).replace("%", "%%"))
     config.set_main_option("path_separator", "os")
@@ -164,11 +149,11 @@ def run(connection: Connection, to: str, place: str) -> None:
     try:
         # Tables under a view cannot be rebuilt. It shows what they hold and holds nothing itself:
         # the revisions know nothing of it.
-        if VIEW in inspect(connection).get_view_names():
-            connection.exec_driver_sql(f"DROP VIEW {VIEW}")
+        if dialect_of(link).view(link, VIEW) is not None:
+            ask(link, f"DROP VIEW {VIEW}")
         command.upgrade(config, to)
-        if revision(connection, place) == REVISION:
-            connection.exec_driver_sql(view_sql())
+        if revision(link, place) == REVISION:
+            dialect_of(link).make_view(link, VIEW, view_sql())
     except CommandError as error:
         raise LibraryError(
             f"no way leads from its revision to {to}: {error}",
@@ -178,10 +163,10 @@ def run(connection: Connection, to: str, place: str) -> None:
 
 
 @contextmanager
-def _connected(database: Target, *, readonly: bool) -> Iterator[Any]:
-    connection = connected(database, create=False, readonly=readonly, timeout=_TIMEOUT)
-    with closing(connection), translated(database.place):
-        yield connection
+def _connected(where: Target, *, readonly: bool) -> Iterator[Link]:
+    link = connected(where, create=False, readonly=readonly, timeout=_TIMEOUT)
+    with closing(link), translated(where.place):
+        yield link
 
 
 def keep_columns(
@@ -190,8 +175,8 @@ def keep_columns(
     """Keep the columns of a library in files at a place, or (empty) in the library."""
     with Store.open(named, note=note) as store:
         store.cache.move(where)
-    with _connected(target(named), readonly=False) as connection:
-        give_back_room(connection)
+    with _connected(target(named), readonly=False) as link:
+        dialect_of(link).give_back_room(link)
 
 
 def files_of_columns(named: str | os.PathLike[str]) -> tuple[str, int, int]:
@@ -219,7 +204,7 @@ def check(named: str | os.PathLike[str] = DEFAULT) -> list[str]:
 
 
 def _check_connection(connection: Link) -> list[str]:
-    if pages := _damaged_pages(connection):
+    if pages := dialect_of(connection).damaged_pages(connection, _MOST):
         # Answers of a damaged file to other questions mean nothing.
         return [f"the file is damaged: {line}" for line in pages]
     state, damage, unlike, symbols = list[str](), Damage(), list[str](), 0
@@ -256,7 +241,7 @@ def _check_connection(connection: Link) -> list[str]:
     if damage or count != symbols:  # Not looked at otherwise: there are many
         tables.append("symbol_code")
     bonds = [bond for table in tables for bond in _loose_rows(connection, table)]
-    loose = "a row of {0} hangs on a row of {2} that does not exist"
+    loose = "a row of {0} hangs on a row of {1} that does not exist"
     profiles = (
         "SELECT name FROM profile WHERE NOT EXISTS "
         "(SELECT 1 FROM capture WHERE capture.profile_id = profile.id)"
@@ -332,27 +317,28 @@ def _senseless_symbols(tracks: read.TrackRows, symbols: NDArray[Any]) -> Iterato
                 yield capture.id, f"{capture.path}: {part}, symbol {row} is {track.symbols[row]}"
 
 
-def _loose_rows(connection: Link, table: str = "") -> list[Any]:
-    """Return the rows of a table, or of all, that refer to rows that do not exist."""
-    asked = f"PRAGMA foreign_key_check({table})" if table else "PRAGMA foreign_key_check"
-    return list(ask(connection, asked).fetchall()) if is_sqlite(connection) else []
+def _loose_rows(link: Link, table: str = "") -> list[tuple[str, str]]:
+    """Return, by row of a table, or of all, that refers to a row that does not exist, both tables.
+
+    SQLite and PostgreSQL refuse such rows, but not where that has been switched off.
+    """
+    from lanindex.library.schema import tables
+
+    loose = list[tuple[str, str]]()
+    for one in [tables.tables[table]] if table else tables.sorted_tables:
+        for key in one.foreign_key_constraints:
+            pairs = [(it.parent.name, it.column.name) for it in key.elements]
+            same = " AND ".join(f"there.{there} = here.{here}" for here, there in pairs)
+            known = " AND ".join(f"here.{here} IS NOT NULL" for here, _ in pairs)
+            asked = (
+                f"SELECT count(*) FROM {one.name} here WHERE {known} "
+                f"AND NOT EXISTS (SELECT 1 FROM {key.referred_table.name} there WHERE {same})"
+            )
+            ((count,),) = ask(link, asked)
+            loose += [(one.name, key.referred_table.name)] * count
+    return loose
 
 
-def _damaged_pages(connection: Link) -> list[str]:
-    """Return the damage that SQLite finds in the pages of a file, `_MOST` lines at the most."""
-    if not is_sqlite(connection):
-        return []
-    # quick_check takes two thirds of the time, but leaves out whether the keys of rows rise, and
-    # nothing else looks at the keys of symbols.
-    try:
-        lines = first_values(ask(connection, f"PRAGMA integrity_check({_MOST})").fetchall())
-    except faults() as error:
-        return [str(getattr(error, "orig", error))]
-    return [line for line in lines if line != "ok"]
-
-
-def _has_view(connection: Link) -> bool:
-    """Return whether the view is that of this version; other databases than SQLite are trusted."""
-    asked = "SELECT sql FROM sqlite_master WHERE type = 'view' AND name = :name"
-    held = ask(connection, asked, {"name": VIEW}).fetchall() if is_sqlite(connection) else None
-    return held in (None, [(view_sql(),)])
+def _has_view(link: Link) -> bool:
+    """Return whether the view is that of this version."""
+    return dialect_of(link).view(link, VIEW) == view_sql()

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import rows
-from lanindex.library.connect import MOST, Link, among, ask, first_values, is_sqlite, no_tick
+from lanindex.library.connect import MOST, Link, among, ask, dialect_of, first_values, no_tick
 from lanindex.library.rows import COLUMNS, ENCODED, KIND_NAMES, Encoding, checksum, damaged
 from lanindex.model import Capture, Meter, Span, Track
 from lanindex.model.symbol import blank
@@ -348,7 +348,7 @@ def _stretch(
 
     def ended(frame: int) -> int:  # how many rows end by a frame: a binary search in one query
         asked = f"""WITH RECURSIVE found(rows, step) AS (
-            SELECT 0, :step
+            SELECT 0, CAST(:step AS INTEGER)
             UNION ALL
             SELECT CASE WHEN (SELECT start + length {where} = rows + step - 1) <= :frame
                 THEN rows + step ELSE rows END, step / 2
@@ -386,61 +386,25 @@ def read_symbols(connection: Link, tracks: TrackRows) -> NDArray[Any]:
         return blank(0)
     chosen = f"capture_id IN {among(capture_ids)}"
     of_tracks = f"{chosen} AND track IN {among({*tracks.ordinal})}"
-    if is_sqlite(connection):
-        fields = _spelled_fields(connection, tracks, chosen if tracks.every else of_tracks)
-        if fields is not None:
-            return rows.unpack(fields)
-    return rows.unpack(_fields_by_row(connection, tracks, of_tracks))
+    fields = _fields(connection, tracks, chosen if tracks.every else of_tracks)
+    if fields is None:  # the rows are read again, one by one: an error says which are damaged
+        fields = _fields_by_row(connection, tracks, of_tracks)
+    return rows.unpack(fields)
 
 
-# To fetch numbers from SQLite one by one takes longer than to read them. So SQLite encodes the
-# numbers of all rows as the characters of one text, and numpy reads the text as an array. The keys
-# of the rows are not fetched: the rows of a track come in order, and the track's checksum covers
-# their ordinals, too. Every deviation from what was stored is noticed, but not where it is: then
-# the rows are read again, one by one.
+def _fields(link: Link, tracks: TrackRows, chosen: str) -> NDArray[np.int64] | None:
+    """Return the fields of the symbols of tracks, (S, C) int64; None if they may be damaged.
 
-_BITS = 20
-"""Bits of a number that one character holds."""
-
-_FULL = 1 << _BITS
-_LONG = ("sign", "notes")
-_SHORT = ("start", "length", "tick", "ticks")
-_CHARACTERS = (
-    *(f"{name} % {_FULL}" for name in _LONG),
-    *(f"{name} / {_FULL} % {_FULL}" for name in _LONG),  # faster than shift and mask
-    *(f"{name} >> {2 * _BITS}" for name in _LONG),  # below 0 where the number is
-    *_SHORT,
-)
-"""The characters of a row: three for each long number, one for each short one."""
-
-_SPELLED = (
-    f"SELECT CAST(group_concat(char({', '.join(_CHARACTERS)}), '') AS BLOB) FROM symbol_code "
-    "WHERE +sign < '' AND +notes < '' AND"
-)
-"""The condition leaves out values that are not numbers: then rows are missing, which is noticed.
-The plus signs keep SQLite from converting the text ``''`` to a number in each row."""
-
-_REPLACEMENT_CHARACTER = 0xFFFD
-"""What SQLite writes for a number that is no character. A short number may have this value, too,
-which is rare."""
-
-
-def _spelled_fields(connection: Link, tracks: TrackRows, chosen: str) -> NDArray[np.int64] | None:
-    """Return the fields of the symbols of tracks, (S, C) int64; None if they may be damaged."""
-    ((text,),) = ask(connection, f"{_SPELLED} {chosen}")
-    spelled = (text or b"").decode("utf-8", "surrogatepass").encode("utf-32-le", "surrogatepass")
-    characters = np.frombuffer(spelled, "<u4").reshape(-1, len(_CHARACTERS))
-    if (
-        len(characters) != sum(tracks.symbols)
-        or (characters[:, 2 * len(_LONG) :] == _REPLACEMENT_CHARACTER).any()
-    ):
+    The keys of the rows are not fetched: the rows of a track come in order, and the track's
+    checksum covers their ordinals, too. Every deviation from what was stored is noticed, but not
+    where it is.
+    """
+    fields = dialect_of(link).numbers(link, COLUMNS, chosen)
+    if fields is None or len(fields) != sum(tracks.symbols):
         return None
-    wide = characters.astype(np.int64)
-    long = wide[:, :2] | wide[:, 2:4] << _BITS | wide[:, 4:6] << 2 * _BITS
-    fields = np.concatenate((long[:, :1], wide[:, 6:], long[:, 1:]), axis=1)
     numbers = rows.numbered(fields, tracks.symbols, tracks.ordinal)
     same = rows.track_checksums(numbers, tracks.symbols) == [*tracks.checksum]
-    return numbers[:, 2:] if same else None
+    return fields if same else None
 
 
 def _fields_by_row(connection: Link, tracks: TrackRows, chosen: str) -> NDArray[np.int64]:

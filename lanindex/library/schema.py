@@ -18,7 +18,10 @@ lines) and one over what the user said of it.
 
 import sqlalchemy as sa
 
-from lanindex.library.rows import COLUMNS, view_sql
+from lanindex.library.rows import COLUMNS
+
+Text = sa.Text().with_variant(sa.Text(collation="C"), "postgresql")
+"""Text that sorts by its letters' numbers, in PostgreSQL as in SQLite and in Python."""
 
 tables = sa.MetaData(
     naming_convention={
@@ -39,7 +42,7 @@ state = sa.Table(
     sa.Column("captures", sa.Integer, nullable=False),  # how many there are
     sa.Column("numbers", sa.BigInteger, nullable=False),  # the sum of theirs
     sa.Column("columns", sa.Integer, nullable=False),  # the stamp at which the segments are true
-    sa.Column("segments", sa.Text),  # folder or URL of their files; null: segment_column has all
+    sa.Column("segments", Text),  # folder or URL of their files; null: segment_column has all
     sa.CheckConstraint("id = 1", name="one"),
 )
 """One row: what is true of the library as a whole."""
@@ -48,8 +51,8 @@ profile = sa.Table(
     "profile",
     tables,
     sa.Column("id", sa.Integer, primary_key=True),
-    sa.Column("name", sa.Text, nullable=False),
-    sa.Column("digest", sa.Text, nullable=False),  # sha256 of the profile's files
+    sa.Column("name", Text, nullable=False),
+    sa.Column("digest", Text, nullable=False),  # sha256 of the profile's files
     sa.UniqueConstraint("digest", "name"),
 )
 
@@ -57,26 +60,26 @@ capture = sa.Table(
     "capture",
     tables,
     sa.Column("id", sa.Integer, primary_key=True),  # never used twice
-    sa.Column("path", sa.Text, nullable=False),  # as ingested
-    sa.Column("location", sa.Text, nullable=False),  # absolute
-    sa.Column("format", sa.Text, nullable=False),
-    sa.Column("sha256", sa.Text, nullable=False),
-    sa.Column("label", sa.Text, nullable=False),
+    sa.Column("path", Text, nullable=False),  # as ingested
+    sa.Column("location", Text, nullable=False),  # absolute
+    sa.Column("format", Text, nullable=False),
+    sa.Column("sha256", Text, nullable=False),
+    sa.Column("label", Text, nullable=False),
     sa.Column("fps", sa.Float, nullable=False),  # of rate, for people
-    sa.Column("rate", sa.Text, nullable=False),  # exact: 30, 30000/1001
+    sa.Column("rate", Text, nullable=False),  # exact: 30, 30000/1001
     sa.Column("frames", sa.Integer, nullable=False),
-    sa.Column("speed", sa.Text, nullable=False),  # beats a minute, exact
+    sa.Column("speed", Text, nullable=False),  # beats a minute, exact
     sa.Column("beats", sa.Integer, nullable=False),  # in a unit
     sa.Column("beat", sa.Integer, nullable=False),  # 4: a quarter
     sa.Column("division", sa.Integer, nullable=False),  # ticks in a unit
     sa.Column("profile_id", sa.ForeignKey(profile.c.id)),  # null: a score that came as one
-    sa.Column("options", sa.Text, nullable=False),  # JSON: how the reader was overridden
-    sa.Column("warnings", sa.Text, nullable=False),  # JSON: what the reader found doubtful
+    sa.Column("options", Text, nullable=False),  # JSON: how the reader was overridden
+    sa.Column("warnings", Text, nullable=False),  # JSON: what the reader found doubtful
     sa.Column("tracks", sa.Integer, nullable=False),  # checksum of the list of tracks
     sa.Column("content", sa.Integer, nullable=False),  # checksum of other and heading
     sa.Column("checksum", sa.Integer, nullable=False),  # of all else encoded, and these two
     sa.Column("said", sa.Integer, nullable=False),  # checksum of label and metadata
-    sa.Column("other", sa.Text, nullable=False),  # JSON: lines that were not understood
+    sa.Column("other", Text, nullable=False),  # JSON: lines that were not understood
     sa.Column("heading", sa.LargeBinary, nullable=False),  # degrees at 60 Hz, see rows.pack_heading
     sa.UniqueConstraint("location"),
     sa.Index(None, "path"),
@@ -87,8 +90,8 @@ metadata = sa.Table(
     "metadata",
     tables,
     sa.Column("capture_id", sa.ForeignKey(capture.c.id, ondelete="CASCADE"), primary_key=True),
-    sa.Column("key", sa.Text, primary_key=True),
-    sa.Column("value", sa.Text, nullable=False),
+    sa.Column("key", Text, primary_key=True),
+    sa.Column("value", Text, nullable=False),
     sqlite_with_rowid=False,
 )
 
@@ -97,9 +100,9 @@ track = sa.Table(
     tables,
     sa.Column("capture_id", sa.ForeignKey(capture.c.id, ondelete="CASCADE"), primary_key=True),
     sa.Column("ordinal", sa.Integer, primary_key=True, autoincrement=False),
-    sa.Column("part", sa.Text, nullable=False),
+    sa.Column("part", Text, nullable=False),
     sa.Column("kind", sa.Integer, nullable=False),  # its place in alphabet.KINDS
-    sa.Column("known", sa.Text),  # JSON: [[start, end], …], frames in which it was seen; null: all
+    sa.Column("known", Text),  # JSON: [[start, end], …], frames in which it was seen; null: all
     sa.Column("symbols", sa.Integer, nullable=False),  # how many
     sa.Column("checksum", sa.Integer, nullable=False),  # of its symbols
     sqlite_with_rowid=False,
@@ -124,9 +127,9 @@ segment = sa.Table(
     sa.Column("id", sa.Integer, primary_key=True),  # never used twice: the newest is the highest
     sa.Column("captures", sa.Integer, nullable=False),
     sa.Column("symbols", sa.BigInteger, nullable=False),
-    sa.Column("listing", sa.Text, nullable=False),  # JSON: its columns, see segments.Entry
+    sa.Column("listing", Text, nullable=False),  # JSON: its columns, see segments.Entry
     sa.Column("checksum", sa.Integer, nullable=False),  # of the three, and of file
-    sa.Column("file", sa.Text),  # the name of its file; null: segment_column has its columns
+    sa.Column("file", Text),  # the name of its file; null: segment_column has its columns
     sqlite_autoincrement=True,
 )
 
@@ -135,8 +138,8 @@ segment_column = sa.Table(
     tables,
     sa.Column("id", sa.Integer, primary_key=True),
     sa.Column("segment_id", sa.Integer, nullable=False),
-    sa.Column("part", sa.Text, nullable=False),  # empty: of the captures
-    sa.Column("name", sa.Text, nullable=False),  # cell, start, …
+    sa.Column("part", Text, nullable=False),  # empty: of the captures
+    sa.Column("name", Text, nullable=False),  # cell, start, …
     sa.Column("content", sa.LargeBinary, nullable=False),  # whole numbers, little-endian
     sa.UniqueConstraint("segment_id", "part", "name"),
 )
@@ -144,8 +147,8 @@ segment_column = sa.Table(
 segment_old = sa.Table(
     "segment_old",
     tables,
-    sa.Column("place", sa.Text, primary_key=True),  # folder or URL
-    sa.Column("name", sa.Text, primary_key=True),  # a file that no segment names any more
+    sa.Column("place", Text, primary_key=True),  # folder or URL
+    sa.Column("name", Text, primary_key=True),  # a file that no segment names any more
     sa.Column("since", sa.BigInteger, nullable=False),  # see segment_files.collect
     sqlite_with_rowid=False,
 )
@@ -162,8 +165,6 @@ segment_dead = sa.Table(
     sa.Column("capture_id", sa.Integer, primary_key=True, autoincrement=False),
     sa.Column("segment_id", sa.Integer, nullable=False),  # not true in this segment and older ones
 )
-
-sa.event.listen(tables, "after_create", sa.DDL(view_sql()))  # type: ignore[no-untyped-call]
 
 version = sa.Table(
     "alembic_version",

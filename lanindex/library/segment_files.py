@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import CaptureError, LibraryError, UsageError, counted
-from lanindex.library.connect import Link, ask, first_values, insert, is_sqlite
+from lanindex.library.connect import Link, ask, dialect_of, first_values, insert
 from lanindex.locations import asking, copies, is_url, plain
 
 ALIGNED = 64
@@ -425,14 +425,14 @@ def absolute_place(connection: Link, where: str) -> str:
     where = plain(where)
     if is_url(where) or os.path.isabs(where):
         return where
-    if not is_sqlite(connection):
+    folder = dialect_of(connection).folder(connection)
+    if folder is None:
         raise LibraryError(
             "the library is no file, so there is nothing beside it",
             place=where,
             wanted="an absolute folder, or a URL",
         )
-    files = [file for _, name, file in ask(connection, "PRAGMA database_list") if name == "main"]
-    return os.path.abspath(os.path.join(os.path.dirname(files[0]), where))
+    return os.path.abspath(folder / where)
 
 
 def set_place(connection: Link, where: str) -> None:
@@ -468,7 +468,7 @@ def retire(connection: Link, place: str, names: Iterable[str]) -> None:
     if not named:
         return
     ask(connection, "DELETE FROM segment_old WHERE place = :place AND name = :name", named)
-    now = _now(connection)
+    now = dialect_of(connection).moment(connection)
     rows = [(*one.values(), now) for one in named]
     insert(connection, "segment_old", ["place", "name", "since"], rows)
 
@@ -485,7 +485,7 @@ def collect(connection: Link) -> None:
         return
     asked = "SELECT file FROM segment WHERE file IS NOT NULL"
     named = {(place, name) for name in first_values(ask(connection, asked))}
-    before = _readers_since(connection)
+    before = dialect_of(connection).oldest_reader(connection, _SPARED)
     for (where, name), since in old.items():
         if (
             isinstance(since, int)
@@ -510,31 +510,3 @@ def collect(connection: Link) -> None:
             for name, age in (shelf.ages(loose) if loose else {}).items():
                 if age > _SPARED:
                     shelf.remove(name)
-
-
-# What differs between databases: what a file was taken out at, and what its readers began at.
-
-
-def _now(connection: Link) -> int:
-    """Return what tells of this transaction when its files were taken out."""
-    if is_sqlite(connection):
-        return int(time.time())
-    ((number,),) = ask(connection, "SELECT pg_current_xact_id()::text::bigint").fetchall()
-    return int(number)
-
-
-def _readers_since(connection: Link) -> float:
-    """Return what every `_now` is below of which no reader can need the files any more."""
-    if is_sqlite(connection):
-        # To commit, a rollback journal waits for all readers: those that go on began afterwards.
-        # Beside a write-ahead log they may read on, and nothing tells of them.
-        ((mode,),) = ask(connection, "PRAGMA journal_mode").fetchall()
-        return time.time() - _SPARED if mode == "wal" else float("inf")
-    # Readers have no transaction number of their own, so the snapshot of this transaction does
-    # not know of them; the server tells what each of them holds. All numbers but the newest are
-    # told by their lower 32 bits.
-    asked = """WITH newest AS (SELECT pg_snapshot_xmax(pg_current_snapshot())::text::bigint AS x)
-        SELECT min(x - ((x - backend_xmin::text::bigint) & 4294967295))
-        FROM newest, pg_stat_activity WHERE backend_xmin IS NOT NULL"""
-    ((number,),) = ask(connection, asked).fetchall()
-    return float(number or 0)

@@ -33,7 +33,7 @@ from lanindex.library.connect import (
     faults,
     first_values,
     insert,
-    name_of,
+    is_damage,
     no_tick,
 )
 from lanindex.library.rows import bytes_checksum, checksum
@@ -202,7 +202,7 @@ def _distrusting_damage(what: str) -> Iterator[None]:
     try:
         yield
     except faults() as error:
-        if not name_of(error).startswith("SQLITE_CORRUPT"):
+        if not is_damage(error):
             raise
         raise Distrust(f"damaged: {what} cannot be read") from error
 

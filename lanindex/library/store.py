@@ -25,6 +25,7 @@ from lanindex.library.connect import (
     Link,
     Session,
     ask,
+    dialect_of,
     first_values,
     insert,
     no_tick,
@@ -371,9 +372,8 @@ class Store:
 
     def stats(self) -> Stats:
         """Count what the library holds."""
-        path = self.session.target.path
-        size = path.stat().st_size if path else 0
         with self.session.reading() as connection:
+            size = dialect_of(connection).size(connection)
             return self.cache.trusting(connection, lambda spine: count(connection, spine, size))
 
     def _stored(self, connection: Link, which: int | str) -> read.Stored:
@@ -416,7 +416,7 @@ def _matches_of_name(connection: Link, name: str) -> Iterator[list[tuple[int, st
     ways: tuple[tuple[str, str | int], ...] = (
         ("path = :one", name),
         ("location = :one", absolute(name)),
-        (f"substr(location, -{len(tail)}) = :one", tail),
+        (f"substr(location, length(location) - {len(tail) - 1}) = :one", tail),
         ("id = :one", number if str(number) == name and is_number(number) else -1),
     )
     for way, one in ways:

@@ -101,7 +101,7 @@ def test_columns_that_are_made_anew_show_it(place: Path) -> None:
         open_library(place / "lanindex.db") as library,
         library.store.session.writing() as connection,
     ):
-        connection.exec_driver_sql("UPDATE state SET columns = -1")
+        connection.execute("UPDATE state SET columns = -1")
     seen = start_on_terminal([sys.executable, "-c", MAIN, "search", "r_arm high"], place)
     assert "0/2 captures" in seen
     assert "2/2 captures" in seen

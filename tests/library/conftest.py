@@ -1,12 +1,53 @@
-"""Folders and users for libraries that may not be written."""
+"""Libraries in SQLite and in PostgreSQL; folders and users for those that may not be written."""
 
 import codecs
 import os
 import tempfile
 from contextlib import contextmanager
 from pathlib import Path
+from uuid import uuid4
 
 import pytest
+from postgres_server import serving
+
+from lanindex.library import connect
+
+
+def pytest_generate_tests(metafunc):
+    """Run each test of libraries in SQLite and in PostgreSQL, but for those marked ``sqlite``."""
+    if "database" in metafunc.fixturenames:
+        only = metafunc.definition.get_closest_marker("sqlite")
+        metafunc.parametrize("database", ["sqlite", *["postgres"] * (only is None)], indirect=True)
+
+
+@pytest.fixture(scope="session")
+def server():
+    """Return a running PostgreSQL server."""
+    with serving() as running:
+        yield running
+
+
+@pytest.fixture(autouse=True)
+def database(request, monkeypatch):
+    """Keep libraries in files, or each of them in a schema of a server."""
+    if request.param == "sqlite":
+        yield request.param
+        return
+    running, names = request.getfixturevalue("server"), {}
+
+    def in_schema(text):
+        path = f"{text} {len(names)}" if text == connect.MEMORY else os.path.abspath(text)
+        if path not in names:
+            names[path] = f"l{uuid4().hex}"
+            with running.connect(autocommit=True) as connection:
+                connection.execute(f"CREATE SCHEMA {names[path]}")
+        return connect.Target(text, running.url(names[path]), None)
+
+    monkeypatch.setattr(connect, "in_file", in_schema)
+    yield request.param
+    with running.connect(autocommit=True) as connection:
+        for name in names.values():
+            connection.execute(f"DROP SCHEMA {name} CASCADE")
 
 
 @contextmanager

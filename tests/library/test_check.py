@@ -97,6 +97,7 @@ def test_a_view_of_an_earlier_version_is_made_anew(tmp_path, change):
     assert kinds == {"gesture"}
 
 
+@pytest.mark.sqlite
 @pytest.mark.parametrize("change", WRONG)
 def test_what_is_wrong_is_named(tmp_path, change, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -122,6 +123,7 @@ def test_columns_that_no_search_reads_are_made_anew(tmp_path):
     assert check(place) == []
 
 
+@pytest.mark.sqlite
 def test_columns_of_other_symbols_are_found(tmp_path):
     path = tmp_path / "some.db"
     for number in (0, 1):  # the second time with other rows, and the columns of the first
@@ -157,6 +159,7 @@ def test_many_of_a_kind_are_cut_short(tmp_path):
     assert found[-1] == "… and 4 more like it"
 
 
+@pytest.mark.sqlite
 def test_nonsense_that_a_program_stored_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(rows, "check", lambda *_: None)
     symbols = sample_score().tracks["head"].symbols.copy()
@@ -169,6 +172,7 @@ def test_nonsense_that_a_program_stored_is_named(tmp_path, monkeypatch):
     assert found.startswith("a.bvh: head, symbol 2 is (")
 
 
+@pytest.mark.sqlite
 @pytest.mark.parametrize("frame", [0xD800, 0xFFFD, 1 << 20])
 def test_no_number_is_taken_for_another(tmp_path, frame):
     symbols = sample_score().tracks["head"].symbols[:1].copy()
@@ -191,6 +195,7 @@ def test_no_number_is_taken_for_another(tmp_path, frame):
     assert check(tmp_path / "some.db") == []
 
 
+@pytest.mark.sqlite
 def test_a_damaged_page_is_found(tmp_path):
     path = tmp_path / "some.db"
     fill(path, 40)

@@ -139,6 +139,7 @@ def test_what_is_replaced_removed_moved_or_labelled_counts_once(library):
     assert_true(library)
 
 
+@pytest.mark.sqlite
 @pytest.mark.parametrize("upgraded", [False, True])
 def test_segments_of_an_earlier_version_are_made_anew(library, upgraded):
     for number in range(5):

@@ -20,6 +20,8 @@ from lanindex.library.migrate import check
 from lanindex.model import Meter, Score, Span, Track
 from lanindex.pipeline.library import Library
 
+pytestmark = pytest.mark.sqlite  # a library in a file
+
 PATTERNS = ("r_arm right low -> r_forward mid", "head any with l_arm high", "r_arm 0.3s+ ... left")
 
 

@@ -17,6 +17,8 @@ from lanindex.library.stats import count
 from lanindex.library.store import Store
 from lanindex.model import Meter, Score, Span, Track
 
+pytestmark = pytest.mark.sqlite  # a library in a file
+
 SIZES = (60, 300)
 """Captures of a small library, and of a large one."""
 

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from sample_library import add_sample, fill, sample_score
+from sample_library import add_sample, fill, name_of, sample_score
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryError
@@ -18,6 +18,7 @@ from lanindex.library.store import Store
 BREAK_OFF = Path(__file__).with_name("interrupt.py")
 
 
+@pytest.mark.sqlite
 @pytest.mark.slow
 @pytest.mark.parametrize("place", [(), ("cols",)], ids=["in the library", "in files"])
 @pytest.mark.parametrize("how", ["kill", "interrupt"])
@@ -35,12 +36,12 @@ from sample_library import add_sample
 from lanindex.library import store
 from lanindex.library.store import Store
 store.describe = lambda connection, *_: (
-    connection.exec_driver_sql("UPDATE capture SET label = 'half'"),
-    connection.connection.driver_connection.execute("PRAGMA cache_spill = 1"),
+    connection.execute("UPDATE capture SET label = 'half'"),
+    connection.execute("PRAGMA cache_spill = 1"),
     os._exit(9),
 )
 with Store.open(sys.argv[1]) as library:
-    library.session.connection.connection.driver_connection.execute("PRAGMA cache_size = 5")
+    library.session.connection.execute("PRAGMA cache_size = 5")
     add_sample(library, 1, label="half")
 """
 """Ends in the middle of a transaction of which parts are already in the file."""
@@ -52,6 +53,7 @@ def half_written(path: Path, tests: Path) -> None:
     assert path.with_name(path.name + "-journal").stat().st_size > 0
 
 
+@pytest.mark.sqlite
 def test_half_a_transaction_is_undone_by_a_mere_look(tmp_path, repository):
     path = tmp_path / "some.db"
     fill(path, 60)
@@ -65,6 +67,7 @@ def test_half_a_transaction_is_undone_by_a_mere_look(tmp_path, repository):
     assert check(path) == []
 
 
+@pytest.mark.sqlite
 def test_half_a_transaction_without_the_right_to_undo_it(folder, common_user, repository):
     path = folder / "some.db"
     fill(path, 60)
@@ -76,7 +79,7 @@ def test_half_a_transaction_without_the_right_to_undo_it(folder, common_user, re
 
 @contextlib.contextmanager
 def pages_left(library, pages):
-    driver = library.session.connection.connection.driver_connection
+    driver = library.session.connection
     used = driver.execute("PRAGMA page_count").fetchone()[0]
     driver.execute(f"PRAGMA max_page_count = {used + pages}")
     yield
@@ -92,6 +95,7 @@ def bytes_left(library, pages):
     resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
+@pytest.mark.sqlite
 @pytest.mark.parametrize("pages", [0, 1, 2])
 @pytest.mark.parametrize(
     ("limit", "said"), [(pages_left, "the disk is full"), (bytes_left, "the disk cannot be read")]
@@ -126,6 +130,7 @@ def small_disk(tmp_path):
     subprocess.run(["umount", str(tmp_path)], check=True)
 
 
+@pytest.mark.sqlite
 def test_a_full_disk(small_disk):
     path = small_disk / "some.db"
     with Store.open(path, create=True) as library:
@@ -162,9 +167,10 @@ with Store.open(sys.argv[1], create=True) as library:
 @pytest.mark.parametrize("ranges", [((0, 40), (40, 80)), ((0, 40), (0, 40))])
 def test_two_at_once(tmp_path, repository, ranges):
     path = tmp_path / "some.db"
+    command = [sys.executable, "-c", TOGETHER, name_of(path), str(repository / "tests")]
     processes = [
         subprocess.Popen(
-            [sys.executable, "-c", TOGETHER, str(path), str(repository / "tests"), *map(str, one)],
+            [*command, *map(str, one)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -187,4 +193,4 @@ def test_two_at_once(tmp_path, repository, ranges):
             wanted = sample_score(int(Path(capture.path).stem)).tracks
             assert tracks["head"].symbols.tolist() == wanted["head"].symbols.tolist()
     assert check(path) == []
-    assert os.listdir(tmp_path) == ["some.db"]
+    assert os.listdir(tmp_path) in ([], ["some.db"])  # it is in a server, or one file

@@ -12,8 +12,10 @@ from strategies import assert_same_score
 
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library import migrate, schema
-from lanindex.library.connect import REVISION, connected, target, transaction
+from lanindex.library.connect import REVISION, altering, connected, target, transaction
 from lanindex.library.store import Store
+
+pytestmark = pytest.mark.sqlite  # a library in a file
 
 
 def revisions() -> list[str]:
@@ -23,10 +25,10 @@ def revisions() -> list[str]:
 
 def made_at(path, revision):
     """Return a connection to a new library at a revision."""
-    connection = connected(target(path), create=True, readonly=False, timeout=1)
-    with transaction(connection, writes=True):
+    link = connected(target(path), create=True, readonly=False, timeout=1)
+    with altering(link) as connection:
         migrate.run(connection, revision, str(path))
-    return connection
+    return link
 
 
 def tables(path) -> dict[str, list[str]]:
@@ -50,10 +52,10 @@ def test_every_revision_leads_to_the_schema(tmp_path, revision):
     made_at(path, revision).close()
     assert migrate.status(path).revision == revision
     assert migrate.upgrade(path).state == "current"
-    connection = connected(target(path), create=False, readonly=False, timeout=1)
-    with connection.begin():
+    link = connected(target(path), create=False, readonly=False, timeout=1)
+    with altering(link) as connection:
         assert compare_metadata(MigrationContext.configure(connection), schema.tables) == []
-    connection.close()
+    link.close()
     assert migrate.status(path).state == "current"
 
 
@@ -64,7 +66,7 @@ def test_every_revision_keeps_the_rows(tmp_path, revision):
     rows = ROWS[revision]
     with transaction(connection, writes=True):
         for statement in rows:
-            connection.exec_driver_sql(statement)
+            connection.execute(statement)
     connection.close()
     migrate.upgrade(path)
     with Store.open(path) as library:

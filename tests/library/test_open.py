@@ -16,6 +16,8 @@ from lanindex.errors import LibraryBusyError, LibraryError, LibraryVersionError
 from lanindex.library.migrate import check, status, upgrade
 from lanindex.library.store import Store
 
+pytestmark = pytest.mark.sqlite  # a library in a file
+
 
 def everything(folder: Path) -> dict[str, bytes]:
     """Return all files below a folder with their content."""

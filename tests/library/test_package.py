@@ -9,17 +9,19 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.sqlite  # a library in a file
+
 SCRIPT = """
 import sys
 from importlib import resources
 from lanindex.library import migrate
-from lanindex.library.connect import connected, target, transaction
+from lanindex.library.connect import altering, connected, target
 from lanindex.library.store import Store
 
-connection = connected(target("steps.db"), create=True, readonly=False, timeout=1)
-with transaction(connection, writes=True):
+link = connected(target("steps.db"), create=True, readonly=False, timeout=1)
+with altering(link) as connection:
     migrate.run(connection, "0001", "steps.db")
-connection.close()
+link.close()
 migrate.upgrade("steps.db")
 Store.open("once.db", create=True).close()
 for name in ("steps.db", "once.db"):
@@ -27,6 +29,7 @@ for name in ("steps.db", "once.db"):
     assert migrate.check(name) == []
 from lanindex.film.figure import View
 from lanindex.film.hits import page  # its page is a file of its own
+
 
 assert page([], "walk", View(0)).startswith("<!DOCTYPE html>")
 assert resources.files("lanindex").joinpath("py.typed").is_file()

@@ -24,6 +24,8 @@ from lanindex.library.store import Store
 from lanindex.pipeline import shards
 from lanindex.pipeline.library import Library
 
+pytestmark = pytest.mark.sqlite  # a library in a file
+
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path, monkeypatch):

@@ -5,7 +5,10 @@ a process of an ingest.
 import subprocess
 import sys
 
+import pytest
 from sample_library import fill
+
+pytestmark = pytest.mark.sqlite  # a library in a file
 
 LOOK = """
 import sys

@@ -8,13 +8,11 @@ from unicodedata import normalize
 
 import numpy as np
 import pytest
-import sqlalchemy
 from sample_library import ENCODING, add_sample, fill, sample_score, sql
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryError, UsageError
 from lanindex.library import connect, rows, schema
-from lanindex.library.connect import make_tables
 from lanindex.library.read import read_state
 from lanindex.library.rows import Encoding
 from lanindex.library.selection import Selection
@@ -86,9 +84,7 @@ def test_another_profile_replaces_the_encoding(library):
     assert library.stats().profiles == {"default": 1, "paper": 1}
     add(library, "b.bvh", encoding=paper)
     assert library.stats().profiles == {"paper": 2}
-    assert library.session.connection.exec_driver_sql("SELECT name FROM profile").all() == [
-        ("paper",)
-    ]
+    assert library.session.connection.execute("SELECT name FROM profile").fetchall() == [("paper",)]
 
 
 def test_a_score_that_came_as_one_has_no_profile(library):
@@ -119,7 +115,7 @@ def test_what_is_removed_is_gone(library):
     library.remove(numbers[1])
     for table in schema.tables.sorted_tables:
         left = [] if table is not schema.state else [(1, 4, 0, 0, 4, None)]
-        assert library.session.connection.execute(sqlalchemy.select(table)).all() == left
+        assert library.session.connection.execute(f"SELECT * FROM {table.name}").fetchall() == left
 
 
 def test_several_are_removed_or_none(library):
@@ -283,7 +279,7 @@ def test_what_fails_halfway_leaves_nothing(library, monkeypatch):
     nothing = ([(0, "head", 0, None, 1, 0)], [[0], [0], *[[None]] * 6], 0)
     monkeypatch.setattr(rows, "rows_of", lambda *_: nothing)
     for path in ("a.bvh", "b.bvh"):
-        with pytest.raises(LibraryError, match="the database says: NOT NULL"):
+        with pytest.raises(LibraryError, match=r"the database says: (NOT NULL|null value)"):
             add(library, path, sample_score(5), label="run")
     assert_same_score(library.score(number), sample_score())
     assert [capture.label for capture in library.captures()] == ["walk"]
@@ -318,13 +314,13 @@ def test_nothing_hangs_on_what_is_not_there(tmp_path):
             "UPDATE capture SET profile_id = 7",
             "DELETE FROM profile",
         ):
-            with pytest.raises(sqlalchemy.exc.IntegrityError, match="FOREIGN KEY"):
-                library.session.connection.exec_driver_sql(statement)
+            with pytest.raises(connect.faults(), match=r"(?i)foreign key"):
+                library.session.connection.execute(statement)
             library.session.connection.rollback()
-        library.session.connection.exec_driver_sql("DELETE FROM capture WHERE id = 1")
+        library.session.connection.execute("DELETE FROM capture WHERE id = 1")
         for table in ("track", "symbol_code"):
             asked = f"SELECT DISTINCT capture_id FROM {table}"
-            assert library.session.connection.exec_driver_sql(asked).all() == [(2,)]
+            assert library.session.connection.execute(asked).fetchall() == [(2,)]
 
 
 def test_a_number_is_never_used_twice(tmp_path):
@@ -384,7 +380,7 @@ def test_a_capture_that_moved_keeps_what_is_known_of_it(library, tmp_path):
     assert after.sha256 == before.sha256
     assert_same_score(library.score(number), sample_score())
     add(library, "c.bvh")
-    with pytest.raises(LibraryError, match="UNIQUE"):
+    with pytest.raises(LibraryError, match=r"UNIQUE|unique"):
         library.move(number, "c.bvh")
     library.move(number, "\udcff.bvh")
     assert library.capture("\udcff.bvh") == library.capture(r"\xff.bvh")
@@ -444,10 +440,7 @@ def test_a_heading_in_tenths_is_small(library):
     score = sample_score()
     number = add(library, "a.bvh", Score(score.rate, 60, score.meter, {}, turning))
     assert library.score(number).heading.tobytes() == turning.tobytes()
-    stored = library.session.connection.exec_driver_sql(
-        "SELECT length(heading) FROM capture"
-    ).scalar()
-    library.session.connection.commit()
+    ((stored,),) = library.session.connection.execute("SELECT length(heading) FROM capture")
     assert stored < turning.nbytes / 10
 
 
@@ -476,6 +469,7 @@ def test_a_closed_library_says_so(tmp_path):
             call()
 
 
+@pytest.mark.sqlite
 def test_a_library_in_memory_belongs_to_one_thread(library):
     number = add(library, "a.bvh")
     calls = (library.captures, lambda: library.remove(number), library.close)
@@ -489,30 +483,15 @@ def test_a_library_in_memory_belongs_to_one_thread(library):
     assert len(library.captures()) == 1
 
 
-def test_a_database_without_a_driver_of_its_own(monkeypatch):
-    monkeypatch.setattr(connect, "driver_of", lambda connection: None)
-    engine = sqlalchemy.create_engine("sqlite://", paramstyle="named")
-    connection = engine.connect()
-    make_tables(connection, "some.db")
-    monkeypatch.setattr(connect, "opened", lambda *_, **__: connection)
-    with Store.open(":memory:") as library:
-        number = add(library, "a.bvh", metadata={"who": "x"})
-        assert_same_score(library.score(number), sample_score())
-        add(library, "a.bvh", label="again")
-        library.cache.compact()
-        assert [capture.label for capture in library.captures()] == ["again"]
-
-
 def test_the_heading_is_kept_as_bytes_of_one_order(library):
     score = sample_score()
     turned = Score(score.rate, 60, score.meter, {}, np.array([1.5, np.nan], ">f4").astype("f4"))
     number = add(library, "a.bvh", turned)
-    stored = library.session.connection.exec_driver_sql(
+    ((heading, options),) = library.session.connection.execute(
         "SELECT heading, options FROM capture"
-    ).one()
-    library.session.connection.commit()
-    assert stored.heading == b"\0" + np.array([1.5, np.nan], "<f4").tobytes()
-    assert json.loads(stored.options) == {"up": "z"}
+    )
+    assert heading == b"\0" + np.array([1.5, np.nan], "<f4").tobytes()
+    assert json.loads(options) == {"up": "z"}
     assert library.score(number).heading[0] == 1.5
 
 

@@ -12,6 +12,7 @@ import lanindex
 from lanindex.errors import LibraryError
 from lanindex.library import connect, segments
 from lanindex.library.connect import MOST_IDLE
+from lanindex.library.sqlite import SQLITE
 from lanindex.library.store import Store
 
 PATTERNS = (
@@ -68,7 +69,7 @@ def test_many_threads_search_and_read_while_another_writes(place):
     with lanindex.open_library(place) as library:
         assert [(hit.path, hit.span) for hit in library.search(PATTERNS[0])] == found
         assert len(library.captures()) == 29
-    assert [path.name for path in place.parent.iterdir()] == [place.name]
+    assert [*place.parent.iterdir()] in ([], [place])  # it is in a server, or one file
 
 
 def test_two_threads_that_write_wait_for_each_other(place):
@@ -131,14 +132,15 @@ def test_whoever_waits_for_columns_can_give_up(place, monkeypatch):
         assert len(first.result(60)[0]) == 12
 
 
+@pytest.mark.sqlite
 def test_connections_are_kept_for_the_next_threads_and_closed_with_the_library(place, monkeypatch):
-    opened, made = connect._sqlite_connection, []
+    opened, made = SQLITE.connect, []
 
-    def counted(*given):
-        made.append(opened(*given))
+    def counted(*given, **how):
+        made.append(opened(*given, **how))
         return made[-1]
 
-    monkeypatch.setattr(connect, "_sqlite_connection", counted)
+    monkeypatch.setattr(SQLITE.__class__, "connect", staticmethod(counted))
     with Store.open(place, readonly=True) as store:
         for _ in range(30):  # threads that end
             with ThreadPoolExecutor(1) as pool:
@@ -173,7 +175,7 @@ def test_a_library_is_closed_while_others_read(place):
         assert job.result(60) == [12]
         with pytest.raises(LibraryError, match="has been closed"):
             pool.submit(store.captures).result(60)
-    assert [path.name for path in place.parent.iterdir()] == [place.name]
+    assert [*place.parent.iterdir()] in ([], [place])  # it is in a server, or one file
 
 
 def test_hits_of_one_thread_are_looked_at_in_others(place):

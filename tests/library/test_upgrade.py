@@ -14,9 +14,13 @@ from sample_library import sql
 from lanindex.alphabet import PARTS
 from lanindex.errors import LibraryError, LibraryVersionError
 from lanindex.library import migrate
-from lanindex.library.connect import connected, target, transaction
+from lanindex.library.connect import altering, connected, target
 from lanindex.library.selection import Selection
+from lanindex.library.sqlite import SQLITE
 from lanindex.pipeline.library import Library
+
+pytestmark = pytest.mark.sqlite  # a library in a file
+
 
 NAMES = ("jumping_jacks.bvh", "marching.bvh", "greetings.lnd")
 DUMP = Path(__file__).with_name("revision_0001.sql")
@@ -131,18 +135,18 @@ def test_a_damaged_library_stays_as_it_was(old, change, said):
 
 
 def test_an_upgrade_that_cannot_make_the_file_smaller_is_one(old):
-    connection = connected(target(old), create=False, readonly=False, timeout=1)
-    connection.connection.driver_connection.execute("PRAGMA foreign_keys = OFF")
-    with transaction(connection, writes=True):
+    link = connected(target(old), create=False, readonly=False, timeout=1)
+    SQLITE.before_rebuilding(link)
+    with altering(link) as connection:
         migrate.run(connection, "head", str(old))
-    connection.close()
+    link.close()
     large = os.path.getsize(old)
-    connection = connected(target(old), create=False, readonly=False, timeout=0)
+    link = connected(target(old), create=False, readonly=False, timeout=0)
     with sql(old) as other:
         other.execute("BEGIN IMMEDIATE")  # another process writes meanwhile
-        migrate.give_back_room(connection)
+        SQLITE.give_back_room(link)
     assert os.path.getsize(old) == large
-    migrate.give_back_room(connection)
-    connection.close()
+    SQLITE.give_back_room(link)
+    link.close()
     assert os.path.getsize(old) < large
     assert migrate.check(old) == []

@@ -1,0 +1,152 @@
+"""What a library needs of a database beyond the SQL that SQLite and PostgreSQL share.
+
+`lanindex.library.sqlite` and `lanindex.library.postgres` have it; all other modules know neither.
+"""
+
+from __future__ import annotations
+
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import sqlalchemy
+
+MEMORY = ":memory:"
+
+MOST = 999
+"""Values in one statement: any SQLite takes so many."""
+
+Link: TypeAlias = Any
+"""A connection of the database's own driver: of `sqlite3`, of `psycopg`."""
+
+Values = Mapping[str, Any] | Sequence[Mapping[str, Any]]
+"""Of one statement, or of the same one many times."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """Where a library is."""
+
+    place: str
+    """As messages show it: without a password."""
+
+    url: str
+    """Empty for SQLite."""
+
+    path: Path | None
+
+    @property
+    def name(self) -> str | os.PathLike[str]:
+        """What opens the same library again."""
+        return self.url or self.place
+
+    @property
+    def in_memory(self) -> bool:
+        """Whether it is in the memory of this process alone."""
+        return not self.url and self.path is None
+
+
+class Dialect(ABC):
+    """A kind of database. Transactions are begun and ended by `begin` and `end` alone."""
+
+    damage: tuple[str, ...]
+    """How the names of errors begin (see `fault`) that tell of damage in the database."""
+
+    @abstractmethod
+    def connect(self, target: Target, *, create: bool, readonly: bool, timeout: float) -> Link:
+        """Connect; `timeout` is how many seconds a transaction waits for another one."""
+
+    @abstractmethod
+    def engine(self, link: Link) -> sqlalchemy.Engine:
+        """Return an engine of SQLAlchemy whose connections are all this one; it ends nothing."""
+
+    @abstractmethod
+    def begin(self, link: Link, *, writes: bool) -> None:
+        """Begin a transaction that sees one state; one that writes waits for others that do."""
+
+    @abstractmethod
+    def end(self, link: Link) -> None:
+        """Undo what has not been committed."""
+
+    @abstractmethod
+    def is_broken(self, link: Link) -> bool:
+        """Return whether nothing can be asked of a connection any more."""
+
+    @abstractmethod
+    def ask(self, link: Link, statement: str, values: Values | None) -> Any:
+        """Execute a statement with ``:name`` for a value; return a cursor of plain tuples."""
+
+    @abstractmethod
+    def insert(
+        self, link: Link, table: str, names: Sequence[str], rows: Sequence[Sequence[Any]]
+    ) -> None:
+        """Write rows."""
+
+    @abstractmethod
+    def fault(self, error: BaseException) -> str:
+        """Return the database's name of an error: ``SQLITE_BUSY``, ``55P03``."""
+
+    @abstractmethod
+    def tables(self, link: Link) -> set[str]:
+        """Return the names of all tables."""
+
+    @abstractmethod
+    def view(self, link: Link, name: str) -> str | None:
+        """Return the statement that made a view; None: there is none."""
+
+    @abstractmethod
+    def make_view(self, link: Link, name: str, statement: str) -> None:
+        """Make a view, in place of an earlier one."""
+
+    @abstractmethod
+    def numbers(self, link: Link, names: Sequence[str], chosen: str) -> NDArray[np.int64] | None:
+        """Return rows of ``symbol_code`` that a condition chooses, in order of their keys: (S, C).
+
+        None where they may be damaged.
+        """
+
+    @abstractmethod
+    def damaged_pages(self, link: Link, most: int) -> list[str]:
+        """Return the damage that the database itself finds, a line each, so many at the most."""
+
+    @abstractmethod
+    def size(self, link: Link) -> int:
+        """Return how many bytes a library takes."""
+
+    @abstractmethod
+    def folder(self, link: Link) -> Path | None:
+        """Return the folder of the library's file; None: it is in no file of its own."""
+
+    @abstractmethod
+    def moment(self, link: Link) -> int:
+        """Return when this transaction is: a number that later ones exceed."""
+
+    @abstractmethod
+    def oldest_reader(self, link: Link, spared: float) -> float:
+        """Return the moment below which no transaction that goes on can have begun.
+
+        Where nothing tells of readers, that is `spared` seconds ago.
+        """
+
+    @abstractmethod
+    def before_rebuilding(self, link: Link) -> None:
+        """Prepare for changes of tables, outside a transaction."""
+
+    @abstractmethod
+    def before_writing(self, link: Link) -> None:
+        """Prepare for a transaction that writes."""
+
+    @abstractmethod
+    def after_writing(self, link: Link) -> None:
+        """Leave nothing behind of transactions that wrote."""
+
+    @abstractmethod
+    def give_back_room(self, link: Link) -> None:
+        """Make the library as small as its content, where that is possible."""

@@ -1,0 +1,204 @@
+"""A library in PostgreSQL, which many machines share: by psycopg, to which SQLAlchemy connects.
+
+A reader's transaction is ``REPEATABLE READ READ ONLY``: it sees the state with which it began.
+Writers take one lock, which belongs to the library's schema and goes with their transaction; so
+they come one after the other, as in SQLite, and never fail halfway. Nobody waits for a reader.
+
+``options=-csearch_path=NAME`` in the URL names a schema: a database may hold several libraries.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lanindex.errors import LibraryError, extra
+from lanindex.library.dialect import Dialect, Link, Target, Values
+
+if TYPE_CHECKING:
+    import sqlalchemy
+
+_WAIT = 10
+"""Seconds to wait for the server to answer, where the URL does not say."""
+
+_READ = "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY"
+_WRITE = "BEGIN ISOLATION LEVEL READ COMMITTED"  # the next statements see what was committed before
+_LOCK = "SELECT pg_advisory_xact_lock(hashtext('lanindex'), hashtext(current_schema()))"
+
+_HEAD = 19
+"""Bytes before the first row of a binary copy; behind the last row there are two."""
+
+
+class Postgres(Dialect):
+    """PostgreSQL."""
+
+    damage = ("XX001", "XX002")
+
+    def connect(self, target: Target, *, create: bool, readonly: bool, timeout: float) -> Link:
+        """Connect to a server, which may take a while."""
+        import sqlalchemy
+
+        with extra("postgres", target.place, LibraryError):
+            import psycopg  # noqa: F401
+        url = sqlalchemy.make_url(target.url)
+        waits = {} if "connect_timeout" in url.query else {"connect_timeout": _WAIT}
+        arguments = {"application_name": "lanindex", **waits}
+        engine = sqlalchemy.create_engine(
+            url, poolclass=sqlalchemy.NullPool, connect_args=arguments, use_native_hstore=False
+        )
+        held = engine.raw_connection()
+        link: Any = held.driver_connection
+        held.detach()
+        link.autocommit = True  # `begin` begins a transaction
+        link.execute(f"SET lock_timeout = {max(1, round(timeout * 1000))}")
+        if readonly:
+            link.execute("SET default_transaction_read_only = on")
+        return link
+
+    def engine(self, link: Link) -> sqlalchemy.Engine:
+        """Return an engine on this connection."""
+        import sqlalchemy
+
+        return sqlalchemy.create_engine(
+            "postgresql+psycopg://",
+            creator=lambda: link,
+            poolclass=sqlalchemy.StaticPool,
+            use_native_hstore=False,
+        )
+
+    def begin(self, link: Link, *, writes: bool) -> None:
+        """Begin a transaction."""
+        link.execute(_WRITE if writes else _READ)
+        if writes:
+            link.execute(_LOCK)
+
+    def end(self, link: Link) -> None:
+        """Undo what has not been committed."""
+        if not link.closed:
+            link.rollback()
+
+    def is_broken(self, link: Link) -> bool:
+        """Return whether the server has gone or cut the connection."""
+        return bool(link.closed)
+
+    def ask(self, link: Link, statement: str, values: Values | None) -> Any:
+        """Execute a statement; what it returns comes in binary."""
+        cursor = link.cursor(binary=True)
+        if values is None:
+            return cursor.execute(statement)
+        if isinstance(values, Mapping):
+            return cursor.execute(_named(statement), values)
+        cursor.executemany(_named(statement), values)
+        return cursor
+
+    def insert(
+        self, link: Link, table: str, names: Sequence[str], rows: Sequence[Sequence[Any]]
+    ) -> None:
+        """Write rows by COPY, which is several times faster than INSERT."""
+        if rows:
+            with link.cursor().copy(f"COPY {table} ({', '.join(names)}) FROM STDIN") as copy:
+                for row in rows:
+                    copy.write_row(row)
+
+    def fault(self, error: BaseException) -> str:
+        """Return the SQLSTATE of an error, also of one of the driver, which tells none."""
+        named = {"OperationalError": "08000", "DataError": "22000"}
+        return getattr(error, "sqlstate", None) or named.get(type(error).__name__, "")
+
+    def tables(self, link: Link) -> set[str]:
+        """Return the names of all tables of the library's schema."""
+        asked = "SELECT tablename FROM pg_tables WHERE schemaname = current_schema()"
+        return {name for (name,) in link.execute(asked)}
+
+    def view(self, link: Link, name: str) -> str | None:
+        """Return the statement that made a view, which is noted beside it."""
+        asked = (
+            "SELECT obj_description(c.oid) FROM pg_class c WHERE relname = %s "
+            "AND relkind = 'v' AND relnamespace = current_schema()::regnamespace"
+        )
+        row = link.execute(asked, [name]).fetchone()
+        return row and (row[0] or "")
+
+    def make_view(self, link: Link, name: str, statement: str) -> None:
+        """Make a view, and note the statement: the server keeps it in words of its own."""
+        link.execute(f"DROP VIEW IF EXISTS {name}")
+        link.execute(statement)
+        quoted = statement.replace("'", "''")
+        link.execute(f"COMMENT ON VIEW {name} IS '{quoted}'")
+
+    def numbers(self, link: Link, names: Sequence[str], chosen: str) -> NDArray[np.int64] | None:
+        """Return rows of symbols by COPY in binary, which numpy reads as an array."""
+        columns = ", ".join(f"{name}::bigint" for name in names)
+        asked = (
+            f"SELECT {columns} FROM symbol_code WHERE {chosen} ORDER BY capture_id, track, ordinal"
+        )
+        with link.cursor().copy(f"COPY ({asked}) TO STDOUT (FORMAT BINARY)") as copy:
+            content = b"".join(copy)
+        # Of each row the number of its columns, of each column the number of its bytes
+        row = np.dtype(
+            [("columns", ">i2"), ("cells", [("bytes", ">i4"), ("value", ">i8")], len(names))]
+        )
+        rows = np.frombuffer(content, row, (len(content) - _HEAD - 2) // row.itemsize, _HEAD)
+        return rows["cells"]["value"].astype(np.int64)
+
+    def damaged_pages(self, link: Link, most: int) -> list[str]:
+        """Return nothing: the server checks each page that it reads, if its owner wants that."""
+        return []
+
+    def size(self, link: Link) -> int:
+        """Return the bytes of all tables with their indexes."""
+        asked = (
+            "SELECT sum(pg_total_relation_size(c.oid)) FROM pg_class c "
+            "WHERE relkind = 'r' AND relnamespace = current_schema()::regnamespace"
+        )
+        ((size,),) = link.execute(asked)
+        return int(size or 0)
+
+    def folder(self, link: Link) -> Path | None:
+        """Return None: the server keeps many files."""
+        return None
+
+    def moment(self, link: Link) -> int:
+        """Return the number of the transaction."""
+        ((number,),) = link.execute("SELECT pg_current_xact_id()::text::bigint")
+        return int(number)
+
+    def oldest_reader(self, link: Link, spared: float) -> float:
+        """Return the oldest number that a transaction which goes on may still look at."""
+        # Readers have no number of their own, so the snapshot of this transaction does not know
+        # of them; the server tells what each of them holds, to roles that may see the statistics
+        # of others (pg_read_all_stats). All numbers but the newest are told by their lower 32 bits.
+        asked = """WITH newest AS (SELECT pg_snapshot_xmax(pg_current_snapshot())::text::bigint x)
+            SELECT min(x - ((x - backend_xmin::text::bigint) & 4294967295))
+            FROM newest, pg_stat_activity WHERE backend_xmin IS NOT NULL"""
+        ((number,),) = link.execute(asked)
+        return float(number or 0)
+
+    def before_rebuilding(self, link: Link) -> None:
+        """Do nothing: PostgreSQL changes a table as it is."""
+
+    def before_writing(self, link: Link) -> None:
+        """Do nothing: the server keeps the journal."""
+
+    def after_writing(self, link: Link) -> None:
+        """Do nothing: the server keeps the journal."""
+
+    def give_back_room(self, link: Link) -> None:
+        """Do nothing: the server does so by itself (autovacuum)."""
+
+
+POSTGRES = Postgres()
+
+_NAME = re.compile(r"(?<![:\w]):(\w+)")
+
+
+@lru_cache(maxsize=256)
+def _named(statement: str) -> str:
+    """Return a statement with values named as psycopg has them."""
+    return _NAME.sub(r"%(\1)s", statement.replace("%", "%%"))

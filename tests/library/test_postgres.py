@@ -1,0 +1,232 @@
+"""What PostgreSQL promises beside what all libraries do: one state, waiting, rights, damage."""
+
+import os
+import subprocess
+import sys
+from contextlib import closing
+from threading import Event, Thread
+
+import psycopg
+import pytest
+from postgres_server import serving
+from sample_library import add_sample, fill, name_of
+
+from lanindex.errors import AbsentError, LibraryBusyError, LibraryError
+from lanindex.library import connect
+from lanindex.library.migrate import check, keep_columns, status, upgrade
+from lanindex.library.store import Store
+
+
+@pytest.fixture
+def url(tmp_path, database):
+    if database == "sqlite":
+        pytest.skip("about a server")
+    return name_of(tmp_path / "some.db")
+
+
+def test_a_reader_sees_one_state_and_keeps_nobody_waiting(url):
+    fill(url, 2)
+    with Store.open(url, readonly=True) as reader, Store.open(url) as writer:
+        with reader.session.reading() as link:
+            count = "SELECT count(*) FROM capture"
+            before = connect.ask(link, count).fetchone()
+            add_sample(writer, 7)
+            assert connect.ask(link, count).fetchone() == before == (2,)
+            asked = "SHOW transaction_isolation", "SHOW transaction_read_only"
+            assert [link.execute(it).fetchone()[0] for it in asked] == ["repeatable read", "on"]
+        assert len(reader.captures()) == 3
+
+
+def test_a_library_that_is_only_read_is_not_written(url):
+    fill(url, 2)
+    with Store.open(url, readonly=True) as store:
+        with pytest.raises(LibraryError, match="may only be read here"):
+            store.remove(1)
+        assert len(store.captures()) == 2
+
+
+def test_a_writer_waits_for_another_one_but_not_for_ever(url):
+    fill(url, 1)
+    held, go_on = Event(), Event()
+
+    def hold():
+        with Store.open(url) as store, store.session.writing():
+            held.set()
+            go_on.wait(60)
+
+    holder = Thread(target=hold)
+    holder.start()
+    assert held.wait(60)
+    with Store.open(url, timeout=0.2) as store:
+        with pytest.raises(LibraryBusyError, match="another process writes"):
+            add_sample(store, 7)
+        assert len(store.captures()) == 1
+    with Store.open(url) as store:
+        waiting = Thread(target=add_sample, args=(store, 8))
+        waiting.start()
+        go_on.set()
+        waiting.join(60)
+        holder.join(60)
+        assert len(store.captures()) == 2
+
+
+def test_two_make_the_tables_at_once(url):
+    command = [sys.executable, "-c", MAKE, url]
+    made = [subprocess.Popen(command) for _ in range(3)]
+    assert [one.wait(60) for one in made] == [0, 0, 0]
+    assert check(url) == []
+
+
+MAKE = """
+import sys
+from lanindex.library.store import Store
+Store.open(sys.argv[1], create=True).close()
+"""
+
+
+def test_connections_that_the_server_cut_are_made_anew(url):
+    fill(url, 2)
+    with Store.open(url) as store:
+        cut(store)
+        with pytest.raises(LibraryError, match="the server broke it off"):
+            store.captures()
+        assert len(store.captures()) == 2
+        with pytest.raises(LibraryError, match="the server broke it off"):
+            change_and_cut(store)
+        add_sample(store, 7)
+        assert len(store.captures()) == 3
+    assert check(url) == []
+
+
+def change_and_cut(store):
+    with store.changing() as link:
+        connect.ask(link, "DELETE FROM capture")
+        cut(store)
+        connect.ask(link, "DELETE FROM segment_pending")
+
+
+def cut(store):
+    """Have the server end all connections of a library but the one that asks."""
+    link = connect.connected(store.session.target, create=False, readonly=False, timeout=5)
+    with closing(link):
+        link.execute(
+            "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
+            "WHERE application_name = 'lanindex' AND pid <> pg_backend_pid()"
+        )
+
+
+@pytest.mark.slow
+def test_a_server_that_crashes_loses_nothing(tmp_path, database):
+    if database == "sqlite":
+        pytest.skip("about a server")
+    with serving("") as server:
+        with server.connect(autocommit=True) as link:
+            link.execute("CREATE SCHEMA one")
+        url = server.url("one")
+        fill(url, 3)
+        with Store.open(url) as store:
+            server.stop("immediate")
+            with pytest.raises(LibraryError, match=r"(broke it off|cannot be reached)"):
+                add_sample(store, 7)
+            with pytest.raises(LibraryError, match=r"cannot be reached.*runs"):
+                store.captures()
+            server.start()
+            assert len(store.captures()) == 3
+            add_sample(store, 7)
+        assert check(url) == []
+
+
+def test_damaged_columns_are_made_anew(url):
+    fill(url, 3)
+    with Store.open(url) as store:
+        store.cache.compact()
+        with store.session.writing() as link:
+            connect.ask(link, "UPDATE segment_column SET content = '\\x00' WHERE name = 'cell'")
+    with Store.open(url, readonly=True) as store:
+        roster, columns = store.columns(["head"])
+        assert len(roster) == 3
+        assert len(columns["head"]) == 18
+        assert len(store.session.notes) == 1
+    assert check(url) == []
+
+
+def test_damaged_rows_are_named(url):
+    fill(url, 2)
+    with Store.open(url) as store, store.session.writing() as link:
+        connect.ask(link, "UPDATE symbol_code SET sign = sign + 1 WHERE capture_id = 2")
+    (line,) = [it for it in check(url) if "capture 2" in it]
+    assert "is damaged in the library: its track" in line
+    with Store.open(url, readonly=True) as store, pytest.raises(LibraryError, match="capture 2"):
+        store.score(2)
+
+
+def test_a_view_of_another_version_is_made_anew(url):
+    fill(url, 1)
+    with Store.open(url) as store, store.session.writing() as link:
+        link.execute("DROP VIEW symbol")
+        link.execute("CREATE VIEW symbol AS SELECT 1 AS one")
+    assert "the view symbol" in check(url)[0]
+    assert upgrade(url).state == "current"
+    assert check(url) == []
+
+
+def test_columns_in_files_stay_while_a_reader_may_need_them(url, tmp_path):
+    fill(url, 3)
+    keep_columns(url, str(tmp_path / "files"))
+    files = set(tmp_path.glob("files/*"))
+    assert len(files) == 1
+    with Store.open(url, readonly=True) as reader, Store.open(url) as store:
+        with reader.session.reading():
+            fill(url, 9)  # a larger segment takes the place of the first
+            store.cache.compact()
+            store.cache.compact()
+            now = set(tmp_path.glob("files/*"))
+            assert now > files
+        fill(url, 19)
+        store.cache.compact()
+        assert not files & set(tmp_path.glob("files/*"))
+        assert len(reader.columns(["head"])[1]["head"]) == 19 * 6
+    assert check(url) == []
+
+
+def test_no_server_and_no_database(url):
+    for place, said in (
+        (
+            "postgresql://me:secret@/x?host=/nowhere",
+            r"me:\*\*\*@.*cannot be reached: .*No such file",
+        ),
+        (url.replace("/postgres?", "/nothing?"), r'database "nothing" does not exist'),
+        (url.replace("owner@", "nobody@"), r'role "nobody" does not exist'),
+        ("mysql://host/x", r"names no kind of library, wanted a path, or postgresql"),
+    ):
+        with pytest.raises(LibraryError, match=said) as caught:
+            Store.open(place)
+        assert "secret" not in str(caught.value)
+
+
+def test_a_database_without_a_library(url):
+    with pytest.raises(LibraryError, match=r"there is no library in this database.*ingest"):
+        Store.open(url)
+    with pytest.raises(AbsentError):
+        status(url)
+
+
+def test_text_that_the_server_cannot_hold(url):
+    with Store.open(url, create=True) as store:
+        with pytest.raises(LibraryError, match=r"NUL"):
+            add_sample(store, 1, label="a\0b")
+        assert store.captures() == []
+        assert os.path.basename(add_and_read(store, "Ä\U0001f483")) == "Ä\U0001f483"
+
+
+def add_and_read(store, label):
+    return store.capture(add_sample(store, 2, label=label)).label
+
+
+def test_the_bytes_of_a_library(url):
+    fill(url, 3)
+    with Store.open(url) as store:
+        assert store.stats().size > 50_000
+    with psycopg.connect(connect.target(url).url.replace("+psycopg", "")) as link:
+        asked = "SELECT part, direction FROM symbol WHERE part = 'head' LIMIT 1"
+        assert link.execute(asked).fetchone() == ("head", "right")
