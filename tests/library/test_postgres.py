@@ -176,7 +176,8 @@ def test_columns_in_files_stay_while_a_reader_may_need_them(url, tmp_path):
     files = set(tmp_path.glob("files/*"))
     assert len(files) == 1
     with Store.open(url, readonly=True) as reader, Store.open(url) as store:
-        with reader.session.reading():
+        with reader.session.reading() as link:
+            connect.ask(link, "SELECT file FROM segment")  # its state is that of the first question
             fill(url, 9)  # a larger segment takes the place of the first
             store.cache.compact()
             store.cache.compact()
