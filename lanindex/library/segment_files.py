@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from lanindex.errors import CaptureError, LibraryError, UsageError, counted
 from lanindex.library.connect import Link, ask, dialect_of, first_values, insert
+from lanindex.library.selection import printable
 from lanindex.locations import asking, copies, is_url, plain
 
 ALIGNED = 64
@@ -51,6 +52,8 @@ MOST_CACHED = 32 << 30
 """Bytes of files of buckets that a machine keeps, at most, but for the last one."""
 
 _CHUNK = 1 << 20
+
+_FORGET = "DELETE FROM segment_old WHERE place = :place AND name = :name"
 
 _WHOLE = "What was stored before is whole; run again when it can be written."
 
@@ -442,6 +445,9 @@ def set_place(connection: Link, where: str) -> None:
 
 def prepare(connection: Link, where: str) -> None:
     """Make a folder or bucket ready to take the files of a library; refuse that of another one."""
+    if not _is_path(where):
+        found, wanted = "the name has letters that cannot be printed", "another folder, or a URL"
+        raise UsageError(found, place=printable(where), wanted=wanted)
     place = absolute_place(connection, where)
     if not is_url(place):
         try:
@@ -467,7 +473,7 @@ def retire(connection: Link, place: str, names: Iterable[str]) -> None:
     named = [{"place": place, "name": name} for name in names if _NAME.fullmatch(name)]
     if not named:
         return
-    ask(connection, "DELETE FROM segment_old WHERE place = :place AND name = :name", named)
+    ask(connection, _FORGET, named)
     now = dialect_of(connection).moment(connection)
     rows = [(*one.values(), now) for one in named]
     insert(connection, "segment_old", ["place", "name", "since"], rows)
@@ -487,26 +493,17 @@ def collect(connection: Link) -> None:
     named = {(place, name) for name in first_values(ask(connection, asked))}
     before = dialect_of(connection).oldest_reader(connection, _SPARED)
     for (where, name), since in old.items():
-        if (
-            isinstance(since, int)
-            and since < before
-            and _is_path(where)
-            and isinstance(name, str)
-            and _NAME.fullmatch(name)
-        ):
+        sane = _is_path(where) and _is_path(name) and isinstance(since, int)
+        if sane and _NAME.fullmatch(name) and since < before:
             with suppress(LibraryError):  # It cannot be deleted now: the next time
                 if (where, name) not in named:
                     shelf_of(where).remove(name)
-                values = {"place": where, "name": name}
-                ask(
-                    connection,
-                    "DELETE FROM segment_old WHERE place = :place AND name = :name",
-                    values,
-                )
+                ask(connection, _FORGET, {"place": where, "name": name})
     if place:
         with suppress(LibraryError):
             shelf = shelf_of(place)
-            loose = [it for it in shelf.names() if not {(place, it)} & {*named, *old}]
+            known = {name for where, name in (*named, *old) if where == place}
+            loose = [name for name in shelf.names() if name not in known]
             for name, age in (shelf.ages(loose) if loose else {}).items():
                 if age > _SPARED:
                     shelf.remove(name)

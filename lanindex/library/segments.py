@@ -449,7 +449,7 @@ def move(connection: Link, where: str) -> None:
     try:
         for one in read_spine(connection).segments:
             if (one.place if one.file else "") != place:
-                written += _move_segment(connection, one, place)
+                _move_segment(connection, one, place, written)
     except BaseException:
         for name in written:
             with suppress(LibraryError):
@@ -458,8 +458,8 @@ def move(connection: Link, where: str) -> None:
     segment_files.set_place(connection, where)
 
 
-def _move_segment(connection: Link, segment: Segment, place: str) -> list[str]:
-    """Move the columns of a segment, and return the name of their new file, if there is one."""
+def _move_segment(connection: Link, segment: Segment, place: str, written: list[str]) -> None:
+    """Move the columns of a segment; `written` gets the name of their new file."""
     end, entries = 0, list[Entry]()
     for one in segment.entries.values():
         entries.append(one._replace(begin=segment_files.begin_of(end)))
@@ -472,10 +472,10 @@ def _move_segment(connection: Link, segment: Segment, place: str) -> list[str]:
 
     file = _keep(connection, place, segment.id, contents())
     if file is not None:
+        written.append(file)
         segment_files.shelf_of(place).check(file)
     _drop_contents(connection, [segment])
     _describe(connection, segment.id, segment.captures, segment.symbols, entries, file)
-    return [] if file is None else [file]
 
 
 def _arrays(columns: Columns) -> dict[str, NDArray[Any]]:

@@ -342,6 +342,24 @@ def test_a_full_disk(small_disk, tmp_path):
     assert found(path) == (by_rows(path), [])
 
 
+def test_a_file_that_cannot_be_read_again_is_not_kept(inside, monkeypatch):
+    def unlike(*_):
+        raise segment_files.Distrust("damaged: it is not what was written")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(segment_files.Folder, "check", unlike)
+        keep_columns(inside, "cols")
+    assert len(files(inside)) == count(inside, "segment") == 1  # made anew
+    assert found(inside) == (by_rows(inside), [])
+
+
+@pytest.mark.parametrize("where", ["a\nb", "a\udcff"])
+def test_a_name_that_cannot_be_told_is_refused(inside, where):
+    with pytest.raises(UsageError, match="cannot be printed"):
+        keep_columns(inside, where)
+    assert found(inside) == (by_rows(inside), [])
+
+
 def test_a_place_belongs_to_one_library(path, tmp_path):
     fill(tmp_path / "other.db", 1)
     with pytest.raises(UsageError, match="2 files of segments that this library does not name"):
