@@ -272,11 +272,14 @@ def make_tables(link: Link, place: str) -> None:
 
 
 @contextmanager
-def transaction(link: Link, *, writes: bool = False) -> Iterator[None]:
-    """Begin a transaction that sees one state of the library or, if it `writes`, may change it."""
+def transaction(link: Link, *, writes: bool = False, snapshot: str = "") -> Iterator[None]:
+    """Begin a transaction that sees one state of the library or, if it `writes`, may change it.
+
+    The state is that of a `snapshot`, if one is named.
+    """
     dialect = dialect_of(link)
     try:
-        dialect.begin(link, writes=writes)
+        dialect.begin(link, writes=writes, snapshot=snapshot)
         yield
         if writes:
             link.commit()
@@ -340,9 +343,13 @@ class Session:
                     one.close()
 
     @contextmanager
-    def reading(self) -> Iterator[Link]:
-        """Begin a transaction that sees one state of the library."""
-        with self._taken() as link, translated(self.target.place), transaction(link):
+    def reading(self, snapshot: str = "") -> Iterator[Link]:
+        """Begin a transaction that sees one state of the library, if named that of a snapshot."""
+        with (
+            self._taken() as link,
+            translated(self.target.place),
+            transaction(link, snapshot=snapshot),
+        ):
             yield link
 
     @contextmanager

@@ -68,8 +68,18 @@ class Dialect(ABC):
         """Return an engine of SQLAlchemy whose connections are all this one; it ends nothing."""
 
     @abstractmethod
-    def begin(self, link: Link, *, writes: bool) -> None:
-        """Begin a transaction that sees one state; one that writes waits for others that do."""
+    def begin(self, link: Link, *, writes: bool, snapshot: str = "") -> None:
+        """Begin a transaction that sees one state, if named that of a `snapshot`.
+
+        One that writes waits for others that do.
+        """
+
+    @abstractmethod
+    def snapshot(self, link: Link) -> str:
+        """Return the name of the state that a transaction sees, for others while it goes on.
+
+        Empty where it has none.
+        """
 
     @abstractmethod
     def end(self, link: Link) -> None:

@@ -72,11 +72,19 @@ class Postgres(Dialect):
             use_native_hstore=False,
         )
 
-    def begin(self, link: Link, *, writes: bool) -> None:
+    def begin(self, link: Link, *, writes: bool, snapshot: str = "") -> None:
         """Begin a transaction."""
         link.execute(_WRITE if writes else _READ)
         if writes:
             link.execute(_LOCK)
+        if snapshot:
+            quoted = snapshot.replace("'", "''")
+            link.execute(f"SET TRANSACTION SNAPSHOT '{quoted}'")
+
+    def snapshot(self, link: Link) -> str:
+        """Return the name of the state that the transaction sees."""
+        ((name,),) = link.execute("SELECT pg_export_snapshot()")
+        return str(name)
 
     def end(self, link: Link) -> None:
         """Undo what has not been committed."""

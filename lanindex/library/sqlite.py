@@ -61,9 +61,13 @@ class Sqlite(Dialect):
         pool = sqlalchemy.StaticPool
         return sqlalchemy.create_engine("sqlite://", creator=lambda: link, poolclass=pool)
 
-    def begin(self, link: Link, *, writes: bool) -> None:
+    def begin(self, link: Link, *, writes: bool, snapshot: str = "") -> None:
         """Begin a transaction."""
         link.execute("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+    def snapshot(self, link: Link) -> str:
+        """Return nothing: while somebody reads, nobody can change a file."""
+        return ""
 
     def end(self, link: Link) -> None:
         """Undo what has not been committed, as another process may have kept a commit from."""

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import segments
 from lanindex.library.cache import MOST_PENDING
-from lanindex.library.connect import Link, Session, Target
+from lanindex.library.connect import Link, Session, Target, dialect_of
 from lanindex.library.read import read_state
 from lanindex.library.segment_files import Distrust
 from lanindex.library.segments import Piece, Segment
@@ -74,6 +74,7 @@ class State:
 
     target: Target = field(repr=False)  # it may have a password
     stamp: int
+    snapshot: str  # of the transaction that goes on while the job does; empty: nobody can write
 
 
 class _Opened:
@@ -103,12 +104,12 @@ _opened: dict[Target, _Opened] = {}
 def reading(state: State) -> Iterator[tuple[_Opened, Link]]:
     """Open a library in a state, or raise: the one place that knows how a process comes to it.
 
-    As long as the process that began the job reads the library, too, nobody can change it.
+    As long as the process that began the job reads the library, too, its state can be read.
     """
     if state.target not in _opened:
         _opened[state.target] = _Opened(state.target)
     library = _opened[state.target]
-    with library.store.session.reading() as connection:
+    with library.store.session.reading(state.snapshot) as connection:
         if read_state(connection).stamp != state.stamp:
             raise LibraryError(
                 "the library has changed while it was searched",
@@ -482,7 +483,8 @@ def _searched(
             with store.session.reading() as connection:
                 stamp = read_state(connection).stamp
                 shards = cut(connection, query.parts, numbers, spread.tasks, trusted=trusted)
-                state = State(store.session.target, stamp)
+                snapshot = dialect_of(connection).snapshot(connection)
+                state = State(store.session.target, stamp, snapshot)
                 tasks = [Task(state, shard, query, options) for shard in shards]
                 told = list[Told]()
                 for one in _told_so_far(spread, tasks, watch):

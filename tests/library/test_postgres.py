@@ -8,6 +8,7 @@ from threading import Event, Thread
 
 import psycopg
 import pytest
+from in_shards import Here
 from postgres_server import serving
 from sample_library import add_sample, fill, name_of
 
@@ -15,6 +16,8 @@ from lanindex.errors import AbsentError, LibraryBusyError, LibraryError
 from lanindex.library import connect
 from lanindex.library.migrate import check, keep_columns, status, upgrade
 from lanindex.library.store import Store
+from lanindex.pipeline import shards
+from lanindex.pipeline.library import open_library
 
 
 @pytest.fixture
@@ -80,6 +83,8 @@ def test_two_make_the_tables_at_once(url):
 MAKE = """
 import sys
 from lanindex.library.store import Store
+from lanindex.pipeline import shards
+from lanindex.pipeline.library import open_library
 Store.open(sys.argv[1], create=True).close()
 """
 
@@ -188,6 +193,31 @@ def test_columns_in_files_stay_while_a_reader_may_need_them(url, tmp_path):
         assert not files & set(tmp_path.glob("files/*"))
         assert len(reader.columns(["head"])[1]["head"]) == 19 * 6
     assert check(url) == []
+
+
+class Later(Here):
+    """Other processes that begin once the library has changed."""
+
+    def results(self, work, items, tick):
+        fill(self.url, 12)
+        with Store.open(self.url) as store:
+            store.cache.compact()
+        yield from super().results(work, items, tick)
+
+
+def test_a_search_in_other_processes_ends_on_the_state_that_it_began_with(url, monkeypatch):
+    monkeypatch.setattr(shards, "FEWEST", 1)
+    fill(url, 3)
+    with Store.open(url) as store:
+        store.cache.compact()
+    with open_library(url, readonly=True) as library:
+        before = library.search("head any").dicts()
+        assert len({hit["capture_id"] for hit in before}) == 3
+        library.spread = Later(2)
+        library.spread.url = url
+        assert len(library.search("head any")) == len(before)
+        library.spread = Here(2)
+        assert len({hit.capture.id for hit in library.search("head any")}) == 12
 
 
 def test_no_server_and_no_database(url):
