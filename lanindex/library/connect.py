@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import sqlite3
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -177,7 +178,7 @@ def _check_path(database: Target, *, create: bool) -> None:
         raise AbsentError(
             "there is no library here",
             place=database.place,
-            remedy=f"Make one: lanindex ingest FOLDER --db {database.place}",
+            remedy=f"Make one: lanindex ingest FOLDER --db {shlex.quote(database.place)}",
         )
     if not path.parent.is_dir():
         raise LibraryError(
@@ -228,21 +229,21 @@ def refuse_revision(stored_revision: str | None, place: str) -> None:
         raise AbsentError(
             "there is no library in this database",
             place=place,
-            remedy=f"Make one: lanindex ingest FOLDER --db {place}",
+            remedy=f"Make one: lanindex ingest FOLDER --db {shlex.quote(place)}",
         )
     if stored_revision is None:
         raise LibraryError(
             "this file is empty",
             place=place,
             wanted="a library",
-            remedy=f"Fill it: lanindex ingest FOLDER --db {place}",
+            remedy=f"Fill it: lanindex ingest FOLDER --db {shlex.quote(place)}",
         )
     if stored_revision < REVISION:
         raise LibraryVersionError(
             f"this library has revision {stored_revision}",
             place=place,
             wanted=REVISION,
-            remedy=f"Bring it up to date: lanindex db upgrade --db {place}",
+            remedy=f"Bring it up to date: lanindex db upgrade --db {shlex.quote(place)}",
         )
     if stored_revision > REVISION:
         raise LibraryVersionError(

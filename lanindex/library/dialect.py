@@ -100,6 +100,14 @@ class Dialect(ABC):
         """Write rows."""
 
     @abstractmethod
+    def last_number(self, link: Link, table: str) -> int:
+        """Return the highest number that a row of a table has ever had."""
+
+    @abstractmethod
+    def go_on_after(self, link: Link, table: str, number: int) -> None:
+        """Let new rows of a table have higher numbers than this one."""
+
+    @abstractmethod
     def fault(self, error: BaseException) -> str:
         """Return the database's name of an error: ``SQLITE_BUSY``, ``55P03``."""
 

@@ -114,6 +114,17 @@ class Postgres(Dialect):
                 for row in rows:
                     copy.write_row(row)
 
+    def last_number(self, link: Link, table: str) -> int:
+        """Return the highest number that a row has ever had."""
+        ((name,),) = link.execute("SELECT pg_get_serial_sequence(%s, 'id')", [table])
+        ((number, used),) = link.execute(f"SELECT last_value, is_called FROM {name}")
+        return int(number) if used else 0
+
+    def go_on_after(self, link: Link, table: str, number: int) -> None:
+        """Set the sequence of a table's numbers."""
+        if number:
+            link.execute("SELECT setval(pg_get_serial_sequence(%s, 'id'), %s)", [table, number])
+
     def fault(self, error: BaseException) -> str:
         """Return the SQLSTATE of an error, also of one of the driver, which tells none."""
         named = {"OperationalError": "08000", "DataError": "22000"}

@@ -94,6 +94,18 @@ class Sqlite(Dialect):
             some = rows[first : first + many]
             link.execute(begin + ", ".join([row] * len(some)), [*chain.from_iterable(some)])
 
+    def last_number(self, link: Link, table: str) -> int:
+        """Return the highest number that a row has ever had, or has where that is not kept."""
+        asked = "SELECT max(seq) FROM sqlite_sequence WHERE name = :name"
+        ((kept,),) = link.execute(asked, {"name": table})
+        ((highest,),) = link.execute(f"SELECT max(id) FROM {table}")
+        return max(kept or 0, highest or 0)
+
+    def go_on_after(self, link: Link, table: str, number: int) -> None:
+        """Note the highest number; a table that keeps none gives out what is free."""
+        values = {"number": number, "name": table}
+        link.execute("UPDATE sqlite_sequence SET seq = :number WHERE name = :name", values)
+
     def fault(self, error: BaseException) -> str:
         """Return SQLite's name of an error; its messages may be damaged in a damaged file, too."""
         if isinstance(error, UnicodeDecodeError):

@@ -184,7 +184,7 @@ def test_hits_are_made_after_the_library_is_closed(library: Library) -> None:
 def test_a_library_that_changes_meanwhile_is_told(library: Library) -> None:
     with library.store.session.reading() as connection:
         (shard,) = shards.cut(connection, ["r_arm"], None, 1)
-    state = shards.State(library.store.session.target, library.stamp)
+    state = shards.State(library.store.session.target, library.stamp, "")
     library.label(1, "changed")
     with pytest.raises(LibraryError, match=r"has changed while it was searched\. Search again"):
         shards.columns_at(state, shard, ["r_arm"], (), lambda: None)

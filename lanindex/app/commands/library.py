@@ -268,7 +268,26 @@ def segments(
     out.line(f"{db}: columns in {told}")
 
 
-db = {"status": status, "upgrade": upgrade, "check": check, "segments": segments}
+def copy(
+    source: str = options.argument(..., "FROM", "The library, a path or URL."),
+    to: str = options.argument(..., "TO", "A new one, a path or URL."),
+    *,
+    out: options.DbOut,
+) -> None:
+    """Copy a library into a new one: into PostgreSQL, out of it, or into another file.
+
+    All captures keep their numbers, so both answer alike; their files stay where they are.
+    """
+    from lanindex.library.copy import copy
+
+    count = copy(source, to, out.note, out.watch)
+    out.note(f"{counted(count, 'capture')} copied")
+
+
+db = {
+    **{"status": status, "upgrade": upgrade, "check": check, "copy": copy},
+    **{"segments": segments},
+}
 
 
 def _print_status(out: Output, status: Status) -> None:
