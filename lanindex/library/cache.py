@@ -214,9 +214,10 @@ class ColumnCache:
 
         Columns that cannot be trusted or reached are made anew there.
         """
+        if where:
+            with self._session.writing() as connection:
+                segment_files.claim(connection, where)
         with self._session.writing() as connection:
-            if where:
-                segment_files.prepare(connection, where)
             try:
                 segments.move(connection, where)
             except Distrust as error:

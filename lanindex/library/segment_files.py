@@ -53,6 +53,9 @@ MOST_CACHED = 32 << 30
 
 _CHUNK = 1 << 20
 
+_CLAIM = ""
+"""In place of a file's name: a move to this place has begun."""
+
 _FORGET = "DELETE FROM segment_old WHERE place = :place AND name = :name"
 
 _WHOLE = "What was stored before is whole; run again when it can be written."
@@ -440,11 +443,16 @@ def absolute_place(connection: Link, where: str) -> str:
 
 def set_place(connection: Link, where: str) -> None:
     """Let files of segments be at a place from now on; empty: let columns be in the database."""
+    ask(connection, f"DELETE FROM segment_old WHERE name = '{_CLAIM}'")
     ask(connection, "UPDATE state SET segments = :where", {"where": where or None})
 
 
-def prepare(connection: Link, where: str) -> None:
-    """Make a folder or bucket ready to take the files of a library; refuse that of another one."""
+def claim(connection: Link, where: str) -> None:
+    """Make a place ready to take the files of a library, and refuse that of another library.
+
+    Goes into a transaction of its own: a move that is broken off leaves files there, and the next
+    one has to know whose they are.
+    """
     if not _is_path(where):
         found, wanted = "the name has letters that cannot be printed", "another folder, or a URL"
         raise UsageError(found, place=printable(where), wanted=wanted)
@@ -456,16 +464,17 @@ def prepare(connection: Link, where: str) -> None:
             found = f"no folder can be made there ({error.strerror})"
             raise LibraryError(found, place=place, wanted="a folder, or a URL") from error
     strange = {*filter(_NAME.fullmatch, shelf_of(place).names())}
-    if place == current_place(connection):
-        strange = set()
-    strange -= {*first_values(ask(connection, "SELECT name FROM segment_old"))}
-    if strange:
+    old = ask(connection, "SELECT name FROM segment_old WHERE place = :place", {"place": place})
+    known = {*first_values(old)}
+    if _CLAIM not in known and place != current_place(connection) and (strange := strange - known):
         raise UsageError(
             f"{counted(len(strange), 'file')} of segments that this library does not name",
             place=place,
             wanted="a place for this library alone",
             remedy="Name another folder, or delete them if no library needs them.",
         )
+    if _CLAIM not in known:
+        insert(connection, "segment_old", ["place", "name", "since"], [(place, _CLAIM, 0)])
 
 
 def retire(connection: Link, place: str, names: Iterable[str]) -> None:

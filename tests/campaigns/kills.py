@@ -31,7 +31,7 @@ from lanindex.errors import AbsentError, LibraryError, LibraryVersionError
 from lanindex.library import cache, migrate
 from lanindex.pipeline.library import Library
 
-LIBRARY, JOURNAL = "some.db", "some.db-journal"
+LIBRARY, JOURNAL, COLUMNS = "some.db", "some.db-journal", "some.db-columns"
 PATTERNS = ("r_arm low -> mid", "r_arm any with l_arm high", "l_arm right ... low", "arms back")
 DUMP = common.TESTS / "library" / "revision_0001.sql"
 
@@ -111,6 +111,7 @@ class Scene:
         self.spare = choice.sample(range(len(FILES)), len(FILES))
         self.held: State = {}
         self.profile = choice.choice(("default", "paper"))
+        self.in_files = choice.random() < 0.3
         (folder / "in").mkdir()
 
     def put(self, before: str = "") -> None:
@@ -137,6 +138,8 @@ class Scene:
             verb = self.ingest()
             assert printing(verb) == 0, errors_of()
             self.held = verb.states[-1]
+            if self.in_files:
+                assert called("db", "segments", COLUMNS, "--db", LIBRARY) == 0
 
     def ingest(self, jobs: int = 1) -> Verb:
         """Return an ingest of all files that there are, and what it does file by file."""
@@ -273,6 +276,13 @@ def mend(scene: Scene) -> Verb:
     return Verb(partial(called, "db", "upgrade", "--db", LIBRARY), [[scene.held]])
 
 
+def segments(scene: Scene) -> Verb:
+    """Move the columns into files, or back."""
+    scene.fill()
+    where = scene.choice.choice((COLUMNS, "other", "--inside"))
+    return Verb(partial(called, "db", "segments", where, "--db", LIBRARY), [[scene.held]])
+
+
 def upgrade(scene: Scene) -> Verb:
     """Bring a library of the first revision to the newest."""
     shutil.copy(OLD, LIBRARY)
@@ -281,7 +291,8 @@ def upgrade(scene: Scene) -> Verb:
 
 VERBS = (
     *(first_ingest, first_ingest, later_ingest, later_ingest, later_ingest, move, move),
-    *(write_anew, label, label, remove, remove, search, join, join, mend, upgrade, upgrade),
+    *(write_anew, label, label, remove, remove, search, join, join, mend, segments, segments),
+    *(upgrade, upgrade),
 )
 
 
@@ -291,8 +302,12 @@ def look() -> tuple[State, list[str]]:
     A copy is looked at, with its journal, for a look undoes what was broken off, and mends columns.
     """
     with tempfile.TemporaryDirectory(dir=".") as name:
-        for path in Path().glob(f"{LIBRARY}*"):
-            shutil.copy(path, name)
+        for path in (Path(LIBRARY), Path(JOURNAL)):
+            if path.exists():
+                shutil.copy(path, name)
+        for folder in (COLUMNS, "other"):
+            if os.path.exists(folder):
+                shutil.copytree(folder, f"{name}/{folder}")
         place = f"{name}/{LIBRARY}"
         wrong = faults(place)
         return content(place), wrong
@@ -338,6 +353,8 @@ def trial(choice: Random, folder: Path) -> dict[str, int]:
         assert code in verb.ends, (code, errors_of())
         assert look() == (states[-1], []), (make.__name__, look(), states[-1])
         Path(LIBRARY).unlink()
+        for name in (COLUMNS, "other"):
+            shutil.rmtree(name, ignore_errors=True)
         shutil.copytree(kept, folder, dirs_exist_ok=True)
     finally:
         shutil.rmtree(kept)
@@ -357,11 +374,25 @@ def trial(choice: Random, folder: Path) -> dict[str, int]:
     assert code in verb.ends, (code, errors_of())
     assert look() == (states[-1], [])
     left = {it.name for it in folder.iterdir()}
-    left -= {LIBRARY, "in", "labels.csv", "stdout", "stderr", "printed"}
+    left -= {LIBRARY, "in", "labels.csv", "stdout", "stderr", "printed", COLUMNS, "other"}
     # a journal that was left goes with the next change; if it begins with zeros, it is none
     assert left <= {JOURNAL}, left
     assert JOURNAL not in left or not any(Path(JOURNAL).read_bytes()[:8])
+    check_files()
     return {"kills": kills, make.__name__.replace("_", " "): 1}
+
+
+def check_files() -> None:
+    """Check that in an hour all files of columns are gone that no segment names."""
+    place, _, _ = migrate.files_of_columns(LIBRARY)
+    files = [it for it in Path(place).iterdir() if place]
+    for file in files:
+        os.utime(file, (0, 0))
+    with Library.open(LIBRARY) as library:
+        library.store.cache._mend("")
+    with closing(sqlite3.connect(LIBRARY)) as connection:
+        named = {name for (name,) in connection.execute("SELECT file FROM segment")}
+    assert {it.name for it in Path(place).iterdir() if place} == named - {None}
 
 
 def killed(verb: Verb, last: int = 0, *, writes: bool = False) -> tuple[int, int]:

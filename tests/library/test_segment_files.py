@@ -239,6 +239,27 @@ def test_killed_between_the_file_and_the_commit(path, repository):
     assert found(path) == (by_rows(path), [])
 
 
+MOVED = """
+import os, signal, sys
+from lanindex.library import segment_files
+from lanindex.library.migrate import keep_columns
+
+segment_files.set_place = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+keep_columns(sys.argv[1], "cols")
+"""
+
+
+def test_killed_while_the_columns_move(inside):
+    command = [sys.executable, "-c", MOVED, str(inside)]
+    assert subprocess.run(command).returncode == -signal.SIGKILL
+    assert files(inside) != []
+    assert found(inside) == (by_rows(inside), [])
+    keep_columns(inside, "cols")
+    assert len(files(inside)) == count(inside, "segment")
+    assert found(inside) == (by_rows(inside), [])
+    assert count(inside, "segment_old") == 0
+
+
 def test_what_a_reader_needs_stays(path):
     with sql(path) as connection:
         connection.execute("PRAGMA journal_mode = WAL")
