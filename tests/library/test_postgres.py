@@ -13,7 +13,7 @@ from postgres_server import serving
 from sample_library import add_sample, fill, name_of
 
 from lanindex.errors import AbsentError, LibraryBusyError, LibraryError
-from lanindex.library import connect
+from lanindex.library import cache, connect
 from lanindex.library.migrate import check, keep_columns, status, upgrade
 from lanindex.library.store import Store
 from lanindex.pipeline import shards
@@ -193,6 +193,50 @@ def test_columns_in_files_stay_while_a_reader_may_need_them(url, tmp_path):
         assert not files & set(tmp_path.glob("files/*"))
         assert len(reader.columns(["head"])[1]["head"]) == 19 * 6
     assert check(url) == []
+
+
+ROLES = """CREATE ROLE ada LOGIN IN ROLE lanindex_reader;
+CREATE ROLE ben LOGIN IN ROLE lanindex_writer;"""
+
+
+def test_readers_and_writers_may_do_what_the_guide_says(url, server, repository, monkeypatch):
+    monkeypatch.setattr(cache, "MOST_PENDING", 2)
+    fill(url, 5)
+    page = (repository / "lanindex" / "guide" / "growing.md").read_text()
+    schema = url.rpartition("%3D")[2]
+    roles = page.partition("```sql\n")[2].partition("```")[0] + ROLES
+    with server.connect(autocommit=True) as link:
+        link.execute(roles.replace("SCHEMA public", f"SCHEMA {schema}"))
+    reader, writer = url.replace("owner@", "ada@"), url.replace("owner@", "ben@")
+    try:
+        with Store.open(writer, create=True) as store:
+            add_sample(store, 5)
+            store.label(1, "walk")
+            store.remove(2)
+            store.cache.compact()
+        with Store.open(reader) as store:
+            assert store.capture(1).label == "walk"
+            assert len(store.columns(["head"])[0]) == 5
+            assert store.session.notes == []
+            with pytest.raises(LibraryError, match=r"no right to do this.*role of a reader or"):
+                store.label(1, "run")
+        fill(url, 5)
+        with open_library(reader) as library:  # all have changed, and no segment has them
+            assert len(library.search("head any")) > 0
+            assert "columns cannot be written (you have no right" in library.notes[-1]
+        for may_not in (reader, writer):
+            with pytest.raises(LibraryError, match="no right"):
+                drop_view(may_not)
+        assert check(reader) == []
+    finally:
+        with server.connect(autocommit=True) as link:
+            link.execute("DROP OWNED BY lanindex_reader, lanindex_writer")
+            link.execute("DROP ROLE ada, ben, lanindex_reader, lanindex_writer")
+
+
+def drop_view(url):
+    with Store.open(url) as store, store.session.writing() as link:
+        link.execute("DROP VIEW symbol")
 
 
 class Later(Here):
