@@ -12,7 +12,11 @@ import fsspec
 import numpy as np
 import pytest
 from columns_told import PARTS, by_rows, cut, flip, found, given
+from effort import seeds
+from generated_patterns import random_pattern
 from in_shards import Here
+from random_library import DIRECTIONS, random_library
+from random_library import PARTS as KNOWN
 from sample_library import add_sample, fill, sql
 
 from lanindex import records
@@ -21,6 +25,7 @@ from lanindex.library import segment_files, segments
 from lanindex.library.migrate import check, files_of_columns, keep_columns
 from lanindex.library.rows import checksum
 from lanindex.library.store import Store
+from lanindex.model import Score
 from lanindex.pipeline import shards
 from lanindex.pipeline.library import Library
 
@@ -97,6 +102,29 @@ def test_there_and_back(inside, where, bucket):
     assert files_of_columns(inside) == ("", 0, 0)
     assert segment_files.shelf_of(place).names() == []
     assert check(inside) == []
+
+
+def told(path, patterns, spread=None):
+    with Library.open(path, readonly=True) as library:
+        library.spread = spread
+        return [library.search(one).dicts() for one in patterns]
+
+
+@pytest.mark.parametrize("seed", seeds(3))
+def test_a_search_finds_the_same_wherever_the_columns_are(tmp_path, seed, monkeypatch):
+    monkeypatch.setattr(segments, "BLOCK", 64)
+    monkeypatch.setattr(shards, "FEWEST", 1)
+    choice, path = random.Random(seed), tmp_path / "some.db"
+    with Store.open(path, create=True) as library:
+        for capture, tracks in random_library(choice, captures=20, most=12, known=KNOWN):
+            score = Score(capture.rate, capture.frames, capture.meter, dict(tracks))
+            library.add(f"{choice.randint(1, 15)}.lnd", score, format="lnd", sha256="0")
+            if choice.random() < 0.3:
+                library.cache.compact()
+    patterns = [random_pattern(choice, parts=KNOWN, directions=DIRECTIONS) for _ in range(5)]
+    wanted = told(path, patterns)
+    keep_columns(path, "cols")
+    assert told(path, patterns) == told(path, patterns, Here(3)) == wanted
 
 
 def test_from_a_folder_to_another(path):
