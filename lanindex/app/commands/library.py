@@ -35,7 +35,8 @@ def list_captures(
         captures = library.captures(selection)
     if doubts:
         captures = [capture for capture in captures if capture.warnings]
-    seconds = [float(capture.frames / capture.rate) for capture in captures]
+    # As fractions divide, but in a fifth of the time
+    seconds = [it.frames * it.rate.denominator / it.rate.numerator for it in captures]
     folder = out.folder(capture.path for capture in captures)
     if doubts and out.terminal and not out.json:
         doubtful: dict[str, list[str]] = defaultdict(list)
