@@ -9,15 +9,12 @@ from __future__ import annotations
 import os
 import posixpath
 import re
-import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from errno import ENOSPC
-from hashlib import sha256
 from pathlib import Path
-from tempfile import mkstemp
 from time import monotonic, time
 from typing import Any
 
@@ -330,6 +327,8 @@ def local(path: str | os.PathLike[str]) -> str:
 
 def copy_of(url: str, mark: Mark) -> str:
     """Return the path of the copy of one version of a file."""
+    from hashlib import sha256  # late: most files are on the disk
+
     place = copies("captures") / (_COPY + sha256(repr((url, mark)).encode()).hexdigest()[:32])
     with _turns[hash(url) % len(_turns)]:
         with suppress(OSError):  # what is wrong with the folder is said where it is written to
@@ -368,6 +367,9 @@ def copies(kind: str) -> Path:
 
 
 def _copy(url: str, found: Found, place: Path) -> None:
+    import shutil
+    from tempfile import mkstemp
+
     place.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     _sweep(place.parent, found.size or 0)
     if found.size and shutil.disk_usage(place.parent).free < found.size:

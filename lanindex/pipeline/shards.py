@@ -62,6 +62,9 @@ if TYPE_CHECKING:
 FEWEST = 64
 """Captures of a shard at least: each shard costs time of its own."""
 
+MOST = 1000
+"""Shards at the most: a scheduler takes a millisecond for each, one after the other."""
+
 Result = TypeVar("Result")
 
 
@@ -482,7 +485,8 @@ def _searched(
         try:
             with store.session.reading() as connection:
                 stamp = read_state(connection).stamp
-                shards = cut(connection, query.parts, numbers, spread.tasks, trusted=trusted)
+                count = min(spread.tasks, MOST)
+                shards = cut(connection, query.parts, numbers, count, trusted=trusted)
                 snapshot = dialect_of(connection).snapshot(connection)
                 state = State(store.session.target, stamp, snapshot)
                 tasks = [Task(state, shard, query, options) for shard in shards]
