@@ -14,6 +14,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Mapping
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib import import_module
 from tempfile import TemporaryFile
@@ -194,13 +195,18 @@ class Cache(Latest[Kept]):
     def _process(self, job: Job, arguments: Mapping[str, Any], file: BinaryIO) -> None:
         """Have a job done by a process of its own."""
         call = {"path": sys.path, "module": job.__module__, "job": job.__name__}
-        command = [sys.executable, "-c", _CHILD, json.dumps({**call, "arguments": arguments})]
+        command = [sys.executable, "-c", _CHILD]
+        # Not as an argument: other users read those, and a library's URL may hold a password
+        line = json.dumps({**call, "arguments": arguments}).encode() + b"\n"
         pipe = subprocess.PIPE
         with (
             self._aside,
-            subprocess.Popen(command, stdin=pipe, stdout=file, stderr=pipe) as process,
+            subprocess.Popen(command, 0, stdin=pipe, stdout=file, stderr=pipe) as process,
         ):
+            assert process.stdin is not None
             assert process.stderr is not None
+            with suppress(BrokenPipeError):  # it has ended: told below
+                process.stdin.write(line)
             said = process.stderr.read()
         if process.returncode == FAILED:
             kind, facts = json.loads(said.splitlines()[-1])
@@ -219,14 +225,16 @@ FAILED = 3
 """What the process ends with where the last line it wrote is an error."""
 
 _CHILD = (
-    "import json, sys; call = json.loads(sys.argv[1]); sys.path[:] = call.pop('path'); "
+    "import json, sys; call = json.loads(sys.stdin.buffer.raw.readline()); "
+    "sys.path[:] = call.pop('path'); "
     "from lanindex.pipeline.kept import child; child(**call)"
 )
 
 
 def _end_with_parent() -> None:
     """End this process when the one that began it does, which holds the other end of its input."""
-    os.read(0, 1)
+    while os.read(0, 1 << 12):
+        pass
     os._exit(1)
 
 
