@@ -1,12 +1,19 @@
 """Fixtures that all tests share."""
 
+from __future__ import annotations
+
 import os
 import signal
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
+
+if TYPE_CHECKING:
+    from postgres_server import Server
 
 TESTS = Path(__file__).parent
 REPOSITORY = TESTS.parent
@@ -49,6 +56,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         for item in items:
             if "slow" in item.keywords:
                 item.add_marker(skip)
+
+
+@pytest.fixture(scope="session")
+def server() -> Iterator[Server]:
+    """Return a running PostgreSQL server."""
+    from postgres_server import serving
+
+    with serving() as running:
+        yield running
 
 
 @pytest.fixture(scope="session")

@@ -33,12 +33,12 @@ def asking(library: lanindex.Library, *, readonly: bool = False) -> TestClient:
 
 
 @contextmanager
-def serving(library: Path, *options: str) -> Iterator[str]:
+def serving(library: Path | str, *options: str) -> Iterator[str]:
     """Serve a library in a process of its own, and yield the link that lets in."""
     command = [sys.executable, "-m", "lanindex", "serve", str(library), "--port", "0", "--no-open"]
     process = subprocess.Popen(
         [*command, *options],
-        cwd=library.parent,
+        cwd=library.parent if isinstance(library, Path) else None,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -59,6 +59,10 @@ class Server:
         place = f"host={self.folder}&options=-csearch_path%3D{schema}"
         return f"postgresql+psycopg://{user}@/postgres?{place}"
 
+    def address(self, database: str) -> str:
+        """Return the address of a library that has a database to itself."""
+        return f"postgresql+psycopg://owner@/{database}?host={self.folder}"
+
     def connect(self, **options: object):
         """Return a connection of psycopg."""
         import psycopg

@@ -6,9 +6,11 @@
 from __future__ import annotations
 
 import os
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -51,6 +53,34 @@ class Target:
     def in_memory(self) -> bool:
         """Whether it is in the memory of this process alone."""
         return not self.url and self.path is None
+
+    @property
+    def title(self) -> str:
+        """Its short name: of the file, or of the database and its schema."""
+        return ".".join(self._named()[2:]) if self.url else Path(self.place).stem
+
+    def beside(self, kind: str) -> Path:
+        """Return where something of its owner's is kept that is no part of the library.
+
+        That is beside the library's file; for a library on a server, in a folder of the user's.
+        """
+        if not self.url:
+            path = Path(self.place).absolute()
+            return path.with_name(f"{path.stem}-{kind}")
+        of_user = os.environ.get("XDG_DATA_HOME") or os.path.expanduser("~/.local/share")
+        same = sha256(repr(self._named()).encode()).hexdigest()[:8]  # whoever connects, and how
+        safe = re.sub(r"[^\w.-]", "_", self.title)
+        return Path(of_user) / "lanindex" / f"{safe}-{same}" / kind
+
+    def _named(self) -> list[str]:
+        """Return the server, its port, the database, and the schema if the URL names one."""
+        import sqlalchemy
+
+        url = sqlalchemy.make_url(self.url)
+        said = {name: str(url.query.get(name, "")) for name in ("host", "port", "options")}
+        schema = re.search(r"search_path=(\S+)", said["options"])
+        where = [url.host or said["host"], str(url.port or said["port"]), url.database or ""]
+        return [*where, *(schema.groups() if schema else ())]
 
 
 class Dialect(ABC):

@@ -209,7 +209,7 @@ def curves(
 
 def _own(store: Store, capture: Capture) -> Profile:
     """Return the profile that a capture was written down with, if it is as it was."""
-    encoding, shelf = store.encoding(capture.id), Shelf(Path(store.place))
+    encoding, shelf = store.encoding(capture.id), Shelf(store.session.target)
     if encoding.profile in shelf.names():
         found = made_of(shelf.files(encoding.profile), encoding.profile)
         if found.digest == encoding.digest:

@@ -7,7 +7,6 @@ its format tells some frames without all others.
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
@@ -64,8 +63,10 @@ def motion(
     stop = last_second(float(capture.frames / capture.rate), start, stop)
     shown, rate_shown = frames_shown(start, stop, rate, fps)
     if performed:
-        long = sum(store.counts(capture.id).values()) > MANY and os.path.isfile(store.place)
-        where = {"library": store.place, "path": capture.path} if long else {"store": store}
+        library = store.session.target
+        long = sum(store.counts(capture.id).values()) > MANY and not library.in_memory
+        opened = {"library": str(library.name), "path": capture.path}
+        where = opened if long else {"store": store}
         job: dict[str, Any] = {**where, "capture": capture.id}
         key, work = ("performed", capture.location, capture.sha256), aside if long else _performed
         return _window(cache.get(key, work, job, aside=long), shown, rate_shown)

@@ -29,6 +29,7 @@ from lanindex.encoding.profile import (
     made_of,
 )
 from lanindex.errors import UsageError, quoted, shown
+from lanindex.library.connect import Target
 from lanindex.notation.lpd_ldd import Ranges, Rule, write_ldd, write_lpd
 from lanindex.notation.text import decoded
 from lanindex.pipeline.files import safe_stem
@@ -191,8 +192,8 @@ def _of_rule(rule: Rule) -> dict[str, Any]:
 class Shelf:
     """The profiles beside a library, a folder each; and those that are built in."""
 
-    def __init__(self, library: Path) -> None:
-        self.folder = library.absolute().with_name(f"{library.stem}-profiles")
+    def __init__(self, library: Target) -> None:
+        self.folder = library.beside("profiles")
 
     def names(self) -> list[str]:
         """Return the names of all profiles, those that are built in first."""
@@ -224,7 +225,7 @@ class Shelf:
         named = Changes({"name": safe}, {}, {})
         files = changed(files, named)
         made_of(files, safe)  # raises what is wrong with it
-        self.folder.mkdir(exist_ok=True)
+        self.folder.mkdir(parents=True, exist_ok=True)
         draft = self.folder / f".{secrets.token_hex(8)}"
         draft.mkdir()
         try:

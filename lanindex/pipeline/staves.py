@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import ceil, floor
@@ -120,14 +119,14 @@ def piece(
     capture = store.capture(number)
     ends = _ends(capture)
     at = round(start / PIECE)
-    own = _key(store, capture)
-    drawn = _is_long(capture) and os.path.isfile(store.place) and own not in FAILED
+    own, library = _key(store, capture), store.session.target
+    drawn = _is_long(capture) and not library.in_memory and own not in FAILED
     known = parts is None or {*parts} <= {*TRACKS}
     if not (drawn and known) or at >= len(ends) or (start, stop) != (at * PIECE, ends[at]):
         return None
     options = {"parts": parts, "stretch": stretch}
     key = ("staff", *own, None if parts is None else (*parts,), stretch)
-    job = {"library": store.place, "path": capture.path, "capture": number, **options}
+    job = {"library": str(library.name), "path": capture.path, "capture": number, **options}
     if not (CACHE.holds(key) or (begin and CACHE.idle())):
         return None
     made = CACHE.begin(key, pieces, job, aside=True)

@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 from operator import itemgetter
-from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,6 +17,7 @@ from lanindex import __version__, records
 from lanindex.alphabet import DIRECTIONS, TRACKS, plain
 from lanindex.draw.staff import has_column, usual_tracks
 from lanindex.errors import AbsentError, UsageError
+from lanindex.library.connect import Target
 from lanindex.model.capture import common_folder
 from lanindex.notation import NOTATIONS
 from lanindex.web.routes import Call
@@ -345,10 +345,10 @@ def library(call: Call) -> dict[str, Any]:
 def _about(call: Call) -> dict[str, Any]:
     library = call.site.library
     stats = library.stats()
-    place = Path(library.store.place)
+    target = library.store.session.target
     return {
-        "name": place.stem,
-        "file": place.name if call.site.readonly else str(place.resolve()),
+        "name": target.title,
+        "file": _file(target, hidden=call.site.readonly),
         "version": __version__,
         "stamp": library.stamp,
         "readonly": call.site.readonly,
@@ -360,3 +360,11 @@ def _about(call: Call) -> dict[str, Any]:
         "columns": call.site.table.columns(),
         "folder": call.site.table.now().folder,
     }
+
+
+def _file(target: Target, *, hidden: bool) -> str:
+    """Return what names a library in a command; `hidden`: without the place where it is."""
+    path = target.path
+    if hidden:
+        return path.name if path else target.title
+    return str(path.resolve()) if path else target.place

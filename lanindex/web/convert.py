@@ -6,7 +6,6 @@ import json
 from collections import Counter
 from dataclasses import dataclass
 from math import ceil
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,7 +55,7 @@ class Workshop:
     """The profiles of a site, and the captures that were last written down with them."""
 
     def __init__(self, library: Library) -> None:
-        self._library, self.shelf = library, Shelf(Path(library.store.place))
+        self._library, self.shelf = library, Shelf(library.store.session.target)
         self._profiles = Latest[Profile](64)
         self._done = Latest[Conversion](8)
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 from hashlib import sha256
-from pathlib import Path
 from threading import Lock
 from typing import Any
 
 from lanindex.errors import LanindexError, UsageError
+from lanindex.library.connect import Target
 from lanindex.pipeline.files import write_all
 from lanindex.web.routes import Call
 
@@ -22,8 +22,8 @@ LONGEST = 10_000
 class PatternNames:
     """The names of patterns of a library."""
 
-    def __init__(self, library: Path) -> None:
-        self._path, self._lock = library.with_name(f"{library.stem}-patterns.json"), Lock()
+    def __init__(self, library: Target) -> None:
+        self._path, self._lock = library.beside("patterns.json"), Lock()
 
     def _read(self) -> dict[str, str]:
         try:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import os
 import secrets
 import socket
 import threading
 from collections.abc import Callable, Hashable
 from contextlib import asynccontextmanager
 from functools import cached_property, partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from starlette.applications import Starlette
@@ -44,11 +42,12 @@ SCREENS = (
 
 def _identity(library: Library) -> tuple[int, int] | None:
     """Return which file a library is; None where it is in none."""
+    path = library.store.session.target.path
     try:
-        found = os.stat(library.store.place)
+        found = path.stat() if path else None
     except OSError:
         return None
-    return found.st_dev, found.st_ino
+    return (found.st_dev, found.st_ino) if found else None
 
 
 class Site:
@@ -59,8 +58,8 @@ class Site:
         self.poses = Latest[str](4096)
         self.answers = Latest[Any](512)
         self.jobs = Jobs()
-        self.names = names.PatternNames(Path(library.store.place))
-        self.uploads = Uploads(Path(library.store.place))
+        self.names = names.PatternNames(library.store.session.target)
+        self.uploads = Uploads(library.store.session.target)
         self._file = _identity(library)
         if not readonly:
             self.uploads.clear()

@@ -21,6 +21,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
 from lanindex.errors import LanindexError, UsageError
+from lanindex.library.connect import Target
 from lanindex.pipeline.files import safe_stem
 from lanindex.web.routes import Refused, as_json, failed
 
@@ -46,8 +47,8 @@ _PART = ".part"
 class Uploads:
     """The folder of what browsers sent."""
 
-    def __init__(self, library: Path) -> None:
-        self.folder = library.absolute().with_name(f"{library.stem}-captures")
+    def __init__(self, library: Target) -> None:
+        self.folder = library.beside("captures")
         self.new = set[Path]()  # what was sent and is not in the library yet
 
     def clear(self) -> None:
@@ -70,7 +71,7 @@ class Uploads:
 
     def keep(self, name: str, content: bytes) -> Path:
         """Write a file that was made here as one that was sent, and return its path."""
-        self.folder.mkdir(exist_ok=True)
+        self.folder.mkdir(parents=True, exist_ok=True)
         path = self.folder / f"{secrets.token_hex(8)}{_PART}"
         try:
             path.write_bytes(content)
@@ -177,7 +178,7 @@ async def _written(request: Request, folder: Path) -> _Draft:
     too_long = UsageError("a file that is too long", wanted=f"{LARGEST >> 30} GB at most")
     if int(request.headers.get("content-length") or 0) > LARGEST:
         raise too_long
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     path, digest, size = folder / f"{secrets.token_hex(8)}{_PART}", sha256(), 0
     stream = aiter(request.stream())
     with path.open("xb") as file:

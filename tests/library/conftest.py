@@ -8,7 +8,6 @@ from pathlib import Path
 from uuid import uuid4
 
 import pytest
-from postgres_server import serving
 
 from lanindex.library import connect
 
@@ -18,13 +17,6 @@ def pytest_generate_tests(metafunc):
     if "database" in metafunc.fixturenames:
         only = metafunc.definition.get_closest_marker("sqlite")
         metafunc.parametrize("database", ["sqlite", *["postgres"] * (only is None)], indirect=True)
-
-
-@pytest.fixture(scope="session")
-def server():
-    """Return a running PostgreSQL server."""
-    with serving() as running:
-        yield running
 
 
 @pytest.fixture(autouse=True)

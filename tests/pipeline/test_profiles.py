@@ -10,6 +10,7 @@ import pytest
 import lanindex
 from lanindex.encoding.profile import files_of, load, made_of
 from lanindex.errors import LanindexError
+from lanindex.library.connect import target
 from lanindex.pipeline import anew
 from lanindex.pipeline.profiles import Changes, Shelf, changed, record
 
@@ -89,7 +90,7 @@ def test_borders_out_of_order_are_refused() -> None:
 
 
 def test_a_saved_profile_is_read_whole(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path / "dance.db")
+    shelf = Shelf(target(tmp_path / "dance.db"))
     files = changed(files_of("paper"), changes(parameters={"onset": 0.05}))
     assert shelf.save("../my profile", files) == "my profile"
     assert shelf.names() == ["default", "paper", "my profile"]
@@ -102,7 +103,7 @@ def test_a_saved_profile_is_read_whole(tmp_path: Path) -> None:
 
 
 def test_no_profile_is_written_in_part_or_over_another(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path / "dance.db")
+    shelf = Shelf(target(tmp_path / "dance.db"))
     good = files_of("default")
     broken = changed(good, changes(parameters={"onset": 2}))
     with pytest.raises(LanindexError, match="onset"):

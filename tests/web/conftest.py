@@ -22,6 +22,7 @@ import lanindex
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
+    from postgres_server import Server
 
 HERE = Path(__file__).parent
 WAIT = 240  # seconds for the registry of npm, at most
@@ -113,6 +114,39 @@ def library(corpus_library: Path) -> Iterator[lanindex.Library]:
         yield opened
 
 
+@pytest.fixture(scope="session")
+def corpus_database(server: Server) -> str:
+    """Return the name of a database with a library of the corpus, of which others are copies."""
+    with server.connect(autocommit=True) as link:
+        link.execute("CREATE DATABASE dances")
+    corpus = HERE.parent.parent / "corpus"
+    with lanindex.open_library(server.address("dances"), create=True) as library:
+        library.ingest(corpus, labels=corpus / "labels.csv")
+    return "dances"
+
+
+@pytest.fixture
+def new_address(server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """Return the URL of a database that is empty."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    with server.connect(autocommit=True) as link:
+        link.execute("CREATE DATABASE new")
+        yield server.address("new")
+        link.execute("DROP DATABASE new WITH (FORCE)")
+
+
+@pytest.fixture
+def own_address(
+    server: Server, corpus_database: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[str]:
+    """Return the URL of a copy of that library, which a test may change."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    with server.connect(autocommit=True) as link:
+        link.execute(f"CREATE DATABASE own TEMPLATE {corpus_database}")
+        yield server.address("own")
+        link.execute("DROP DATABASE own WITH (FORCE)")
+
+
 @pytest.fixture
 def own_library(corpus_library: Path, tmp_path: Path) -> Iterator[lanindex.Library]:
     """Return a copy of the corpus's library, which a test may change."""
@@ -154,7 +188,7 @@ def own_page(browser: Browser) -> Iterator[Callable[..., Page]]:
     """Return what serves a library of the test's own and opens an address of its page."""
     with ExitStack() as servers, pages(browser) as open_page:
 
-        def open_own(library: Path, address: str = "/", *options: str, **how: object) -> Page:
+        def open_own(library: Path | str, address: str = "/", *options: str, **how: object) -> Page:
             return open_page(servers.enter_context(serving(library, *options)), address, **how)
 
         yield open_own

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from time import monotonic, sleep
 from types import SimpleNamespace
@@ -20,9 +21,13 @@ from lanindex.search.match.finder import Finder
 from lanindex.web import watch
 
 
-@pytest.fixture
-def library(own_library: lanindex.Library) -> lanindex.Library:
-    return own_library
+@pytest.fixture(params=["sqlite", pytest.param("postgres", marks=pytest.mark.slow)])
+def library(request: pytest.FixtureRequest) -> Iterator[lanindex.Library]:
+    if request.param == "sqlite":
+        yield request.getfixturevalue("own_library")
+        return
+    with lanindex.open_library(request.getfixturevalue("own_address")) as opened:
+        yield opened
 
 
 def test_the_library_is_described(ask: TestClient, library: lanindex.Library) -> None:
@@ -186,7 +191,7 @@ def test_many_are_changed_at_once_or_none_and_undone_at_once(
 def test_a_change_by_another_is_listed_too(ask: TestClient, library: lanindex.Library) -> None:
     first, second = (it.id for it in library.captures()[:2])
     ask.get("/api/captures")
-    with lanindex.open_library(library.store.place) as other:
+    with lanindex.open_library(library.store.session.target.name) as other:
         other.label(second, "theirs")
     change = {"changes": [{"captures": [first], "label": "ours"}]}
     ask.patch("/api/captures", json=change)
@@ -285,22 +290,26 @@ def test_a_pose_is_one_that_is_known() -> None:
     ],
 )
 def test_what_is_sent_is_kept_below_one_folder(
-    ask: TestClient, tmp_path: Path, name: str, kept: str
+    ask: TestClient, library: lanindex.Library, name: str, kept: str
 ) -> None:
+    folder = library.store.session.target.beside("captures")
     answer = ask.put(f"/api/uploads/{name}", content=b"some bytes")
     assert answer.json() == {"name": kept}
-    assert (tmp_path / "own-captures" / kept).read_bytes() == b"some bytes"
+    assert (folder / kept).read_bytes() == b"some bytes"
     assert ask.put(f"/api/uploads/{name}", content=b"some bytes").json() == {"name": kept}
     other = ask.put(f"/api/uploads/{name}", content=b"other bytes").json()["name"]
     assert other != kept
-    assert {it.name for it in tmp_path.iterdir()} == {"own.db", "own-captures"}
+    assert {it.name for it in folder.parent.iterdir()} - {"own.db"} == {folder.name}
 
 
-def test_a_link_does_not_lead_out_of_the_folder(ask: TestClient, tmp_path: Path) -> None:
+def test_a_link_does_not_lead_out_of_the_folder(
+    ask: TestClient, library: lanindex.Library, tmp_path: Path
+) -> None:
+    folder = library.store.session.target.beside("captures")
     ask.put("/api/uploads/a.bvh", content=b"1")
     (tmp_path / "outside").mkdir()
-    (tmp_path / "own-captures" / "away").symlink_to(tmp_path / "outside")
-    (tmp_path / "own-captures" / "b.bvh").symlink_to(tmp_path / "own.db")
+    (folder / "away").symlink_to(tmp_path / "outside")
+    (folder / "b.bvh").symlink_to(__file__)
     assert ask.put("/api/uploads/away/x.bvh", content=b"1").status_code == 400
     assert ask.put("/api/uploads/b.bvh", content=b"1").json() == {"name": "b 2.bvh"}
     assert list((tmp_path / "outside").iterdir()) == []

@@ -34,11 +34,16 @@ def found(page: Page, hits: Hits) -> None:
     expect(page.locator(".hit")).to_have_count(min(len(hits), 24))
 
 
+@pytest.mark.parametrize("database", ["sqlite", "postgres"])
 def test_dropped_found_drawn_played_selected_alike_and_exported(
-    own_page: Callable[..., Page], browser: Browser, tmp_path: Path
+    own_page: Callable[..., Page],
+    browser: Browser,
+    tmp_path: Path,
+    database: str,
+    request: pytest.FixtureRequest,
 ) -> None:
     permissions = ["clipboard-read", "clipboard-write"]
-    path = tmp_path / "new.db"
+    path = tmp_path / "new.db" if database == "sqlite" else request.getfixturevalue("new_address")
     page = own_page(path, "/", permissions=permissions, accept_downloads=True)
     page.get_by_text("no capture in this library yet").wait_for()
     names = ("compass.bvh", "jumping_jacks.bvh", "semaphore.bvh")
