@@ -35,6 +35,8 @@ PATIENCE = 10
 TICK = 0.1
 """Seconds after which who waits for a result is told."""
 
+_ENVIRONMENT = "distributed.nanny.pre-spawn-environ"
+
 WANTED = "tcp://HOST:PORT, local or slurm"
 
 
@@ -113,11 +115,15 @@ class Cluster:
         """
         left, waiting = enumerate(items), deque[Any]()
         job, ahead, ended = uuid4().hex, AHEAD * self.tasks, Event()
+        # the same place goes to the same worker each time: it may still hold what it read
+        workers = sorted(self._client.nthreads())
         try:
             while True:
                 for place, item in islice(left, ahead - len(waiting)):
                     key = f"lanindex-{job}-{place}"
-                    future = self._client.submit(_Call(work, item), key=key, pure=False)
+                    own = workers[place % len(workers)]
+                    how = {"workers": own, "allow_other_workers": True, "pure": False}
+                    future = self._client.submit(_Call(work, item), key=key, **how)
                     future.add_done_callback(lambda _: ended.set())
                     waiting.append(future)
                 if not waiting:
@@ -180,8 +186,11 @@ def _local(count: int | None) -> Any:
     distributed: Any = import_module("distributed")
     how = {"threads_per_worker": 1, "memory_limit": 0, "dashboard_address": None}
     how |= {"n_workers": count or os.cpu_count() or 1, "silence_logs": logging.CRITICAL}
+    config: Any = import_module("dask.config")
+    # glibc, told when to give memory back, takes all larger arrays from the system each time
+    own = {name: it for name, it in config.get(_ENVIRONMENT).items() if "MALLOC" not in name}
     ensure_running()  # which lets signals through once it has begun
-    with interrupts_later():
+    with interrupts_later(), config.set({_ENVIRONMENT: own}):
         return distributed.LocalCluster(**how)
 
 

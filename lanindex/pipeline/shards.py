@@ -50,6 +50,7 @@ from lanindex.pipeline.spread import Spread, Tick
 from lanindex.search.hits import extras_in
 from lanindex.search.match import ExactHits, Finder
 from lanindex.search.match.arrays import IntArray, once, together
+from lanindex.search.match.batch import LARGE
 from lanindex.search.match.hits import NO_HITS, HitTable
 
 if TYPE_CHECKING:
@@ -280,6 +281,7 @@ def find(task: Task, tick: Tick) -> Told:
         matching = partial(match_columns, roster, columns)
         recordings = recordings_of(store, matching, roster.number)
         finder = options.finder(query, roster, columns, recordings)
+        finder.library = LARGE  # what a batch takes beside these columns, a process has
         hits = options.found_by(finder, lambda *_: tick(), [])
         refused = [(int(roster.number[it]), error) for it, error in sorted(finder.refused.items())]
         with_hits = once(hits.place)

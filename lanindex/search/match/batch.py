@@ -481,12 +481,15 @@ def _key(state: State) -> object:
     return state.members, state.manner, fits, state.names_passing, state.length, state.near
 
 
-def split(columns: Collection[Columns], places: IntArray, most: int) -> list[IntArray]:
+def split(
+    columns: Collection[Columns], places: IntArray, most: int, library: int = 0
+) -> list[IntArray]:
     """Split captures into batches of at most `most` rows of each part; a capture has `CAPTURE`.
 
     Batches are smaller in a library smaller than `LARGE`; a single capture may have more rows.
+    `library` is how many rows of a part it has, where these columns are only some of it.
     """
-    library = max(map(len, columns), default=0)
+    library = library or max(map(len, columns), default=0)
     rows = max(min(most, FEWEST_ROWS), most * min(library, LARGE) // LARGE)
     longest = np.full(len(places), CAPTURE)
     for own in columns:

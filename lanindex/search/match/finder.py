@@ -82,6 +82,7 @@ class Finder:
         self._rewrites = [Rewrites(it) for it in self._programs]
         self._fetched: dict[int, Recording] = {}
         self.refused: dict[int, LanindexError] = {}
+        self.library = 0  # rows of a part in all of it, where the columns are some; see `split`
         self._watch: Watch | None = None
         self._done = 0  # captures that are searched
 
@@ -243,7 +244,7 @@ class Finder:
             tick()
             return work(batch[part])
 
-        for batch in split(self.columns.values(), places, MOST_ROWS):
+        for batch in split(self.columns.values(), places, MOST_ROWS, self.library):
             for part, found in self.in_parts(partial(of_part, batch), batch):
                 if isinstance(found, LanindexError):
                     self.refused[int(batch[part[0]])] = found
