@@ -184,7 +184,8 @@ def _local(count: int | None) -> Any:
     from multiprocessing.resource_tracker import ensure_running
 
     distributed: Any = import_module("distributed")
-    how = {"threads_per_worker": 1, "memory_limit": 0, "dashboard_address": None}
+    how: dict[str, Any] = {"threads_per_worker": 1, "memory_limit": 0}
+    how |= {"dashboard_address": "127.0.0.1:0", "scheduler_kwargs": {"dashboard": False}}
     how |= {"n_workers": count or os.cpu_count() or 1, "silence_logs": logging.CRITICAL}
     config: Any = import_module("dask.config")
     # glibc, told when to give memory back, takes all larger arrays from the system each time

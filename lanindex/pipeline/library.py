@@ -863,7 +863,7 @@ class Library:
         numbers = self.store.numbers(selection)
         sizes = min_count, length, sample
         with self._deadline(timeout, _RARER, progress=progress) as watch:
-            return recurring(self.store, numbers, parts, *sizes, watch)
+            return recurring(self.store, numbers, parts, *sizes, watch, self.spread)
 
     def movement(
         self,

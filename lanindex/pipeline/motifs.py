@@ -1,8 +1,11 @@
 """What recurs in a library: sequences of symbols, ready to be searched for."""
 
-from collections.abc import Iterable, Mapping
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
+from itertools import repeat
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +15,11 @@ from lanindex.library.connect import Progress
 from lanindex.library.store import Store
 from lanindex.model import Capture, Span
 from lanindex.pipeline.example import sampled
-from lanindex.search.example.motifs import LONGEST, Motif, line_of, motifs, ranked
+from lanindex.search.example.motifs import LONGEST, Motif, PartSymbols, line_of, motifs, ranked
+from lanindex.search.example.motifs import Motifs as PartMotifs
+
+if TYPE_CHECKING:
+    from lanindex.pipeline.spread import Spread
 
 SAMPLE = 5000
 """Captures that the command looks through: of more, so many taken at random."""
@@ -63,6 +70,12 @@ class Motifs:
     notes: list[str]
 
 
+def _of_part(item: tuple[str, PartSymbols, int, int], tick: Callable[[], None]) -> PartMotifs:
+    """Return what recurs in one part: here, or in another process."""
+    part, line, least, shortest = item
+    return motifs(part, line, least=least, shortest=shortest, tick=tick)
+
+
 def recurring(
     store: Store,
     numbers: Iterable[int] | None,
@@ -71,6 +84,7 @@ def recurring(
     shortest: int,
     sample: int | None,
     watch: Progress,
+    spread: Spread | None = None,
 ) -> Motifs:
     """Return the sequences that recur in the captures of a library."""
     names = list(parts or store.parts(checked=False))
@@ -83,17 +97,24 @@ def recurring(
     places = sampled(len(roster), sample)
     found: list[Motif] = []
     notes: list[str] = []
-    for done, part in enumerate(names):
-        tick = partial(watch, "parts", done, len(names))
-        tick()
-        symbols = columns.pop(part)
-        if not len(symbols):
-            continue
-        line = line_of(symbols.at(places), roster.number[places])
-        of_part = motifs(part, line, least=least, shortest=shortest, tick=tick)
+    names = [part for part in names if len(columns[part])]
+    lines = (line_of(columns.pop(part).at(places), roster.number[places]) for part in names)
+    items = zip(names, lines, repeat(least), repeat(shortest), strict=False)
+    done = 0
+
+    def tick() -> None:
+        watch("parts", done, len(names))
+
+    tick()
+    by_part = (
+        spread.results(_of_part, items, tick) if spread else map(_of_part, items, repeat(tick))
+    )
+    for part, of_part in zip(names, by_part, strict=True):
         if of_part.cut:
             notes.append(f"{part}: too many places for motifs of {of_part.cut} steps and more")
         found += of_part.found
+        done += 1
+        tick()
     held: set[int] = set()
     for motif in found:
         held.update(np.unique(motif.line.captures[motif.rows[:, 0]]).tolist())

@@ -64,6 +64,24 @@ def test_batches_have_about_as_many_bytes() -> None:
     assert list(prepared([], 1, Here(3))) == []
 
 
+def noted(progress: list, *at: object) -> None:
+    progress.append(at)
+
+
+def test_motifs_are_the_same(tmp_path: Path) -> None:
+    fill(tmp_path / "l.db", 30)
+    with open_library(tmp_path / "l.db") as library:
+        told = []
+        for spread in (None, Here(3)):
+            vars(library)["spread"] = spread
+            progress = list[tuple[str, int, int]]()
+            found = library.motifs(min_count=2, length=2, progress=partial(noted, progress))
+            places = [(it.pattern, it.hits, it.captures, it.places) for it in found.found]
+            told.append([places, found.notes, progress[-1]])
+    assert told[0] == told[1]
+    assert places
+
+
 @pytest.mark.parametrize("named", ["", "here", "local:0", "local:x", "slurm:-1"])
 def test_an_address_that_is_none(named: str) -> None:
     with pytest.raises(UsageError, match="--cluster"):

@@ -155,6 +155,7 @@ def motifs(
     *,
     selection: options.Selected,
     timeout: options.Timeout = None,
+    cluster: options.Cluster = None,
     db: options.Db = options.DB,
     out: options.Out,
 ) -> int:
@@ -167,7 +168,7 @@ def motifs(
     from lanindex.pipeline.motifs import SAMPLE
 
     sample = None if everything else SAMPLE
-    with options.opened(db, out) as library:
+    with options.opened(db, out, cluster=cluster) as library:
         result = library.motifs(
             selection,
             min_count=min_count,

@@ -1,0 +1,137 @@
+"""What two processes of a local cluster make of searches and of an ingest, against one process.
+
+    python tests/benchmarks/cluster.py [LIBRARY] [FILES]
+
+A library of 20,000 captures is made if none is named, as `synthetic.py` does; 1,000 files are read
+if no other number is named. Times are those of the clock, and, where others use the machine, of the
+processors: one process against the busiest worker. Starting the cluster does not count; it is told.
+"""
+
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import synthetic
+from places import CAPTURES
+
+from lanindex.pipeline import shards
+from lanindex.pipeline.cluster import Cluster
+from lanindex.pipeline.library import open_library
+
+ROUNDS = 5
+PATTERNS = (
+    "r_arm right mid -> r_forward high -> place high",
+    "arms low ... high",
+    "r_forearm any ... any during l_forearm any ... any",
+    "r_arm any x3+ with l_arm any x3+",
+    "r_forearm low ... high ... low with l_forearm low ... high ... low",
+)
+
+
+def timed(call: tuple[Any, Any], tick: Any) -> tuple[Any, int, float]:
+    """Do work in a worker; tell which one it is, and the seconds that it took its processor."""
+    work, item = call
+    begun = time.process_time()
+    return work(item, tick), os.getpid(), time.process_time() - begun
+
+
+class Timed:
+    """A cluster that adds up the seconds of each worker."""
+
+    def __init__(self, cluster: Cluster) -> None:
+        self.cluster, self.tasks, self.spent = cluster, cluster.tasks, dict[int, float]()
+
+    def results(self, work: Any, items: Any, tick: Any) -> Any:
+        self.spent = {}
+        calls = ((work, item) for item in items)
+        for result, who, seconds in self.cluster.results(timed, calls, tick):
+            self.spent[who] = self.spent.get(who, 0) + seconds
+            yield result
+
+    def close(self) -> None:
+        pass
+
+
+def searches(path: str, cluster: Timed) -> None:
+    """Print how long searches take; what is searched is in memory by then."""
+    merges: list[float] = []
+    joined = shards.joined
+
+    def told(*them: Any) -> Any:
+        begun = time.perf_counter()
+        found = joined(*them)
+        merges.append(time.perf_counter() - begun)
+        return found
+
+    shards.joined = told
+    print("   hits      one      two  share |  one CPU  busiest  share | merge")
+    with open_library(path, readonly=True) as library:
+        for pattern in PATTERNS:
+            figures = []
+            for spread in (None, cluster):
+                vars(library)["spread"] = spread
+                library.search(pattern)
+                clock, spent = [], []
+                for _ in range(ROUNDS):
+                    begun, own = time.perf_counter(), time.process_time()
+                    hits = len(library.search(pattern))
+                    clock.append(time.perf_counter() - begun)
+                    own = time.process_time() - own
+                    spent.append(own + max(cluster.spent.values()) if spread else own)
+                figures += [median(clock), median(spent)]
+            one, own, two, busiest = figures
+            print(
+                f"{hits:7} {one:7.3f}s {two:7.3f}s  {two / one:4.2f}x | {own:7.3f}s {busiest:7.3f}s"
+                f"  {busiest / own:4.2f}x | {1e3 * median(merges):3.0f} ms  {pattern}",
+                flush=True,
+            )
+            merges.clear()
+    shards.joined = joined
+
+
+def ingests(folder: Path, count: int) -> None:
+    """Print how long it takes to read files, by one process and by workers."""
+    real = sorted((CAPTURES / "bvh").rglob("*.bvh"), key=lambda it: it.stat().st_size)[:20]
+    files = []
+    for number in range(count):
+        files.append(folder / f"{number:04}.bvh")
+        files[-1].write_bytes(real[number % len(real)].read_bytes() + b"\n" * (number // 20))
+    begun, own = time.perf_counter(), time.process_time()
+    with open_library(folder / "one.db", create=True) as library:
+        library.ingest(files)
+    one, own = time.perf_counter() - begun, time.process_time() - own
+    print(f"ingest of {count} files: one process {one:.1f} s, {own:.1f} s CPU")
+    for workers in (1, 2):
+        with Cluster(f"local:{workers}") as cluster:
+            timer = Timed(cluster)
+            begun, client = time.perf_counter(), time.process_time()
+            with open_library(folder / f"{workers}.db", create=True) as library:
+                vars(library)["spread"] = timer
+                library.ingest(files)
+            clock, client = time.perf_counter() - begun, time.process_time() - client
+        busiest = max(timer.spent.values())
+        print(
+            f"  {workers} workers: {clock:.1f} s, {one / clock / workers:.0%} of {workers} x one; "
+            f"CPU of the busiest worker {busiest:.1f} s, of the client {client:.1f} s: "
+            f"{own / max(busiest, client) / workers:.0%}",
+            flush=True,
+        )
+
+
+def main(named: str = "", files: str = "1000") -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(named) if named else synthetic.library(Path(folder) / "l.db", 20_000)
+        begun = time.perf_counter()
+        with Cluster("local:2") as cluster:
+            print(f"{path.name}, 8 shards; two workers are there in", end=" ")
+            print(f"{time.perf_counter() - begun:.1f} s", flush=True)
+            searches(str(path), Timed(cluster))
+        ingests(Path(folder), int(files))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
