@@ -118,7 +118,7 @@ def translated(place: str) -> Iterator[None]:
         short = "_".join(name.split("_")[:2]) if "_" in name else name[:2]
         fault = known.get(name) or known.get(short) or known["OTHER"]
         line = str(origin).strip().partition("\n")[0]
-        says = printable(re.sub(r"^connection .* failed: ", "", line))
+        says = printable(re.sub(r"^(connection .* failed: )?(FATAL: +)?", "", line))
         kind = LibraryBusyError if fault.get("busy") else LibraryError
         raise kind(fault["found"].format(says=says), place=place, remedy=fault["remedy"]) from error
 

@@ -51,6 +51,7 @@ def copy(
                     f"this library has {counted(there.captures, 'capture')}",
                     place=into.place,
                     wanted="a new one",
+                    remedy="Name another file, database or schema.",
                 )
             numbers = read.capture_numbers(link)
             _copy_table(link, copied, "profile")

@@ -31,6 +31,14 @@ _READ = "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY"
 _WRITE = "BEGIN ISOLATION LEVEL READ COMMITTED"  # the next statements see what was committed before
 _LOCK = "SELECT pg_advisory_xact_lock(hashtext('lanindex'), hashtext(current_schema()))"
 
+_REFUSALS = {
+    "too many|connection slots": "53300",
+    "starting up|shutting down|recovery mode": "57P03",
+    "database .* does not exist": "3D000",
+    "FATAL|password": "28000",
+}
+"""SQLSTATE by what is in an error of connecting, with which libpq passes none on."""
+
 _HEAD = 19
 """Bytes before the first row of a binary copy; behind the last row there are two."""
 
@@ -48,7 +56,7 @@ class Postgres(Dialect):
             import psycopg  # noqa: F401
         url = sqlalchemy.make_url(target.url)
         waits = {} if "connect_timeout" in url.query else {"connect_timeout": _WAIT}
-        arguments = {"application_name": "lanindex", **waits}
+        arguments = {"application_name": "lanindex", "client_encoding": "utf8", **waits}
         engine = sqlalchemy.create_engine(
             url, poolclass=sqlalchemy.NullPool, connect_args=arguments, use_native_hstore=False
         )
@@ -127,8 +135,12 @@ class Postgres(Dialect):
 
     def fault(self, error: BaseException) -> str:
         """Return the SQLSTATE of an error, also of one of the driver, which tells none."""
-        named = {"OperationalError": "08000", "DataError": "22000"}
-        return getattr(error, "sqlstate", None) or named.get(type(error).__name__, "")
+        if state := getattr(error, "sqlstate", None):
+            return str(state)
+        kind, told = type(error).__name__, str(error)
+        if kind != "OperationalError":
+            return {"DataError": "22000", "ProgrammingError": "08000"}.get(kind, "")
+        return next((it for words, it in _REFUSALS.items() if re.search(words, told)), "08000")
 
     def tables(self, link: Link) -> set[str]:
         """Return the names of all tables of the library's schema."""

@@ -120,6 +120,40 @@ def cut(store):
         )
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong", "says"),
+    [
+        ("owner@", "nobody@", r"refuses this user \(role \"nobody\" .*Check user and password"),
+        ("/postgres?", "/none?", r"database \"none\" does not exist\. .*createdb"),
+        ("host=", "port=1&host=", r"server cannot be reached: .*Check the address"),
+        ("host=", "nothing=1&host=", r"server cannot be reached: invalid connection option"),
+        ("search_path%3Dl", "search_path%3Dm", r"no such schema .*CREATE SCHEMA"),
+    ],
+)
+def test_an_address_that_is_wrong(url, right, wrong, says):
+    with pytest.raises(LibraryError, match=says):
+        Store.open(url.replace(right, wrong), create=True)
+
+
+@pytest.mark.parametrize("encoding", ["SQL_ASCII", "LATIN1"])
+def test_a_database_that_is_not_in_utf8_keeps_what_it_can(url, server, encoding):
+    with server.connect(autocommit=True) as link:
+        link.execute(f"CREATE DATABASE other ENCODING '{encoding}' TEMPLATE template0")
+    other = f"{url.partition('/postgres?')[0]}/other?host={server.folder}"
+    try:
+        with Store.open(other, create=True) as store:
+            add_sample(store, 1)
+            store.label(1, "é")
+            assert store.capture(1).label == "é"
+            if encoding == "LATIN1":
+                with pytest.raises(LibraryError, match="cannot keep this: character"):
+                    store.label(1, "盆踊り")
+                assert store.capture(1).label == "é"
+    finally:
+        with server.connect(autocommit=True) as link:
+            link.execute("DROP DATABASE other WITH (FORCE)")
+
+
 @pytest.mark.slow
 def test_a_server_that_crashes_loses_nothing(tmp_path, database):
     if database == "sqlite":
