@@ -232,8 +232,8 @@ class Film:
         """Write the name beside the clock, and below it what the colours mean."""
         edge, line, title = self.letter // 2, self.letter * 3 // 2, self.title
         room = self.scene.size[0] - edge - CLOCK * self.letter
-        while letters.getlength(title) > room:  # the beginning gives way
-            title = f"\u2026{title[2:]}"
+        while title and letters.getlength(title) > room:  # the beginning gives way
+            title = title[2:] and f"\u2026{title[2:]}"
         draw.text((edge, edge), title, INK, letters)
         told = list(LEGEND.items())[: None if self.painter.lit.any() else -1]
         for column, (word, color) in enumerate(told):

@@ -330,3 +330,10 @@ def test_a_film_tells_its_name_and_the_time(jacks) -> None:
     assert not film_of(*jacks, stop=2).painter.lit.any()
     long = np.asarray(next(film_of(*jacks, title="jacks " * 40, stop=2).pictures()))
     assert (long[:24, film.scene.size[0] - 60 : film.scene.size[0]].min(axis=2) < 128).any()
+
+
+def test_a_film_without_room_for_its_name_has_none(jacks) -> None:
+    assert next(film_of(*jacks, title="jacks", size=(120, 120), stop=2).pictures()).size == (
+        120,
+        120,
+    )
