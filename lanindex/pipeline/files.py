@@ -5,6 +5,8 @@ import re
 import tempfile
 import unicodedata
 from collections.abc import Callable, Container, Iterable, Sequence
+from contextlib import suppress
+from itertools import takewhile
 from pathlib import Path
 from typing import IO
 
@@ -42,10 +44,12 @@ def write_all(
 ) -> None:
     """Write several files, all or none."""
     drafts: list[tuple[str, Path]] = []
+    folders: list[Path] = []
     read_files = {_identity(source) for source in sources}
     try:
         for path, content in files:
             refuse(path, force=force, sources=read_files)
+            folders += takewhile(lambda folder: not folder.exists(), path.parents)
             drafts.append((_write_draft(path, content), path))
         if replaced := [path for _, path in drafts if path.exists()]:
             identities = {_identity(source) for source in suspects(replaced)}
@@ -59,6 +63,9 @@ def write_all(
     finally:
         for draft, _ in drafts:
             Path(draft).unlink(missing_ok=True)
+        for folder in sorted(folders, reverse=True):  # the inner ones first
+            with suppress(OSError):  # it is not empty
+                folder.rmdir()
 
 
 def _identity(path: str | os.PathLike[str]) -> tuple[int, int] | None:

@@ -56,7 +56,12 @@ def run(trial: Trial, options: argparse.Namespace) -> int:
         sys.stdout.flush()
         if not os.fork():
             os.close(reader)
-            _work(trial, options.seed, numbers[first :: options.processes], end, writer)
+            try:
+                _work(trial, options.seed, numbers[first :: options.processes], end, writer)
+            except BaseException:
+                traceback.print_exc()
+            finally:
+                os._exit(1)
         os.close(writer)
         readers[reader] = first
     said = {reader: b"" for reader in readers}
@@ -87,6 +92,14 @@ def run(trial: Trial, options: argparse.Namespace) -> int:
     return bool(failed or missing)
 
 
+LONGEST = 300
+"""Seconds that a trial may take."""
+
+
+def _too_long(*_: object) -> None:
+    raise TimeoutError(f"a trial takes more than {LONGEST} s")
+
+
 def _work(trial: Trial, seed: int, numbers: Any, end: float | None, writer: int) -> None:
     """Do some trials, tell of each, and end the process."""
     for number in numbers:
@@ -96,12 +109,15 @@ def _work(trial: Trial, seed: int, numbers: Any, end: float | None, writer: int)
         why = ""
         with tempfile.TemporaryDirectory(prefix="campaign-") as name:
             os.chdir(name)
+            signal.signal(signal.SIGALRM, _too_long)
+            signal.alarm(LONGEST)
             try:
                 outcome = trial(Random(f"{seed} {number}"), Path(name))
             except BaseException as error:
                 if isinstance(error, KeyboardInterrupt):
                     os._exit(130)
                 why = "".join(traceback.format_exception(error)[-12:])
+            signal.alarm(0)
             os.chdir("/")
         os.write(writer, pickle.dumps((number, outcome, why)).hex().encode() + b"\n")
     os._exit(0)
@@ -140,6 +156,10 @@ def files(scores: int, captures: int) -> list[tuple[str, bytes]]:
     ]
 
 
+SAID = [Path()]
+"""The folder of ``stdout`` and ``stderr``."""
+
+
 def called(*words: str | Path, lines: int | None = None) -> int:
     """Call the command in this process, and return its exit code.
 
@@ -148,8 +168,8 @@ def called(*words: str | Path, lines: int | None = None) -> int:
     from lanindex.app import cli, output
 
     with (
-        open("stdout" if lines is None else lines, "w", 1, closefd=lines is None) as out,
-        open("stderr", "w", 1) as errors,
+        open(SAID[0] / "stdout" if lines is None else lines, "w", 1, closefd=lines is None) as out,
+        open(SAID[0] / "stderr", "w", 1) as errors,
     ):
         kept = sys.stdout, sys.stderr
         sys.stdout, sys.stderr = out, errors
@@ -160,9 +180,9 @@ def called(*words: str | Path, lines: int | None = None) -> int:
             sys.stdout, sys.stderr = kept
 
 
-def errors_of(folder: Path = Path()) -> str:
+def errors_of() -> str:
     """Return what `called` has printed on standard error, if it is no traceback."""
-    said = (folder / "stderr").read_text(errors="replace")
+    said = (SAID[0] / "stderr").read_text(errors="replace")
     assert "Traceback" not in said, said
     return said
 
@@ -173,7 +193,12 @@ def forked(work: Callable[[], int]) -> int:
     child = os.fork()
     if not child:
         _end_with(work)
-    status = os.waitpid(child, 0)[1]
+    try:
+        status = os.waitpid(child, 0)[1]
+    except BaseException:  # it took too long
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        raise
     return os.waitstatus_to_exitcode(status)
 
 
@@ -182,7 +207,7 @@ def _end_with(work: Callable[[], int]) -> None:
     try:
         code = work()
     except BaseException:
-        with open("stderr", "a") as errors:
+        with open(SAID[0] / "stderr", "a") as errors:
             traceback.print_exc(file=errors)
         code = 99
     os._exit(code)

@@ -1,6 +1,7 @@
 import os
 import re
 from pathlib import Path
+from typing import IO
 
 import pytest
 from hypothesis import given
@@ -158,3 +159,15 @@ def test_a_dead_link_is_not_followed(tmp_path: Path) -> None:
         write_all([(tmp_path / "link", b"1")])
     write_all([(tmp_path / "link", b"1")], force=True)
     assert not (tmp_path / "outside").exists()
+
+
+def test_folders_that_were_made_for_nothing_go_again(tmp_path: Path) -> None:
+    def broken(file: IO[bytes]) -> None:
+        raise OSError(28, "No space left on device")
+
+    (tmp_path / "own").mkdir()
+    files = [(tmp_path / "own/a/b/one", b"1"), (tmp_path / "own/a/two", broken)]
+    with pytest.raises(ExportError, match="No space left"):
+        write_all(files)
+    assert list(tmp_path.iterdir()) == [tmp_path / "own"]
+    assert list((tmp_path / "own").iterdir()) == []
