@@ -28,7 +28,6 @@ PATTERNS = (
     "arms low ... high",
     "r_forearm any ... any during l_forearm any ... any",
     "r_arm any x3+ with l_arm any x3+",
-    "r_forearm low ... high ... low with l_forearm low ... high ... low",
 )
 
 
