@@ -302,10 +302,16 @@ def check_files(spine: Spine) -> None:
 
 
 def read_roster(
-    connection: Link | None, segment: Segment, captures: tuple[int, int] | None = None
+    connection: Link | None,
+    segment: Segment,
+    captures: tuple[int, int] | None = None,
+    tick: Callable[[], None] = no_tick,
 ) -> Roster:
     """Return the captures of a segment, dead ones too, or some as of `read_columns`."""
-    columns = {name: read_column(connection, segment, "", name, captures) for name in ROSTER}
+    columns = dict[str, NDArray[Any]]()
+    for name in ROSTER:
+        tick()
+        columns[name] = read_column(connection, segment, "", name, captures)
     first, last = captures or (0, segment.captures)
     if {len(one) for one in columns.values()} != {last - first}:
         raise Distrust(f"damaged: the captures of segment {segment.id}")
@@ -633,7 +639,7 @@ def read_all_columns(
     `wanted` names by part which of `lanindex.model.columns.EXTRA` are wanted, too. `tick` is
     called with each column that is read.
     """
-    rosters, order = read_rosters(connection, spine)
+    rosters, order = read_rosters(connection, spine, tick)
     added = together(list(batches(connection, spine.pending, list(wanted), tick)))
     check_pending(added.roster.number.tolist(), spine.pending)
     roster = enrolled([*rosters, added.roster])
@@ -670,9 +676,11 @@ def stored_columns(
     return columns if order is None else columns.at(order)
 
 
-def read_rosters(connection: Link, spine: Spine) -> tuple[list[Roster], NDArray[np.int64] | None]:
+def read_rosters(
+    connection: Link, spine: Spine, tick: Callable[[], None] = no_tick
+) -> tuple[list[Roster], NDArray[np.int64] | None]:
     """Return the captures of each segment, and the order of all as `order_of` returns it."""
-    rosters = [read_roster(connection, one) for one in spine.segments]
+    rosters = [read_roster(connection, one, tick=tick) for one in spine.segments]
     number = np.concatenate([*(one.number for one in rosters), np.array(spine.pending, np.int64)])
     order = order_of(spine, number)
     number = number if order is None else number[order]
