@@ -1,8 +1,8 @@
 """Open a library by its name, and connect to it; errors of the database say what to do.
 
 Statements are text, with ``:name`` for a value: a library in a file needs no more than SQLite's
-own module. SQLAlchemy, which takes longer to import than most searches take, makes and changes
-tables, and connects to a server.
+own module, one on a server no more than psycopg. SQLAlchemy, which takes longer to import than
+most searches take, makes and changes tables.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.data import shipped
 from lanindex.errors import AbsentError, LibraryBusyError, LibraryError, LibraryVersionError
-from lanindex.library.dialect import MEMORY, MOST, Dialect, Link, Target, Values
+from lanindex.library.dialect import LOGIN, MEMORY, MOST, Dialect, Link, Target, Values
 from lanindex.library.selection import printable
 from lanindex.library.sqlite import SQLITE
 
@@ -128,20 +128,14 @@ def target(named: str | os.PathLike[str]) -> Target:
     text = os.fspath(named)
     if "://" not in text:
         return in_file(text)
-    import sqlalchemy
-
-    try:
-        url = sqlalchemy.make_url(text)
-    except sqlalchemy.exc.SQLAlchemyError:
-        url = None
-    if url is not None and url.get_backend_name() == "sqlite":
-        return in_file(url.database or MEMORY)
-    if url is None or url.drivername not in ("postgresql", "postgresql+psycopg"):
-        shown = url.render_as_string() if url is not None else text
+    kind, _, rest = text.partition("://")
+    if kind.partition("+")[0] == "sqlite":
+        return in_file(rest.partition("?")[0][1:] or MEMORY)
+    shown = re.sub(r"(://[^:/@?]*:)[^@]*(?=@)|([?&]password=)[^&]*", r"\1\2***", text)
+    if kind not in ("postgresql", "postgresql+psycopg") or not LOGIN.fullmatch(rest):
         wanted = "a path, or postgresql+psycopg://USER@HOST/DATABASE"
         raise LibraryError("this URL names no kind of library", place=shown, wanted=wanted)
-    url = url.set(drivername="postgresql+psycopg")
-    return Target(url.render_as_string(), url.render_as_string(hide_password=False), None)
+    return Target(shown, text, None)
 
 
 def in_file(text: str) -> Target:

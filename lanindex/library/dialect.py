@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
+from urllib.parse import parse_qs, unquote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,13 @@ MEMORY = ":memory:"
 
 MOST = 999
 """Values in one statement: any SQLite takes so many."""
+
+LOGIN = re.compile(
+    r"(?:(?P<user>[^:/@?]*)(?::(?P<password>[^@]*))?@)?"
+    r"\[?(?P<host>(?<=\[)[^]]*|[^][/:?]*)\]?(?::(?P<port>\d*))?"
+    r"(?:/(?P<dbname>[^?]*))?(?:\?(?P<more>.*))?"
+)
+"""What follows ``://`` in the URL of a server, by the names that PostgreSQL has for it."""
 
 Link: TypeAlias = Any
 """A connection of the database's own driver: of `sqlite3`, of `psycopg`."""
@@ -72,14 +80,20 @@ class Target:
         safe = re.sub(r"[^\w.-]", "_", self.title)
         return Path(of_user) / "lanindex" / f"{safe}-{same}" / kind
 
+    @property
+    def login(self) -> dict[str, str]:
+        """What the URL of a server says, by the names that PostgreSQL has for it."""
+        found = LOGIN.fullmatch(self.url.partition("://")[2])
+        assert found, self.place
+        said = {name: unquote(value) for name, value in found.groupdict().items() if value}
+        more = parse_qs(said.pop("more", ""), keep_blank_values=True)
+        return said | {name: ",".join(values) for name, values in more.items()}
+
     def _named(self) -> list[str]:
         """Return the server, its port, the database, and the schema if the URL names one."""
-        import sqlalchemy
-
-        url = sqlalchemy.make_url(self.url)
-        said = {name: str(url.query.get(name, "")) for name in ("host", "port", "options")}
-        schema = re.search(r"search_path=(\S+)", said["options"])
-        where = [url.host or said["host"], str(url.port or said["port"]), url.database or ""]
+        said = self.login
+        schema = re.search(r"search_path=(\S+)", said.get("options", ""))
+        where = [said.get(name, "") for name in ("host", "port", "dbname")]
         return [*where, *(schema.groups() if schema else ())]
 
 

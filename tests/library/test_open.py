@@ -13,6 +13,7 @@ from sample_library import add_sample, fill, sample_score, sql
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryBusyError, LibraryError, LibraryVersionError
+from lanindex.library import connect
 from lanindex.library.migrate import check, status, upgrade
 from lanindex.library.store import Store
 
@@ -281,3 +282,28 @@ def test_a_library_to_be_read_is_not_written(tmp_path):
         with pytest.raises(LibraryError, match="may not be written"):
             library.remove(1)
         assert len(library.captures()) == 1
+
+
+@pytest.mark.sqlite
+@pytest.mark.parametrize(
+    ("url", "login", "shown"),
+    [
+        ("postgresql://host", {"host": "host"}, "postgresql://host"),
+        (
+            "postgresql+psycopg://ada:a%40b/c#@host:5433/lan?sslmode=require",
+            {"user": "ada", "password": "a@b/c#", "host": "host", "port": "5433", "dbname": "lan"}
+            | {"sslmode": "require"},
+            "postgresql+psycopg://ada:***@host:5433/lan?sslmode=require",
+        ),
+        (
+            "postgresql:///lan?host=/tmp&options=-csearch_path=a%2Cb&password=x&user=ada",
+            {"dbname": "lan", "host": "/tmp", "options": "-csearch_path=a,b"}
+            | {"password": "x", "user": "ada"},
+            "postgresql:///lan?host=/tmp&options=-csearch_path=a%2Cb&password=***&user=ada",
+        ),
+        ("postgresql://@[::1]:1/", {"host": "::1", "port": "1"}, "postgresql://@[::1]:1/"),
+    ],
+)
+def test_the_address_of_a_server_is_understood_and_shown_without_its_password(url, login, shown):
+    where = connect.target(url)
+    assert (where.login, where.place) == (login, shown)

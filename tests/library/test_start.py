@@ -6,9 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from sample_library import fill
-
-pytestmark = pytest.mark.sqlite  # a library in a file
+from sample_library import fill, name_of
 
 LOOK = """
 import sys
@@ -22,7 +20,7 @@ print([name for name in ("sqlalchemy", "alembic", "numba", "scipy") if name in s
 
 def test_a_look_imports_little(tmp_path):
     fill(tmp_path / "some.db", 2)
-    command = [sys.executable, "-c", LOOK, str(tmp_path / "some.db")]
+    command = [sys.executable, "-c", LOOK, name_of(tmp_path / "some.db")]
     done = subprocess.run(command, capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("[]\n", "")
 
@@ -34,6 +32,7 @@ print([name for name in sys.modules if name.startswith(("lanindex.search", "sqla
 """
 
 
+@pytest.mark.sqlite  # about no library
 def test_a_process_of_an_ingest_imports_little():
     done = subprocess.run([sys.executable, "-c", INGEST], capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("[]\n", "")
