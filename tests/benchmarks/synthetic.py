@@ -208,17 +208,18 @@ def columns(
     return enrolled(rosters), whole
 
 
-def library(path: Path, count: int, seed: int = 0) -> Path:
+def library(name: Path | str, count: int, seed: int = 0) -> Path | str:
     """Write a library with rows; with the same columns as `columns` gives."""
     found = real()
-    path.unlink(missing_ok=True)
-    with open_library(path, create=True) as made:
+    if "://" not in str(name):
+        Path(name).unlink(missing_ok=True)
+    with open_library(name, create=True) as made:
         for block in blocks(found, count, seed, list(found.columns)):
             with made.store.changing() as connection:
                 for place in range(len(block.roster)):
                     put(connection, found, block, place)
             made.store.cache.compact()
-    return path
+    return name
 
 
 def put(connection, found: Real, block: Block, place: int) -> None:
@@ -247,4 +248,4 @@ def put(connection, found: Real, block: Block, place: int) -> None:
 
 
 if __name__ == "__main__":
-    library(Path(sys.argv[1]), int(sys.argv[2]), int((sys.argv[3:] or ["0"])[0]))
+    library(sys.argv[1], int(sys.argv[2]), int((sys.argv[3:] or ["0"])[0]))

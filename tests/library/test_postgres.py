@@ -8,9 +8,11 @@ from threading import Event, Thread
 
 import psycopg
 import pytest
+from crowd import crowd
 from in_shards import Here
 from postgres_server import serving
-from sample_library import add_sample, fill, name_of
+from sample_library import add_sample, fill, name_of, sample_score
+from strategies import assert_same_score
 
 from lanindex.errors import AbsentError, LibraryBusyError, LibraryError
 from lanindex.library import cache, connect
@@ -339,3 +341,28 @@ def test_the_bytes_of_a_library(url):
     with psycopg.connect(connect.target(url).url.replace("+psycopg", "")) as link:
         asked = "SELECT part, direction FROM symbol WHERE part = 'head' LIMIT 1"
         assert link.execute(asked).fetchone() == ("head", "right")
+
+
+@pytest.mark.slow
+def test_two_write_and_fifty_read(url, server):
+    fill(url, 0)
+    schema = url.rpartition("%3D")[2]
+    with server.connect(autocommit=True) as link:
+        link.execute("CREATE ROLE reader LOGIN")
+        link.execute(f"GRANT USAGE ON SCHEMA {schema} TO reader")
+        link.execute(f"GRANT SELECT ON ALL TABLES IN SCHEMA {schema} TO reader")
+    try:
+        reader = url.replace("owner@", "reader@")
+        wrote, _, waiting = crowd(server, url, reader, writers=2, readers=50, each=50)
+    finally:
+        with server.connect(autocommit=True) as link:
+            link.execute("DROP OWNED BY reader")
+            link.execute("DROP ROLE reader")
+    assert waiting == {"owner"}  # the writers, for each other
+    longest = max(max(one["took"]) for one in wrote)
+    assert max(max(one["waited"]) for one in wrote) < longest + 0.5
+    with Store.open(url) as store:
+        assert len(store.captures()) == 100
+        for number in range(100):
+            assert_same_score(store.score(f"{number}.bvh"), sample_score(number))
+    assert check(url) == []
