@@ -21,6 +21,7 @@ from lanindex.library.connect import (
     DEFAULT,
     REVISION,
     Link,
+    Progress,
     Session,
     Target,
     altering,
@@ -28,6 +29,7 @@ from lanindex.library.connect import (
     connected,
     dialect_of,
     first_values,
+    no_progress,
     refuse_revision,
     revision,
     target,
@@ -197,13 +199,13 @@ Damage = list[tuple[int, str]]
 """By the number of a capture, a sentence on what is damaged."""
 
 
-def check(named: str | os.PathLike[str] = DEFAULT) -> list[str]:
+def check(named: str | os.PathLike[str] = DEFAULT, progress: Progress = no_progress) -> list[str]:
     """Return what is wrong inside a library, a sentence each; an empty list if nothing is."""
     with closing(Session(target(named), readonly=True)) as session, session.reading() as connection:
-        return _check_connection(connection)
+        return _check_connection(connection, progress)
 
 
-def _check_connection(connection: Link) -> list[str]:
+def _check_connection(connection: Link, progress: Progress) -> list[str]:
     if pages := dialect_of(connection).damaged_pages(connection, _MOST):
         # Answers of a damaged file to other questions mean nothing.
         return [f"the file is damaged: {line}" for line in pages]
@@ -213,6 +215,7 @@ def _check_connection(connection: Link) -> list[str]:
     except LibraryError as error:
         state = [str(error)]
     numbers = first_values(ask(connection, "SELECT id FROM capture ORDER BY id"))
+    progress("captures", 0, len(numbers))
     compared = set[int]()
     try:
         for segment, stored in _pieces_of_segments(connection):
@@ -227,6 +230,7 @@ def _check_connection(connection: Link) -> list[str]:
                         "UPDATE state SET columns = -1"
                     )
             compared.update(some.tolist())
+            progress("captures", len(compared), len(numbers))
     except Distrust as fault:
         remedy = fault.remedy or "They are made anew by: lanindex db upgrade"
         unlike = [f"the columns are {fault.found}. {remedy}"]
@@ -236,6 +240,8 @@ def _check_connection(connection: Link) -> list[str]:
     for first in range(0, len(rest), _BATCH):
         for piece in _pieces_of_rows(connection, rest[first : first + _BATCH], damage):
             symbols += sum(map(len, piece.columns.values()))
+        done = len(compared) + min(first + _BATCH, len(rest))
+        progress("captures", done, len(numbers))
     tables = ["capture", "metadata", "track"]
     ((count,),) = ask(connection, "SELECT count(*) FROM symbol_code")
     if damage or count != symbols:  # Not looked at otherwise: there are many

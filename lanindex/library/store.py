@@ -101,6 +101,11 @@ class Store:
         with self.session.reading() as connection:
             return read.read_state(connection).stamp
 
+    def capture_count(self) -> int:
+        """Return how many captures there are, without reading any."""
+        with self.session.reading() as connection:
+            return read.read_state(connection).captures
+
     @contextmanager
     def changing(self) -> Iterator[Link]:
         """Begin a transaction that changes what the library holds, and raise its change stamp."""

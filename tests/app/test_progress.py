@@ -131,3 +131,11 @@ def test_what_is_broken_off_says_how_far_it_came(place: Path) -> None:
     done = subprocess.run(words, cwd=place, capture_output=True, text=True)
     assert done.stderr == "lanindex: interrupted after 12 of 1,300 captures\n"
     assert done.returncode == 130
+
+
+@pytest.mark.parametrize(
+    "words", [["show", "--all", "-o", "all.csv"], ["db", "check"]], ids=["show", "check"]
+)
+def test_long_looks_show_how_far_they_are(place: Path, words: list[str]) -> None:
+    seen = start_on_terminal([sys.executable, "-c", MAIN, *words], place)
+    assert "2/2 captures" in seen

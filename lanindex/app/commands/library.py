@@ -101,6 +101,9 @@ def show(
             library.store.check_parts(part)
         # a staff needs the other parts, too: feet that hold the weight
         captures = library.tracks(numbers, None if staff else part)
+        if everything:
+            count = library.store.capture_count() if numbers is None else len(numbers)
+            captures = out.progress(captures, count, "captures")
         symbols = 0
         if output is not None:
             symbols = _save(output, form, captures, force)
@@ -235,7 +238,7 @@ def check(db: options.Db = options.DB, *, out: options.DbOut) -> int:
     """Look for damage; exits with 1 if there is any."""
     from lanindex.library import migrate
 
-    damage = migrate.check(db)
+    damage = migrate.check(db, out.watch)
     for sentence in damage:
         out.row([sentence], {"damage": sentence})
     out.note(f"{db}: {len(damage) or 'no'} damage{'s' if len(damage) > 1 else ''} found")
