@@ -2,6 +2,7 @@
 
 import gc
 import os
+import re
 import signal
 import sys
 from collections.abc import Iterator, Sequence
@@ -45,6 +46,9 @@ INTERRUPTED = 130
 """The code with which a command ends that was interrupted."""
 
 _GRACE = 3.0  # seconds that its threads have then
+
+_APART = re.compile(r"""("[^"]*"?|'[^']*'?)| ([:=]+)(?: |$)""")
+"""What is quoted, or signs at which bash ends a word, with the blanks around them."""
 
 _ParserError: Any = typer.BadParameter.__base__
 """The base class of the argument parser's errors, which typer exports only by its subclass."""
@@ -210,6 +214,16 @@ def _shell() -> str:
     return shell
 
 
+def _join_words() -> None:
+    """Join what bash takes apart at : = and @, such as the address of a library."""
+    typed, at = os.environ.get("COMP_WORDS", ""), os.environ.get("COMP_CWORD", "")
+    if at:
+        joined = _APART.sub(lambda found: found[1] or found[2], typed)
+        joined = re.sub(r"(://\S*) @ ", r"\1@", joined)
+        at = str(int(at) - (len(typed) - len(joined)))  # a blank less is a word less
+        os.environ.update({"COMP_WORDS": joined, "COMP_CWORD": at})
+
+
 def run(arguments: Sequence[str]) -> int:
     """Run the command in this process and return its exit code."""
     # a pattern that begins with an arrow is not an option
@@ -233,6 +247,7 @@ def main() -> None:
     if COMPLETION in os.environ:  # the shell calls for completions
         from typer._completion_classes import completion_init
 
+        _join_words()
         completion_init()
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # the caller closed the stream

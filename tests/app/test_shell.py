@@ -82,6 +82,10 @@ class TestCompletion:
             ("remove ", {"dance.bvh"}),
             ("search --why da", {"dance.bvh"}),
             ("show --db none.db da", set()),
+            ("show --db sqlite : ///lanindex.db da", {"dance.bvh"}),  # as bash takes words apart
+            ("show --db postgresql : //me @ /none?host = /none da", set()),
+            ("show --db = lanindex.db da", {"dance.bvh"}),
+            ('search "let up = arm hi', {"let up = arm high"}),
         ],
     )
     def test_words_and_captures(self, made: Path, typed: str, offered: set[str]) -> None:
