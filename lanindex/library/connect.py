@@ -132,7 +132,7 @@ def target(named: str | os.PathLike[str]) -> Target:
     if kind.partition("+")[0] == "sqlite":
         return in_file(rest.partition("?")[0][1:] or MEMORY)
     shown = re.sub(r"(://[^:/@?]*:)[^@]*(?=@)|([?&]password=)[^&]*", r"\1\2***", text)
-    if kind not in ("postgresql", "postgresql+psycopg") or not LOGIN.fullmatch(rest):
+    if kind not in ("postgresql", "postgres", "postgresql+psycopg") or not LOGIN.fullmatch(rest):
         wanted = "a path, or postgresql+psycopg://USER@HOST/DATABASE"
         raise LibraryError("this URL names no kind of library", place=shown, wanted=wanted)
     return Target(shown, text, None)
@@ -319,7 +319,7 @@ class Session:
         self._pool, self._write = Lock(), RLock()
 
     def close(self) -> None:
-        """Let go of the database; what is left is one file.
+        """Let go of the database, of which one file is left if it is in a file.
 
         A transaction that another thread has begun goes on to its end.
         """

@@ -88,7 +88,7 @@ class Store:
         self.close()
 
     def close(self) -> None:
-        """Let go of the database; what is left is one file."""
+        """Let go of the database."""
         self.session.close()
 
     @property

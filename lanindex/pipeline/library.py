@@ -171,7 +171,7 @@ class Library:
         self.close()
 
     def close(self) -> None:
-        """Let go of the database; what is left is one file. Jobs that still run are cancelled."""
+        """Let go of the database. Jobs that still run are cancelled."""
         for job in list(self._jobs):
             job.cancel()
         if opened := vars(self).pop("spread", None):

@@ -288,7 +288,7 @@ def test_a_library_to_be_read_is_not_written(tmp_path):
 @pytest.mark.parametrize(
     ("url", "login", "shown"),
     [
-        ("postgresql://host", {"host": "host"}, "postgresql://host"),
+        ("postgres://host", {"host": "host"}, "postgres://host"),
         (
             "postgresql+psycopg://ada:a%40b/c#@host:5433/lan?sslmode=require",
             {"user": "ada", "password": "a@b/c#", "host": "host", "port": "5433", "dbname": "lan"}

@@ -237,11 +237,12 @@ def upgrade(db: options.Db = options.DB, *, out: options.DbOut) -> None:
 def check(db: options.Db = options.DB, *, out: options.DbOut) -> int:
     """Look for damage; exits with 1 if there is any."""
     from lanindex.library import migrate
+    from lanindex.library.connect import target
 
-    damage = migrate.check(db, out.watch)
+    damage, place = migrate.check(db, out.watch), target(db).place
     for sentence in damage:
         out.row([sentence], {"damage": sentence})
-    out.note(f"{db}: {len(damage) or 'no'} damage{'s' if len(damage) > 1 else ''} found")
+    out.note(f"{place}: {len(damage) or 'no'} damage{'s' if len(damage) > 1 else ''} found")
     return bool(damage)
 
 
@@ -262,14 +263,16 @@ def segments(
     """
     exclusive("a folder or URL", where, {"--inside": inside})
     from lanindex.library import migrate
+    from lanindex.library.connect import target
 
     if where or inside:
         migrate.keep_columns(db, where or "", out.note)
-    place, files, size = migrate.files_of_columns(db)
+    library, (place, files, size) = target(db).place, migrate.files_of_columns(db)
     if out.json:
-        return out.record({"library": db, "place": place or None, "files": files, "size": size})
+        values = {"place": place or None, "files": files, "size": size}
+        return out.record({"library": library, **values})
     told = f"{place}, {counted(files, 'file')}, {size / 1e6:.1f} MB" if place else "the library"
-    out.line(f"{db}: columns in {told}")
+    out.line(f"{library}: columns in {told}")
 
 
 def copy(

@@ -15,7 +15,9 @@ from lanindex.errors import UsageError, extra
 
 
 def serve(
-    library: str = argument(options.DB, "[LIBRARY]", "The library to show.", envvar="LANINDEX_DB"),
+    library: str = argument(
+        options.DB, "[LIBRARY]", "The library to show, a path or URL.", envvar="LANINDEX_DB"
+    ),
     host: str = option("127.0.0.1", "ADDRESS", "Where to listen; 0.0.0.0: for other machines."),
     port: int = option(8421, "N", "The port; 0: a free one.", min=0, max=65535),
     read_only: bool = flag("--read-only", "Let nobody change the library."),
