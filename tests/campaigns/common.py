@@ -192,7 +192,7 @@ def forked(work: Callable[[], int]) -> int:
     sys.stdout.flush()
     child = os.fork()
     if not child:
-        _end_with(work)
+        end_with(work)
     try:
         status = os.waitpid(child, 0)[1]
     except BaseException:  # it took too long
@@ -202,7 +202,7 @@ def forked(work: Callable[[], int]) -> int:
     return os.waitstatus_to_exitcode(status)
 
 
-def _end_with(work: Callable[[], int]) -> None:
+def end_with(work: Callable[[], int]) -> None:
     """Do something, and end this process with what it returns."""
     try:
         code = work()
@@ -240,7 +240,7 @@ def stopped(work: Callable[[], int], last: int = 0, *, writes: bool) -> tuple[in
     if not child:
         _ptrace(_TRACEME, 0, None, None)
         os.kill(os.getpid(), signal.SIGSTOP)
-        _end_with(work)
+        end_with(work)
     os.waitpid(child, 0)
     _ptrace(_SETOPTIONS, child, None, _SYSGOOD | _EXITKILL)
     info = (ctypes.c_uint64 * 11)()  # its first byte is 1 before a call, then the fourth is which

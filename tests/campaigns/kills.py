@@ -249,6 +249,7 @@ def remove(scene: Scene) -> Verb:
     scene.fill()
     for name in scene.choice.sample(sorted(scene.files), scene.choice.randint(1, len(scene.files))):
         Path("in", name).unlink()
+        del scene.files[name]
     after = {place: held for place, held in scene.held.items() if Path(place).exists()}
     work = partial(called, "remove", "--missing", "--db", LIBRARY)
     return Verb(work, [[scene.held], [after]], ends=(0, 1))  # 1: nothing is missing any more
