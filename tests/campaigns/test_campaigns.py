@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-CAMPAIGNS = {"kills": 4, "damage": 20, "disks": 4}
+CAMPAIGNS = {"kills": 4, "damage": 20, "disks": 4, "clocks": 2, "inputs": 1}
 
 
 def test_all_are_tried() -> None:
