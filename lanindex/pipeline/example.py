@@ -3,11 +3,15 @@
 A clip is like another by its symbols: the movements of its limbs.
 """
 
+from __future__ import annotations
+
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf
 from operator import itemgetter
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,11 +36,16 @@ from lanindex.search.example.likeness import (
     Grouped,
     Near,
     Pair,
+    Windows,
+    aligned,
     grouped,
     nearest,
     pairs,
 )
 from lanindex.search.hits import Hits, ListedHits
+
+if TYPE_CHECKING:
+    from lanindex.pipeline.spread import Spread
 
 RERANKED = 100
 """Hits of which files are read."""
@@ -232,6 +241,7 @@ def similar(
     wanted: int | None,
     sample: int | None,
     watch: Progress,
+    spread: Spread | None = None,
 ) -> Groups:
     """Return the captures of a library in groups."""
     if not 0 < least <= 1:
@@ -245,13 +255,39 @@ def similar(
     if len(roster) and limbs:
         places = sampled(len(roster), sample)
         clips = source.clips(places, watch)
-        found = grouped(clips, least=least, wanted=wanted, watch=watch)
+        align = partial(_aligned, spread, watch) if spread else aligned
+        found = grouped(clips, least=least, wanted=wanted, watch=watch, align=align)
     captures = store.captures_numbered(roster.number[places].tolist())
     groups = [
         Similar(tuple(captures[one] for one in group.members), group.likeness)
         for group in found.groups
     ]
     return Groups(groups, len(captures), len(roster), found.pairs, found.every)
+
+
+def _aligned(
+    spread: Spread, watch: Progress, clips: Windows, keys: list[NDArray[np.int64]]
+) -> Iterator[Floats]:
+    """Align pairs of clips as `lanindex.search.example.likeness.aligned` does, elsewhere."""
+    runs = np.array_split(np.arange(len(keys)), min(spread.tasks, len(keys)))
+    items = [(clips, [keys[one] for one in run]) for run in runs]
+    done, total = 0, sum(map(len, keys))
+
+    def tick() -> None:
+        watch("pairs", done, total)
+
+    for (_, own), values in zip(items, spread.results(_align, items, tick), strict=True):
+        yield from values
+        done += sum(map(len, own))
+
+
+def _align(item: tuple[Windows, list[NDArray[np.int64]]], tick: Callable[[], None]) -> list[Floats]:
+    """Align pairs of clips in another process."""
+    found = []
+    for values in aligned(*item):
+        tick()
+        found.append(values)
+    return found
 
 
 def sampled(count: int, most: int | None) -> NDArray[np.int64]:

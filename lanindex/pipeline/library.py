@@ -779,7 +779,13 @@ class Library:
         numbers = self.store.numbers(selection)
         with self._deadline(timeout, _FEWER, "grouping", progress) as watch:
             return similar(
-                self.store, numbers, least=alike, wanted=groups, sample=sample, watch=watch
+                self.store,
+                numbers,
+                least=alike,
+                wanted=groups,
+                sample=sample,
+                watch=watch,
+                spread=self.spread,
             )
 
     def in_step(self, one: int | str, other: int | str) -> NDArray[np.float64]:

@@ -7,19 +7,23 @@ import sys
 import time
 from functools import partial
 from pathlib import Path
+from random import Random
 from threading import Thread
 
 import pytest
 from cluster_work import failing, killing, waiting
 from dances import BOW, RAISE, dance
 from in_shards import Here
+from random_library import PARTS, random_library
 from sample_library import fill, sql
 
 from lanindex.errors import LanindexError, UsageError
+from lanindex.model import Score
 from lanindex.pipeline import shards
 from lanindex.pipeline.cluster import Cluster
 from lanindex.pipeline.library import open_library
 from lanindex.pipeline.prepare import Task, in_batches, prepared
+from lanindex.search.example import likeness
 
 TABLES = ("capture", "track", "symbol_code", "metadata", "profile", "segment", "segment_column")
 
@@ -80,6 +84,27 @@ def test_motifs_are_the_same(tmp_path: Path) -> None:
             told.append([places, found.notes, progress[-1]])
     assert told[0] == told[1]
     assert places
+
+
+@pytest.mark.parametrize("groups", [None, 3])
+def test_groups_are_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, groups: int | None
+) -> None:
+    monkeypatch.setattr(likeness, "_AT_ONCE", 16)
+    random = Random(1)
+    with open_library(tmp_path / "l.db", create=True) as library:
+        for number in range(40):
+            ((capture, tracks),) = random_library(random, captures=1, most=12, known=PARTS)
+            score = Score(capture.rate, capture.frames, capture.meter, dict(tracks))
+            library.store.add(f"{number}.lnd", score, format="lnd", sha256="0" * 64)
+        told = []
+        for spread in (None, Here(1), Here(2), Here(7)):
+            vars(library)["spread"] = spread
+            progress = list[tuple[str, int, int]]()
+            found = library.similar(groups=groups, alike=0.3, progress=partial(noted, progress))
+            told.append([repr(found), max(it for it in progress if it[0] == "pairs")])
+    assert told[1:] == told[:1] * 3
+    assert "likeness" in told[0][0]
 
 
 @pytest.mark.parametrize("named", ["", "here", "local:0", "local:x", "slurm:-1"])

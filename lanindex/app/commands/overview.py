@@ -227,6 +227,7 @@ def similar(
     *,
     selection: options.Selected,
     timeout: options.Timeout = None,
+    cluster: options.Cluster = None,
     db: options.Db = options.DB,
     out: options.Out,
 ) -> int:
@@ -239,7 +240,7 @@ def similar(
     from lanindex.pipeline.example import ALIKE, SAMPLE
 
     sample, least = None if everything else SAMPLE, ALIKE if alike is None else alike
-    with options.opened(db, out) as library:
+    with options.opened(db, out, cluster=cluster) as library:
         result = library.similar(
             selection, groups=groups, alike=least, sample=sample, timeout=timeout
         )

@@ -5,7 +5,7 @@ The page of `lanindex.search` says how, under "By example".
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
@@ -602,11 +602,29 @@ class Grouped(NamedTuple):
     every: bool  # whether these are all pairs
 
 
+Align = Callable[[Windows, list[Numbers]], Iterator[Floats]]
+"""Yields how alike pairs of clips are, (K,), for each of some lists of keys; see `aligned`."""
+
+
+def aligned(clips: Windows, keys: list[Numbers]) -> Iterator[Floats]:
+    """Yield how alike pairs of clips are, (K,), for each list of them.
+
+    A key is the number of the one clip, times the number of clips, plus that of the other.
+    """
+    for some in keys:
+        yield paired(*(clips.at(np.s_[:, it]) for it in np.divmod(some, clips.low.shape[1])))
+
+
 def grouped(
-    clips: Clips, *, least: float, wanted: int | None = None, watch: Progress = unwatched
+    clips: Clips,
+    *,
+    least: float,
+    wanted: int | None = None,
+    watch: Progress = unwatched,
+    align: Align = aligned,
 ) -> Grouped:
     """Join groups down to a mean likeness of `least`, or until no more than `wanted` are left."""
-    vectors, likenesses = signatures(clips), _Likenesses(clips, watch)
+    vectors, likenesses = signatures(clips), _Likenesses(clips, watch, align)
     groups = [[clip] for clip in range(len(clips))]
     floor, every, settled = least, False, False
     while not every and (wanted or not settled):
@@ -634,8 +652,8 @@ def grouped(
 class _Likenesses:
     """How alike pairs of clips are, each aligned once."""
 
-    def __init__(self, clips: Clips, watch: Progress) -> None:
-        self._clips, self._watch = clips, watch
+    def __init__(self, clips: Clips, watch: Progress, align: Align = aligned) -> None:
+        self._clips, self._watch, self._align = clips, watch, align
         self._values: dict[int, float] = {}
 
     def __len__(self) -> int:
@@ -644,13 +662,14 @@ class _Likenesses:
     def alike(self, pairs: Numbers) -> Doubles:
         """Return how alike pairs of clips are: (K,), of a clip with itself 1."""
         low, high = np.sort(pairs, axis=1).T
-        keys, clips, done = low * len(self._clips) + high, self._clips.full_windows(), 0
+        keys, done = low * len(self._clips) + high, 0
         unique = np.unique(keys[low < high])
         new = unique[[key not in self._values for key in unique.tolist()]]
-        for some in np.array_split(new, len(new) // _AT_ONCE + 1):
+        each = np.array_split(new, len(new) // _AT_ONCE + 1)
+        self._watch("pairs", 0, len(new))
+        found = self._align(self._clips.full_windows(), each)
+        for some, alike in zip(each, found, strict=True):
             self._watch("pairs", done, len(new))
-            one, two = (clips.at(np.s_[:, it]) for it in np.divmod(some, len(self._clips)))
-            alike = paired(one, two)
             self._values.update(zip(some.tolist(), alike.tolist(), strict=True))
             done += len(some)
         return np.array([self._values.get(key, 1.0) for key in keys.tolist()])
