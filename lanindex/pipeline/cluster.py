@@ -7,6 +7,8 @@ done again by another one.
 
 from __future__ import annotations
 
+import logging
+import re
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -14,10 +16,11 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from itertools import islice
 from threading import Event
+from time import monotonic
 from typing import TYPE_CHECKING, Any, Self
 from uuid import uuid4
 
-from lanindex.errors import LanindexError, UsageError, extra, shown
+from lanindex.errors import AbsentError, LanindexError, UsageError, extra, shown
 from lanindex.pipeline.prepare import interrupts_later
 
 if TYPE_CHECKING:
@@ -57,7 +60,7 @@ class Cluster:
 
     def __init__(self, named: str) -> None:
         kind, _, number = named.partition(":")
-        if kind not in ("local", "slurm") and "://" not in named:
+        if kind not in ("local", "slurm") and not re.fullmatch(r"(tcp|tls)://[^/]+:\d+", named):
             raise UsageError(f'"{shown(named)}"', place="--cluster", wanted=WANTED)
         count = None
         if kind in ("local", "slurm") and number:
@@ -67,9 +70,16 @@ class Cluster:
         self.named = named
         with extra("cluster", "--cluster", UsageError):
             distributed: Any = import_module("distributed")
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # an error here tells
+        if (
+            kind == "tls"
+            and not distributed.Security().get_connection_args("client")["ssl_context"]
+        ):
+            remedy = "Name them in Dask's configuration: distributed.comm.tls.client"
+            raise UsageError("Dask has no certificates for it", place=named, remedy=remedy)
         self._made: Any = None
         self._client: Any = None
-        with self._told("no scheduler answers there"):
+        with self._told("no scheduler answers there", "Start one there: dask scheduler"):
             if kind == "local":
                 self._made = _local(count)
             elif kind == "slurm":
@@ -77,9 +87,7 @@ class Cluster:
             at = named if self._made is None else self._made
             self._client = distributed.Client(at, timeout=PATIENCE, set_as_default=False)
         try:
-            with self._told("no worker has joined it"):  # jobs of Slurm may wait for long
-                patience = None if kind == "slurm" else 3 * PATIENCE
-                self._client.wait_for_workers(1, timeout=patience)
+            self._wait_for_workers("no worker has joined it")
         except BaseException:
             self.close()
             raise
@@ -97,10 +105,18 @@ class Cluster:
                 with suppress(OSError, TimeoutError):
                     one.close(timeout=5)
 
+    def _wait_for_workers(self, found: str) -> None:
+        """Raise an error if there are none for long; jobs of Slurm may wait for longer."""
+        patience = None if self.named.startswith("slurm") else 3 * PATIENCE
+        own = self._made is None
+        remedy = f"Start one, with this LanIndex: dask worker {self.named}" if own else ""
+        with self._told(found, remedy):
+            self._client.wait_for_workers(1, timeout=patience)
+
     @property
     def threads(self) -> int:
         """How many tasks are done at the same time."""
-        with self._told("the scheduler is gone"):
+        with self._told("the scheduler is gone", "Start it again."):
             return max(1, sum(map(int, self._client.nthreads().values())))
 
     @property
@@ -115,8 +131,11 @@ class Cluster:
         """
         left, waiting = enumerate(items), deque[Any]()
         job, ahead, ended = uuid4().hex, AHEAD * self.tasks, Event()
+        looked = monotonic()
         # the same place goes to the same worker each time: it may still hold what it read
-        workers = sorted(self._client.nthreads())
+        self._wait_for_workers("no worker is left")
+        with self._told("the scheduler is gone", "Start it again."):
+            workers = sorted(self._client.nthreads())
         try:
             while True:
                 for place, item in islice(left, ahead - len(waiting)):
@@ -132,6 +151,9 @@ class Cluster:
                 ended.clear()
                 if not waiting[0].done():
                     ended.wait(TICK)
+                    if monotonic() - looked > PATIENCE:
+                        self._wait_for_workers("no worker is left")
+                        looked = monotonic()
                     continue
                 result = self._result(waiting[0])
                 waiting.popleft()
@@ -145,7 +167,7 @@ class Cluster:
         from distributed import KilledWorker
 
         try:
-            with self._told("the scheduler is gone"):
+            with self._told("the scheduler is gone", "Start it again."):
                 error, result = future.result()
         except KilledWorker as killed:
             raise LanindexError(
@@ -161,25 +183,27 @@ class Cluster:
                 place=self.named,
                 remedy="Install the same LanIndex for its scheduler and its workers.",
             ) from unread
-        if error is not None:
-            raise error
-        return result
+        if error is None:
+            return result
+        if self._made is None:  # the same may be right on this machine
+            error.place = f"a worker of {self.named}: {error.place}"
+            if isinstance(error, AbsentError):
+                error.remedy = "Workers open it themselves: under the same path, or in PostgreSQL."
+        raise error
 
     @contextmanager
-    def _told(self, found: str) -> Iterator[None]:
+    def _told(self, found: str, remedy: str) -> Iterator[None]:
         """Raise errors of the connection as one that names the cluster."""
         from concurrent.futures import CancelledError
 
         try:
             yield
         except (OSError, TimeoutError, CancelledError) as error:
-            remedy = "Start it again." if "gone" in found else ""
             raise LanindexError(found, place=self.named, remedy=remedy) from error
 
 
 def _local(count: int | None) -> Any:
     """Return processes of this machine, which leave Ctrl-C to this one."""
-    import logging
     import os
     from multiprocessing.resource_tracker import ensure_running
 

@@ -50,6 +50,8 @@ BATCH, FILE = 32 << 20, 64 << 10
 """Bytes of files of which a process of a cluster reads one after the other; what each counts for
 more than its bytes."""
 
+_THEMSELVES = "Workers read files themselves: under the same paths."
+
 _in_a_folder = threading.Lock()
 
 StoredFile = Mapping[str, tuple[str, Encoding]]
@@ -239,15 +241,22 @@ def prepare_batch(batch: tuple[str, Iterable[Task]], tick: Tick) -> list[Outcome
             os.chdir(folder)
         except OSError as error:
             found = f"a worker cannot go to this folder ({error.strerror})"
-            remedy = "Workers read files themselves: under the same paths."
-            raise LanindexError(found, place=folder, remedy=remedy) from error
+            raise LanindexError(found, place=folder, remedy=_THEMSELVES) from error
         try:
             for task in tasks:
                 tick()
-                outcomes += prepare(task)
+                outcomes += (
+                    (unseen(task.path),) if locations.is_gone(on_disk(task.path)) else prepare(task)
+                )
         finally:
             os.chdir(before)
     return outcomes
+
+
+def unseen(path: str) -> Outcome:
+    """Return the outcome of a file that whoever gives the tasks sees, and a worker does not."""
+    error = CaptureError("a worker does not see this file", place=path, remedy=_THEMSELVES)
+    return Outcome(path, "failed", error=str(error))
 
 
 def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from random import Random
@@ -17,12 +18,13 @@ from in_shards import Here
 from random_library import PARTS, random_library
 from sample_library import fill, sql
 
+from lanindex.encoding.profile import load
 from lanindex.errors import LanindexError, UsageError
 from lanindex.model import Score
 from lanindex.pipeline import shards
 from lanindex.pipeline.cluster import Cluster
 from lanindex.pipeline.library import open_library
-from lanindex.pipeline.prepare import Task, in_batches, prepared
+from lanindex.pipeline.prepare import Task, in_batches, prepare_batch, prepared
 from lanindex.search.example import likeness
 
 TABLES = ("capture", "track", "symbol_code", "metadata", "profile", "segment", "segment_column")
@@ -107,7 +109,18 @@ def test_groups_are_the_same(
     assert "likeness" in told[0][0]
 
 
-@pytest.mark.parametrize("named", ["", "here", "local:0", "local:x", "slurm:-1"])
+def test_a_file_that_a_worker_does_not_see(tmp_path: Path) -> None:
+    dance(tmp_path / "bow.bvh", BOW)
+    batch = str(tmp_path), [Task(it, load()) for it in ("bow.bvh", "gone.bvh")]
+    seen, unseen = prepare_batch(batch, lambda: None)
+    assert (seen.status, unseen.status) == ("added", "failed")
+    assert str(unseen.error).startswith("gone.bvh: a worker does not see this file. Workers read")
+
+
+@pytest.mark.parametrize(
+    "named",
+    ["", "here", "local:0", "local:x", "slurm:-1", "tcp://here", "tcp://here:x", "http://here:1"],
+)
 def test_an_address_that_is_none(named: str) -> None:
     with pytest.raises(UsageError, match="--cluster"):
         Cluster(named)
@@ -225,24 +238,42 @@ def test_nobody_answers() -> None:
         Cluster("tcp://127.0.0.1:9")
 
 
-@pytest.mark.slow
-def test_the_scheduler_dies(tmp_path: Path) -> None:
+@contextmanager
+def begun(tmp_path: Path):
+    """Begin a scheduler and a worker as the guide does; yield the address and both."""
     file, own = tmp_path / "s.json", {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     begin = partial(subprocess.Popen, stderr=subprocess.DEVNULL, env=own)
-    words = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--no-dashboard"]
+    words = [sys.executable, "-m", "dask", "scheduler", "--no-dashboard"]
     scheduler = begin([*words, "--port", "0", "--scheduler-file", str(file)])
     while not file.exists():
         time.sleep(0.1)
     address = json.loads(file.read_text())["address"]
-    words = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--no-dashboard"]
+    words = [sys.executable, "-m", "dask", "worker", address, "--no-dashboard"]
     worker = begin([*words, "--no-nanny", "--local-directory", str(tmp_path)])
     try:
-        with Cluster(address) as opened:
-            items = [str(tmp_path / "begun")]
-            Thread(target=lambda: (time.sleep(3), scheduler.kill()), daemon=True).start()
-            with pytest.raises(LanindexError, match=f"{address}: the scheduler is gone"):
-                list(opened.results(waiting, items, lambda: None))
+        yield address, scheduler, worker
     finally:
         for one in (worker, scheduler):
             one.kill()
             one.wait()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("which", "says"), [(0, "the scheduler is gone"), (1, "no worker is left. Start one")]
+)
+def test_one_of_them_dies(tmp_path: Path, monkeypatch, which: int, says: str) -> None:
+    with begun(tmp_path) as (address, *both), Cluster(address) as opened:
+        monkeypatch.setattr("lanindex.pipeline.cluster.PATIENCE", 2)
+        items = [str(tmp_path / "begun")]
+        Thread(target=lambda: (time.sleep(3), both[which].kill()), daemon=True).start()
+        with pytest.raises(LanindexError, match=f"{address}: {says}"):
+            list(opened.results(waiting, items, lambda: None))
+
+
+@pytest.mark.slow
+def test_errors_of_a_worker_elsewhere_name_it(tmp_path: Path) -> None:
+    with begun(tmp_path) as (address, *_), Cluster(address) as opened:
+        found = opened.results(failing, [1, 2], lambda: None)
+        with pytest.raises(LanindexError, match=rf"^a worker of {address}: here: number 1\."):
+            list(found)
