@@ -45,8 +45,11 @@ def arguments(about: str, count: int) -> argparse.ArgumentParser:
     return parser
 
 
-def run(trial: Trial, options: argparse.Namespace) -> int:
-    """Do all trials, print what failed and a line of figures, and return the exit code."""
+def run(trial: Trial, options: argparse.Namespace, close: Callable[[], None] = lambda: None) -> int:
+    """Do all trials, print what failed and a line of figures, and return the exit code.
+
+    Each process calls `close` at its end.
+    """
     begun, became, failed, done = monotonic(), Counter[str](), list[int](), 0
     end = begun + 60 * options.minutes if options.minutes else None
     numbers = range(options.count) if options.only is None else [options.only]
@@ -61,6 +64,7 @@ def run(trial: Trial, options: argparse.Namespace) -> int:
             except BaseException:
                 traceback.print_exc()
             finally:
+                close()
                 os._exit(1)
         os.close(writer)
         readers[reader] = first
@@ -101,7 +105,7 @@ def _too_long(*_: object) -> None:
 
 
 def _work(trial: Trial, seed: int, numbers: Any, end: float | None, writer: int) -> None:
-    """Do some trials, tell of each, and end the process."""
+    """Do some trials, and tell of each."""
     for number in numbers:
         if end is not None and monotonic() > end:
             break
@@ -115,12 +119,11 @@ def _work(trial: Trial, seed: int, numbers: Any, end: float | None, writer: int)
                 outcome = trial(Random(f"{seed} {number}"), Path(name))
             except BaseException as error:
                 if isinstance(error, KeyboardInterrupt):
-                    os._exit(130)
+                    raise
                 why = "".join(traceback.format_exception(error)[-12:])
             signal.alarm(0)
             os.chdir("/")
         os.write(writer, pickle.dumps((number, outcome, why)).hex().encode() + b"\n")
-    os._exit(0)
 
 
 # Small captures and scores that differ, the same each time.
@@ -203,9 +206,14 @@ def forked(work: Callable[[], int]) -> int:
 
 
 def end_with(work: Callable[[], int]) -> None:
-    """Do something, and end this process with what it returns."""
+    """Do something, and end this process with what it returns; an error is told as a verb does."""
+    from lanindex.errors import LanindexError
+
     try:
         code = work()
+    except LanindexError as error:
+        (SAID[0] / "stderr").write_text(f"lanindex: {error}\n")
+        code = 2
     except BaseException:
         with open(SAID[0] / "stderr", "a") as errors:
             traceback.print_exc(file=errors)
@@ -218,8 +226,9 @@ def end_with(work: Callable[[], int]) -> None:
 
 _TRACEME, _SYSCALL, _SETOPTIONS, _SYSCALL_INFO = 0, 24, 0x4200, 0x420E
 _SYSGOOD, _EXITKILL = 1, 1 << 20
-_WRITES = {1, 18, 20, 74, 75, 76, 77, 82, 83, 87, 263, 264, 285, 316}
-"""Numbers of the calls that change what is on a disk, on x86-64: write, fsync, unlink …"""
+_WRITES = {1, 18, 20, 44, 74, 75, 76, 77, 82, 83, 87, 263, 264, 285, 316}
+"""Numbers of the calls that change what is on a disk, or send to a server, on x86-64: write, fsync,
+unlink, sendto …"""
 
 
 def _ptrace(request: int, child: int, size: Any, data: Any) -> None:

@@ -25,8 +25,6 @@ import kills
 from common import called, errors_of
 from kills import LIBRARY, Scene, Verb
 
-from lanindex.errors import LanindexError
-
 DISK = 64 << 20
 FILM = "in/film.bvh"
 
@@ -135,12 +133,8 @@ def _on_disk(choice: Random, disk: Path, kind: str) -> dict[str, int]:
     def work(longest: int = resource.RLIM_INFINITY) -> int:
         tempfile.tempdir = temporary
         resource.setrlimit(resource.RLIMIT_FSIZE, (longest, resource.RLIM_INFINITY))
-        try:
-            with open(os.devnull, "w") as lines:
-                return verb.work(lines=lines.fileno())
-        except LanindexError as error:  # of Python, which the command would have told
-            (common.SAID[0] / "stderr").write_text(f"lanindex: {error}\n")
-            return 2
+        with open(os.devnull, "w") as lines:
+            return verb.work(lines=lines.fileno())
 
     before, wrong_before, held = tree(), kills.look()[1], free(disk)
     shutil.copytree(disk, kept := disk.with_name("kept"))

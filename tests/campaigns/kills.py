@@ -22,9 +22,12 @@ from functools import partial
 from pathlib import Path
 from random import Random
 from typing import Any
+from unittest import mock
 
 import common
+import schemas
 from common import called, errors_of
+from schemas import Schemas
 
 from lanindex.encoding.profile import load
 from lanindex.errors import AbsentError, LibraryError, LibraryVersionError
@@ -46,6 +49,11 @@ SHA256 = [hashlib.sha256(content).hexdigest() for _, content in FILES]
 DIGESTS = {name: load(name).digest for name in ("default", "paper")}
 ANSWERS: dict[tuple[str, str], Any] = {}
 """What a library that nothing has happened to says of each file, by sha256 and profile."""
+
+EMPTY = "this file is empty", "there is no library here"
+
+SCHEMAS: Schemas | None = None
+"""Where libraries are, if they are no files."""
 
 OLD = Path()
 """A library of the first revision."""
@@ -111,7 +119,7 @@ class Scene:
         self.spare = choice.sample(range(len(FILES)), len(FILES))
         self.held: State = {}
         self.profile = choice.choice(("default", "paper"))
-        self.in_files = choice.random() < 0.3
+        self.in_files = choice.random() < 0.3 and not SCHEMAS
         (folder / "in").mkdir()
 
     def put(self, before: str = "") -> None:
@@ -182,12 +190,14 @@ class Scene:
             "UPDATE state SET columns = -1",
             "UPDATE segment SET listing = 'x'",
             "DELETE FROM segment_column; DELETE FROM segment; DELETE FROM segment_dead; "
-            "INSERT OR IGNORE INTO segment_pending SELECT id FROM capture",
+            "INSERT INTO segment_pending SELECT id FROM capture WHERE true ON CONFLICT DO NOTHING",
         )
         sql(LIBRARY, self.choice.choice(changes))
 
 
 def sql(path: str | Path, script: str) -> None:
+    if SCHEMAS:
+        return SCHEMAS.run(script, path)
     with closing(sqlite3.connect(path)) as connection, connection:
         connection.executescript(script)
 
@@ -297,11 +307,20 @@ VERBS = (
 )
 
 
+OF_FILES = segments, upgrade
+"""What is about files, or about a revision that no other database has had."""
+
+
 def look() -> tuple[State, list[str]]:
     """Return what is in the library, and what ``db check`` says of it.
 
     A copy is looked at, with its journal, for a look undoes what was broken off, and mends columns.
     """
+    if SCHEMAS:
+        SCHEMAS.wait(LIBRARY)
+        with mock.patch.object(cache.ColumnCache, "_mend", return_value=None):
+            wrong = faults(LIBRARY)
+            return content(LIBRARY), wrong
     with tempfile.TemporaryDirectory(dir=".") as name:
         for path in (Path(LIBRARY), Path(JOURNAL)):
             if path.exists():
@@ -316,7 +335,7 @@ def look() -> tuple[State, list[str]]:
 
 def content(place: str) -> State:
     """Return what is in a library, if all its answers are those of one that was made anew."""
-    if not os.path.exists(place):
+    if not (SCHEMAS or os.path.exists(place)):
         return {}
     try:
         told = answers(place)
@@ -324,7 +343,7 @@ def content(place: str) -> State:
         assert dumped(place) == dumped(OLD)
         return BEFORE
     except LibraryError as error:
-        if "this file is empty" not in str(error):
+        if not any(words in str(error) for words in EMPTY):
             raise
         return {}
     for held, answer in told.values():
@@ -338,25 +357,33 @@ def faults(place: str) -> list[str]:
     except (AbsentError, LibraryVersionError):
         return []
     except LibraryError as error:
-        return [] if "this file is empty" in str(error) else [str(error)]
+        return [] if any(words in str(error) for words in EMPTY) else [str(error)]
 
 
 def trial(choice: Random, folder: Path) -> dict[str, int]:
     """Kill a verb once or twice, and look at what is left."""
     cache.CHUNK, cache.MOST_PENDING = choice.choice((1, 40, 1 << 20)), choice.choice((0, 256))
-    scene, make = Scene(choice, folder), choice.choice(VERBS)
-    verb = make(scene)
+    make = choice.choice([one for one in VERBS if not (SCHEMAS and one in OF_FILES)])
+    begun = choice.getstate()
+    verb = make(Scene(choice, folder))
     states, wrong_before = verb.states, look()[1]
-    writes = choice.random() < 0.7
     shutil.copytree(folder, kept := folder.with_name(f"{folder.name}-kept"))
     try:
+        writes = choice.random() < 0.7
         code, calls = killed(verb, writes=writes)
         assert code in verb.ends, (code, errors_of())
         assert look() == (states[-1], []), (make.__name__, look(), states[-1])
-        Path(LIBRARY).unlink()
+        Path(LIBRARY).unlink(missing_ok=True)
         for name in (COLUMNS, "other"):
             shutil.rmtree(name, ignore_errors=True)
-        shutil.copytree(kept, folder, dirs_exist_ok=True)
+        if SCHEMAS:  # a library cannot be copied as a file can: it is made once more
+            SCHEMAS.drop(LIBRARY)
+            after = Random()
+            after.setstate(begun)
+            shutil.rmtree("in")
+            verb = make(Scene(after, folder))
+        else:
+            shutil.copytree(kept, folder, dirs_exist_ok=True)
     finally:
         shutil.rmtree(kept)
     least = kills = 0
@@ -379,7 +406,10 @@ def trial(choice: Random, folder: Path) -> dict[str, int]:
     # a journal that was left goes with the next change; if it begins with zeros, it is none
     assert left <= {JOURNAL}, left
     assert JOURNAL not in left or not any(Path(JOURNAL).read_bytes()[:8])
-    check_files()
+    if SCHEMAS:
+        SCHEMAS.drop(LIBRARY)
+    else:
+        check_files()
     return {"kills": kills, make.__name__.replace("_", " "): 1}
 
 
@@ -404,8 +434,11 @@ def killed(verb: Verb, last: int = 0, *, writes: bool = False) -> tuple[int, int
 
 
 def main() -> int:
-    options = common.arguments(__doc__.split("\n")[0], 1000).parse_args()
-    with tempfile.TemporaryDirectory() as name:
+    global SCHEMAS
+    parser = common.arguments(__doc__.split("\n")[0], 1000)
+    parser.add_argument("--db", metavar=f"URL|{schemas.WORD}", help="a server for the libraries")
+    options = parser.parse_args()
+    with schemas.served(options.db) as SCHEMAS, tempfile.TemporaryDirectory() as name:
         with chdir(name):
             prepare(Path(name))
         return common.run(trial, options)
@@ -420,6 +453,8 @@ def prepare(folder: Path) -> None:
         library = f"{name}.db"
         assert called("ingest", folder, "--profile", name, "--jobs", 1, "--db", library) == 0
         ANSWERS.update({held[:2]: answer for held, answer in answers(library).values()})
+    if SCHEMAS:
+        return
     OLD = folder / "old.db"
     sql(OLD, DUMP.read_text(encoding="utf-8"))
     shutil.copy(OLD, "new.db")
