@@ -88,7 +88,14 @@ class Postgres(Dialect):
             link.rollback()
 
     def is_broken(self, link: Link) -> bool:
-        """Return whether the server has gone or cut the connection."""
+        """Return whether the server has gone or cut the connection, as far as it has told."""
+        import psycopg
+
+        try:
+            for _ in ("a message", "the end behind it"):  # waits for neither
+                link.pgconn.consume_input()
+        except psycopg.OperationalError:
+            return True
         return bool(link.closed)
 
     def ask(self, link: Link, statement: str, values: Values | None) -> Any:

@@ -94,9 +94,7 @@ Store.open(sys.argv[1], create=True).close()
 def test_connections_that_the_server_cut_are_made_anew(url):
     fill(url, 2)
     with Store.open(url) as store:
-        cut(store)
-        with pytest.raises(LibraryError, match="the server broke it off"):
-            store.captures()
+        cut(store)  # while nothing is asked
         assert len(store.captures()) == 2
         with pytest.raises(LibraryError, match="the server broke it off"):
             change_and_cut(store)
@@ -117,7 +115,7 @@ def cut(store):
     link = connect.connected(store.session.target, create=False, readonly=False, timeout=5)
     with closing(link):
         link.execute(
-            "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
+            "SELECT pg_terminate_backend(pid, 5000) FROM pg_stat_activity "
             "WHERE application_name = 'lanindex' AND pid <> pg_backend_pid()"
         )
 
