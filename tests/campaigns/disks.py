@@ -24,6 +24,11 @@ import common
 import kills
 from common import called, errors_of
 from kills import LIBRARY, Scene, Verb
+from page_client import asking
+
+from lanindex.errors import LanindexError
+from lanindex.pipeline.library import Library
+from lanindex.web import uploads
 
 DISK = 64 << 20
 FILM = "in/film.bvh"
@@ -57,7 +62,33 @@ JOBS: dict[str, tuple[str | int | float, ...]] = {
 }
 """Verbs that write files; the library they read lies on the same disk."""
 
+
+def upload(scene: Scene) -> Verb:
+    """Send a capture as a browser does, and have it ingested."""
+    scene.fill()
+    number = next(it for it in scene.spare if kills.FILES[it][0] == ".bvh")
+    after = str(scene.folder / "some-captures" / "sent.bvh")
+    new = kills.SHA256[number], kills.DIGESTS["default"], "", ()
+
+    def work(lines: int) -> int:
+        with Library.open(LIBRARY) as library, asking(library) as ask:
+            answer = ask.put("/api/uploads/sent.bvh", content=kills.FILES[number][1])
+            told = answer.json()
+            if answer.status_code == 200:
+                begun = ask.post("/api/ingests", json={"files": {"sent.bvh": told["name"]}})
+                told = begun.json()
+                while told.get("state", "running") == "running" and not told.get("error"):
+                    told = ask.get(f"/api/ingests/{begun.json()['job']}").json()
+        failed = [it["error"] for it in told.get("outcomes", ()) if it["error"]]
+        if told.get("error") or failed:
+            raise LanindexError(*failed or [told["error"]["found"]])
+        return 0
+
+    return Verb(work, [[scene.held], [scene.held | {after: new}]])
+
+
 VERBS = (
+    *[upload] * 2,
     *(kills.first_ingest, kills.later_ingest, kills.move, kills.write_anew, kills.label),
     *(kills.remove, kills.search, kills.join, kills.segments, kills.mend, kills.upgrade),
 )
@@ -202,6 +233,7 @@ READY = Path()
 def main() -> int:
     """Prepare a folder, and run the trials on copies of it."""
     global READY
+    uploads.SPARE = 0
     options = common.arguments(__doc__.split("\n")[0], 1000).parse_args()
     with tempfile.TemporaryDirectory() as name, tempfile.TemporaryDirectory() as other:
         with chdir(name):
