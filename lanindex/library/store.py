@@ -142,7 +142,9 @@ class Store:
         }
         with self.changing() as connection:
             number, new = put_capture(connection, values, score, encoding)
-            describe(connection, number, label, metadata, new)
+            lost = describe(connection, number, label, metadata, new)
+        if lost:
+            self.session.note(f"{shown}: its label or metadata were damaged, and are gone")
         return number
 
     def label(
@@ -498,9 +500,12 @@ def describe(
     label: str | None,
     metadata: Mapping[str, str] | None,
     new: bool = False,
-) -> None:
-    """Write label and metadata of a capture; None leaves what is stored, unless that is damaged."""
-    held: dict[str, str] = {}
+) -> bool:
+    """Write label and metadata of a capture; None leaves what is stored, unless that is damaged.
+
+    Return whether something was lost so.
+    """
+    held, lost = dict[str, str](), False
     if not new:
         key = {"number": number}
         asked = "SELECT label, said FROM capture WHERE id = :number"
@@ -508,9 +513,10 @@ def describe(
         asked = "SELECT key, value FROM metadata WHERE capture_id = :number"
         held = dict(ask(connection, asked, key).fetchall())
         if read.description_checksum(number, before, held) != checksum:
+            lost = label is None or metadata is None
             label, metadata = label or "", metadata or {}  # What was stored is damaged
         if label is None and metadata is None:
-            return
+            return lost
         label = before if label is None else label
         if metadata is not None:
             _delete_rows(connection, number, "metadata")
@@ -523,6 +529,7 @@ def describe(
     _update_capture(connection, number, {"label": label, "said": checksum})
     if not new:
         segments.mark_changed(connection, number)
+    return lost
 
 
 def _profile(connection: Link, values: Mapping[str, str]) -> int:

@@ -260,6 +260,7 @@ def test_what_was_said_stays_when_the_rest_is_written_anew(whole):
         assert [one.label for one in library.captures()] == ["walk", "walk", ""]
         assert library.capture(2).metadata == {"who": "x", "take": "1"}
         assert library.capture(3).metadata == {}
+        assert library.notes == ["2.bvh: its label or metadata were damaged, and are gone"]
 
 
 def test_a_damaged_capture_is_not_known(whole):
