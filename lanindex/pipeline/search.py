@@ -164,6 +164,10 @@ def search(
     found: Found | None = None,
 ) -> Hits:
     """Find a pattern in a library; errors of captures that are too rich for it go to `refused`."""
+    if options.allowance is not None:
+        from lanindex.search import fuzzy
+
+        fuzzy.plans_of(query, options.allowance)  # raises, before anything is noted
     extras = extras_in(query)
     tick = partial(watch, 0, 0)  # how many captures there are is not known yet
     roster, columns = store.columns(query.parts, numbers, more=extras, tick=tick)
