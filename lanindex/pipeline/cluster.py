@@ -70,7 +70,11 @@ class Cluster:
         self.named = named
         with extra("cluster", "--cluster", UsageError):
             distributed: Any = import_module("distributed")
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # an error here tells
+        for logger in (
+            "distributed",
+            "distributed.client",
+        ):  # each has a level: an error here tells
+            logging.getLogger(logger).setLevel(logging.CRITICAL)
         if (
             kind == "tls"
             and not distributed.Security().get_connection_args("client")["ssl_context"]

@@ -1,6 +1,7 @@
 """Work spread over processes of Dask has the same results; what goes wrong is one sentence."""
 
 import json
+import logging
 import os
 import subprocess
 import sys
@@ -264,6 +265,7 @@ def begun(tmp_path: Path):
 )
 def test_one_of_them_dies(tmp_path: Path, monkeypatch, which: int, says: str) -> None:
     with begun(tmp_path) as (address, *both), Cluster(address) as opened:
+        assert not logging.getLogger("distributed.client").isEnabledFor(logging.ERROR)
         monkeypatch.setattr("lanindex.pipeline.cluster.PATIENCE", 2)
         items = [str(tmp_path / "begun")]
         Thread(target=lambda: (time.sleep(3), both[which].kill()), daemon=True).start()
