@@ -70,15 +70,10 @@ class Cluster:
         self.named = named
         with extra("cluster", "--cluster", UsageError):
             distributed: Any = import_module("distributed")
-        for logger in (
-            "distributed",
-            "distributed.client",
-        ):  # each has a level: an error here tells
+        for logger in ("distributed", "distributed.client"):  # their levels differ
             logging.getLogger(logger).setLevel(logging.CRITICAL)
-        if (
-            kind == "tls"
-            and not distributed.Security().get_connection_args("client")["ssl_context"]
-        ):
+        secured = distributed.Security().get_connection_args("client")["ssl_context"]
+        if kind == "tls" and not secured:
             remedy = "Name them in Dask's configuration: distributed.comm.tls.client"
             raise UsageError("Dask has no certificates for it", place=named, remedy=remedy)
         self._made: Any = None
