@@ -364,3 +364,12 @@ def test_two_write_and_fifty_read(url, server):
         for number in range(100):
             assert_same_score(store.score(f"{number}.bvh"), sample_score(number))
     assert check(url) == []
+
+
+def test_a_library_that_is_taken_away_meanwhile(url):
+    fill(url, 1)
+    with Store.open(url) as store:
+        with store.session.writing() as link:
+            link.execute("DROP TABLE state")
+        with pytest.raises(LibraryError, match=r"no longer there.*state.*Name another"):
+            store.captures()
