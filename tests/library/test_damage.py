@@ -7,6 +7,7 @@ or put in twice.
 import random
 import sqlite3
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,7 +78,9 @@ VERBS = {
     "show": lambda library: [shown(library, number) for number in (1, 2, 3)],
     **{pattern: found_by(pattern) for pattern in PATTERNS},
     "parts": lambda library: library.parts(),
-    "stats": lambda library: repr(library.stats()),
+    "stats": lambda library: repr(
+        replace(library.stats(), size=0)
+    ),  # a file grows by what is put in
     "columns": lambda library: told_in_columns(*library.store.columns(["r_arm", "head", "tail"])),
     "tracks": lambda library: [told_of(*one) for one in library.tracks([2], ["head"])],
 }
