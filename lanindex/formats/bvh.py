@@ -441,7 +441,8 @@ def _turned_hands(
             if code >= 3
         ]
         ends = [end for end, parent in enumerate(joints.parents) if parent == wrist]
-        if np.ptp(turns, axis=1).any() and len(ends) == 1 and not any(joints.offsets[ends[0]]):
+        turning = bool(turns) and np.ptp(turns, axis=1).any()
+        if turning and len(ends) == 1 and not any(joints.offsets[ends[0]]):
             found[side + "Hand"] = ends[0], tuple(HAND * it for it in joints.offsets[wrist])
     return found
 

@@ -1,8 +1,9 @@
 """Valid and invalid hierarchies."""
 
 import pytest
-from bvh_bodies import hierarchy, person
+from bvh_bodies import SIMPLE, hierarchy, person, still
 
+from lanindex import formats
 from lanindex.errors import CaptureError
 from lanindex.formats.bvh import parse
 
@@ -159,3 +160,13 @@ def test_the_last_line_is_named_where_a_file_is_cut():
         read(text[:cut])
     assert str(caught.value).startswith(f"walk.bvh:{text[:cut].count(chr(10)) + 1}: the file ends")
     assert "cut short" in caught.value.remedy
+
+
+def test_wrists_without_channels_are_read() -> None:
+    roles = {role: role for role in SIMPLE if "Hand" not in role}
+    text = hierarchy(roles).split("\n")
+    for number, line in enumerate(text):
+        if line.endswith("Wrist"):
+            text[number + 3] = "CHANNELS 0"
+    data = still("\n".join(text)).encode()
+    assert len(formats.read("x.bvh", data=data)) == 3
