@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import segments
 from lanindex.library.cache import MOST_PENDING
-from lanindex.library.connect import Link, Session, Target, dialect_of
+from lanindex.library.connect import Session, dialect_of
+from lanindex.library.dialect import Link, Target
 from lanindex.library.read import read_state
 from lanindex.library.segment_files import Distrust
 from lanindex.library.segments import Piece, Segment
@@ -30,11 +31,9 @@ from lanindex.library.store import Store
 from lanindex.model.columns import (
     Columns,
     Roster,
-    columns_of,
     enrolled,
     extras_of,
     joined_columns,
-    roster_of,
 )
 from lanindex.pipeline.search import (
     SearchOptions,
@@ -51,6 +50,7 @@ from lanindex.search.hits import extras_in
 from lanindex.search.match import ExactHits, Finder
 from lanindex.search.match.arrays import IntArray, once, together
 from lanindex.search.match.batch import LARGE
+from lanindex.search.match.finder import columns_in
 from lanindex.search.match.hits import NO_HITS, HitTable
 
 if TYPE_CHECKING:
@@ -355,7 +355,7 @@ class Anew:
             def chosen(places: Sequence[int], parts: Collection[str]) -> list[Recording]:
                 return [recordings[place] for place in places]
 
-            columns = _columns_in(recordings, self._query.parts)
+            columns = columns_in(recordings, self._query.parts)
             held = self._held = places, self._options.finder(self._query, *columns, chosen)
         return held
 
@@ -364,23 +364,11 @@ class Anew:
     ) -> bool:
         """Return whether captures are as they were searched, see `recordings_of`."""
         rows = np.array(places, np.int64)
-        roster, columns = _columns_in(found, parts)
+        roster, columns = columns_in(found, parts)
         same = roster.same_as(self.roster.at(rows))
         if same and parts:
             same = np.array_equal(prints_of(self._query, len(rows), columns), self._prints[rows])
         return same
-
-
-def _columns_in(
-    recordings: Sequence[Recording], parts: Collection[str]
-) -> tuple[Roster, dict[str, Columns]]:
-    """Return captures and the symbols of some parts as columns, also of parts that no one has."""
-    captures = [capture for capture, _ in recordings]
-    columns = {
-        part: columns_of(part, captures, [tracks.get(part) for _, tracks in recordings])
-        for part in parts
-    }
-    return roster_of(captures), columns
 
 
 class FuzzyAnew:
@@ -495,7 +483,8 @@ def _searched(
                 told = list[Told]()
                 for one in _told_so_far(spread, tasks, watch):
                     told.append(one)
-                    if found:
+                    # All are joined anew, so only when they are twice as many as the last time
+                    if found and len(told).bit_count() == 1:
                         found([joined(store, query, options, told)])
                 return told, sum(map(len, shards))
         except Distrust as error:

@@ -373,11 +373,10 @@ def find_in(
 def columns_in(
     recordings: Sequence[Recording], parts: Collection[str]
 ) -> tuple[Roster, dict[str, Columns]]:
-    """Return captures and the symbols of some parts as columns; a part that no one has is none."""
+    """Return captures and the symbols of some parts as columns, also of parts that no one has."""
     captures = [capture for capture, _ in recordings]
     columns = {
         part: columns_of(part, captures, [tracks.get(part) for _, tracks in recordings])
         for part in parts
-        if any(part in tracks for _, tracks in recordings)
     }
     return roster_of(captures), columns
