@@ -21,14 +21,12 @@ from typing import TYPE_CHECKING, Any
 
 from lanindex.data import shipped
 from lanindex.errors import AbsentError, LibraryBusyError, LibraryError, LibraryVersionError
-from lanindex.library.dialect import LOGIN, MEMORY, MOST, Dialect, Link, Target, Values
+from lanindex.library.dialect import LOGIN, MEMORY, Dialect, Link, Target, Values
 from lanindex.library.selection import printable
 from lanindex.library.sqlite import SQLITE
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
-
-__all__ = ["MEMORY", "MOST", "Link", "Target", "Values"]
 
 REVISION = "0005"
 """The revision of ``migrations/`` that `lanindex.library.schema` is; they sort by age as text."""
@@ -131,7 +129,7 @@ def target(named: str | os.PathLike[str]) -> Target:
     kind, _, rest = text.partition("://")
     if kind.partition("+")[0] == "sqlite":
         return in_file(rest.partition("?")[0][1:] or MEMORY)
-    shown = re.sub(r"(://[^:/@?]*:)[^@]*(?=@)|([?&]password=)[^&]*", r"\1\2***", text)
+    shown = re.sub(r"(://[^:/@?]*:)[^@]*(?=@)|([?&](?:ssl)?password=)[^&]*", r"\1\2***", text)
     if kind not in ("postgresql", "postgres", "postgresql+psycopg") or not LOGIN.fullmatch(rest):
         wanted = "a path, or postgresql+psycopg://USER@HOST/DATABASE"
         raise LibraryError("this URL names no kind of library", place=shown, wanted=wanted)

@@ -301,6 +301,11 @@ def test_a_library_to_be_read_is_not_written(tmp_path):
             | {"password": "x", "user": "ada"},
             "postgresql:///lan?host=/tmp&options=-csearch_path=a%2Cb&password=***&user=ada",
         ),
+        (
+            "postgres://host/lan?sslpassword=x",
+            {"host": "host", "dbname": "lan", "sslpassword": "x"},
+            "postgres://host/lan?sslpassword=***",
+        ),
         ("postgresql://@[::1]:1/", {"host": "::1", "port": "1"}, "postgresql://@[::1]:1/"),
     ],
 )
