@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LibraryError
 from lanindex.library import segment_files, segments
-from lanindex.library.connect import Link, Session, ask, no_tick
+from lanindex.library.connect import Session, ask, no_tick
+from lanindex.library.dialect import Link
 from lanindex.library.read import read_parts, read_state
 from lanindex.library.segment_files import Distrust, Unreachable
 from lanindex.library.segments import Segment, Spine

@@ -9,7 +9,6 @@ from contextlib import closing
 from lanindex.errors import LibraryError, UsageError, counted
 from lanindex.library import read, segments
 from lanindex.library.connect import (
-    Link,
     Progress,
     Session,
     among,
@@ -19,6 +18,7 @@ from lanindex.library.connect import (
     no_progress,
     target,
 )
+from lanindex.library.dialect import Link
 from lanindex.library.store import Store
 
 _BATCH = 256

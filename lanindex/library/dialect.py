@@ -31,7 +31,11 @@ LOGIN = re.compile(
     r"\[?(?P<host>(?<=\[)[^]]*|[^][/:?]*)\]?(?::(?P<port>\d*))?"
     r"(?:/(?P<dbname>[^?]*))?(?:\?(?P<more>.*))?"
 )
-"""What follows ``://`` in the URL of a server, by the names that PostgreSQL has for it."""
+"""What follows ``://`` in the URL of a server, by the names that PostgreSQL has for it.
+
+PostgreSQL's own parser refuses addresses that SQLAlchemy takes; SQLAlchemy takes longer to import
+than a search takes.
+"""
 
 Link: TypeAlias = Any
 """A connection of the database's own driver: of `sqlite3`, of `psycopg`."""

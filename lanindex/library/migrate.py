@@ -20,10 +20,8 @@ from lanindex.library import read, rows, segment_files, segments
 from lanindex.library.connect import (
     DEFAULT,
     REVISION,
-    Link,
     Progress,
     Session,
-    Target,
     altering,
     ask,
     connected,
@@ -36,6 +34,7 @@ from lanindex.library.connect import (
     transaction,
     translated,
 )
+from lanindex.library.dialect import Link, Target
 from lanindex.library.rows import VIEW, view_sql
 from lanindex.library.segment_files import Distrust
 from lanindex.library.selection import printable

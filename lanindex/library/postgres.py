@@ -92,7 +92,7 @@ class Postgres(Dialect):
         import psycopg
 
         try:
-            for _ in ("a message", "the end behind it"):  # waits for neither
+            for _ in range(2):  # a last message, then the end; it waits for neither
                 link.pgconn.consume_input()
         except psycopg.OperationalError:
             return True

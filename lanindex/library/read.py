@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import rows
-from lanindex.library.connect import MOST, Link, among, ask, dialect_of, first_values, no_tick
+from lanindex.library.connect import among, ask, dialect_of, first_values, no_tick
+from lanindex.library.dialect import MOST, Link
 from lanindex.library.rows import COLUMNS, ENCODED, KIND_NAMES, Encoding, checksum, damaged
 from lanindex.model import Capture, Meter, Span, Track
 from lanindex.model.symbol import blank

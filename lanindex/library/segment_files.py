@@ -30,7 +30,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.errors import CaptureError, LibraryError, UsageError, counted
-from lanindex.library.connect import Link, ask, dialect_of, first_values, insert
+from lanindex.library.connect import ask, dialect_of, first_values, insert
+from lanindex.library.dialect import Link
 from lanindex.library.selection import printable
 from lanindex.locations import asking, copies, is_url, plain
 

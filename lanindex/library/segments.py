@@ -25,17 +25,8 @@ from numpy.typing import NDArray
 from lanindex.alphabet import MEASURES
 from lanindex.errors import LibraryError
 from lanindex.library import read, segment_files
-from lanindex.library.connect import (
-    MOST,
-    Link,
-    among,
-    ask,
-    faults,
-    first_values,
-    insert,
-    is_damage,
-    no_tick,
-)
+from lanindex.library.connect import among, ask, faults, first_values, insert, is_damage, no_tick
+from lanindex.library.dialect import MOST, Link
 from lanindex.library.rows import bytes_checksum, checksum
 from lanindex.library.segment_files import Distrust
 from lanindex.library.selection import Texts

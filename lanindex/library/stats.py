@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.library import read, segments
-from lanindex.library.connect import MOST, Link
+from lanindex.library.dialect import MOST, Link
 from lanindex.library.segments import Spine
 from lanindex.library.selection import Texts
 from lanindex.model.columns import Roster, roster_of

@@ -21,8 +21,6 @@ from lanindex.library import read, rows, segments
 from lanindex.library.cache import ColumnCache
 from lanindex.library.connect import (
     DEFAULT,
-    MOST,
-    Link,
     Session,
     ask,
     dialect_of,
@@ -31,6 +29,7 @@ from lanindex.library.connect import (
     no_tick,
     target,
 )
+from lanindex.library.dialect import MOST, Link
 from lanindex.library.rows import Encoding
 from lanindex.library.selection import (
     ALL,

@@ -29,7 +29,7 @@ from lanindex.encoding.profile import (
     made_of,
 )
 from lanindex.errors import UsageError, quoted, shown
-from lanindex.library.connect import Target
+from lanindex.library.dialect import Target
 from lanindex.notation.lpd_ldd import Ranges, Rule, write_ldd, write_lpd
 from lanindex.notation.text import decoded
 from lanindex.pipeline.files import safe_stem

@@ -17,7 +17,7 @@ from lanindex import __version__, records
 from lanindex.alphabet import DIRECTIONS, TRACKS, plain
 from lanindex.draw.staff import has_column, usual_tracks
 from lanindex.errors import AbsentError, UsageError
-from lanindex.library.connect import Target
+from lanindex.library.dialect import Target
 from lanindex.model.capture import common_folder
 from lanindex.notation import NOTATIONS
 from lanindex.web.routes import Call

@@ -8,7 +8,7 @@ from threading import Lock
 from typing import Any
 
 from lanindex.errors import LanindexError, UsageError
-from lanindex.library.connect import Target
+from lanindex.library.dialect import Target
 from lanindex.pipeline.files import write_all
 from lanindex.web.routes import Call
 

@@ -21,7 +21,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
 from lanindex.errors import LanindexError, UsageError
-from lanindex.library.connect import Target
+from lanindex.library.dialect import Target
 from lanindex.pipeline.files import safe_stem
 from lanindex.web.routes import Refused, as_json, failed
 
