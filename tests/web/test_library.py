@@ -187,6 +187,7 @@ def test_captures_whose_files_are_gone_are_removed(own_page: Opened, tmp_path: P
         library.ingest(tmp_path / "compass.lnd", tmp_path / "greetings.lnd")
     page = own_page(tmp_path / "own.db")
     assert len(names(page)) == 2
+    soon(page, lambda: page.locator(".pose svg").count() == 2)  # drawn from files that are there
     (tmp_path / "compass.lnd").unlink()
     page.goto(f"{page.url}?missing=yes")
     page.get_by_role("button", name="Remove 1 capture").click()
