@@ -17,7 +17,15 @@ from numpy.typing import NDArray
 
 from lanindex.errors import LanindexError, LibraryError
 from lanindex.library import rows
-from lanindex.library.connect import among, ask, dialect_of, first_values, no_tick
+from lanindex.library.connect import (
+    Progress,
+    among,
+    ask,
+    dialect_of,
+    first_values,
+    no_progress,
+    no_tick,
+)
 from lanindex.library.dialect import MOST, Link
 from lanindex.library.rows import COLUMNS, ENCODED, KIND_NAMES, Encoding, checksum, damaged
 from lanindex.model import Capture, Meter, Span, Track
@@ -177,13 +185,21 @@ def encoded_of(connection: Link, number: int) -> tuple[dict[str, Any], tuple[Any
     return dict(zip(ENCODED, row, strict=False)), row[len(ENCODED) : _FACTS]
 
 
-def read_captures(connection: Link, capture_ids: Sequence[int] | None = None) -> list[Stored]:
+def read_captures(
+    connection: Link,
+    capture_ids: Sequence[int] | None = None,
+    progress: Progress = no_progress,
+) -> list[Stored]:
     """Return all captures or some, by number, and raise the error of the first damaged one."""
     captures: list[Stored] = []
+    total = read_state(connection).captures if capture_ids is None else len(capture_ids)
     for one in read_stored(connection, capture_ids):
         if isinstance(one, LibraryError):
             raise one
+        if len(captures) % MOST == 0:
+            progress("captures", len(captures), total)
         captures.append(one)
+    progress("captures", len(captures), total)
     if capture_ids is None:
         check_numbers(connection, [one.capture.id for one in captures])
     return captures

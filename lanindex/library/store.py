@@ -208,7 +208,8 @@ class Store:
     def captures(self, selection: Selection = ALL) -> list[Capture]:
         """Return the selected captures, in the order in which they came."""
         with self.session.reading() as connection:
-            captures = [one.capture for one in read.read_captures(connection)]
+            stored = read.read_captures(connection, progress=self.session.progress)
+        captures = [one.capture for one in stored]
         names = texts_needed(selection)
         texts = {name: [getattr(capture, name) for capture in captures] for name in names}
         return [captures[place] for place in selected(selection, texts, len(captures))]

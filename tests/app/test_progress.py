@@ -71,6 +71,7 @@ def test_it_is_shown_on_a_terminal_while_it_lasts(
         lambda library: library.like("one.bvh", rerank=True),
         lambda library: library.similar(),
         lambda library: library.motifs(min_count=2),
+        lambda library: library.captures(),
     ],
 )
 def test_it_never_falls_and_ends_at_its_end(place: Path, job: Callable[[Library], object]) -> None:

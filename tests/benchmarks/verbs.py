@@ -32,6 +32,7 @@ VERBS = {
     "score ID": "score 5 -o {out}.svg --force",
     "diff ID ID": "diff 5 6",
     "complete a capture": "",
+    "list": "list",
     "stats": "stats",
     "show --all --part r_arm -o FILE": "show --all --part r_arm -o {out}.csv --force",
     "search, one hit": "search PATTERN --limit 1",

@@ -31,7 +31,7 @@ def list_captures(
     out: options.Out,
 ) -> int:
     """List the captures in the library."""
-    with lanindex.open_library(db, readonly=True) as library:
+    with options.opened(db, out) as library:
         captures = library.captures(selection)
     if doubts:
         captures = [capture for capture in captures if capture.warnings]
