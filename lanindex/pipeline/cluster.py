@@ -221,14 +221,14 @@ def _local(count: int | None) -> Any:
 def _slurm(jobs: int) -> Any:
     """Return jobs of Slurm, configured as dask-jobqueue says."""
     try:
-        from dask_jobqueue import SLURMCluster
+        jobqueue: Any = import_module("dask_jobqueue")
     except ImportError as error:
         raise UsageError(
             "dask-jobqueue is not installed",
             place="--cluster slurm",
             remedy="It comes with: pip install dask-jobqueue",
         ) from error
-    cluster = SLURMCluster()
+    cluster = jobqueue.SLURMCluster()
     cluster.scale(jobs=jobs)
     return cluster
 
