@@ -412,12 +412,15 @@ def joined(
         rows.append(own + before)
         before += len(table)
     whole, chosen = together(tables), np.concatenate(rows)
-    by_capture = np.argsort(whole.capture, kind="stable")
-    place = np.empty(len(whole), np.int64)
-    place[by_capture] = np.arange(len(whole))
-    exact = ExactHits(anew, whole.at(by_capture), place[chosen])
+    if (whole.capture[1:] < whole.capture[:-1]).any():  # captures of segments may lie crosswise
+        by_capture = np.argsort(whole.capture, kind="stable")
+        place = np.empty(len(whole), np.int64)
+        place[by_capture] = np.arange(len(whole))
+        whole, chosen = whole.at(by_capture), place[chosen]
+    exact = ExactHits(anew, whole, chosen)
     if options.allowance is None:
-        hits = exact.at(np.argsort(exact.place, kind="stable"))
+        in_order = (exact.place[1:] >= exact.place[:-1]).all()
+        hits = exact if in_order else exact.at(np.argsort(exact.place, kind="stable"))
         return hits if options.best is None else hits.by_fit(options.best)[: options.best]
     from lanindex.search import fuzzy
 
