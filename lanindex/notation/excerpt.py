@@ -58,19 +58,21 @@ def _room(span: Span, score: Score, meter: Meter, beats: Beats | None) -> tuple[
 
 def _cut(track: Track, span: Span) -> Track:
     """Return the rows that the span shows, still in frames of the whole, cut at its edges."""
-    shown = track.symbols[~track.symbols["passing"]]
-    rows, known = [shown[:0]], []
+    # by their places: whole rows are wide, and of a long capture many
+    symbols, start, stop = track.symbols, track.symbols["start"], track.symbols["stop"]
+    shown, rows, known = ~symbols["passing"], [symbols[:0]], []
     for one in track.known:
         if one.start >= span.stop or one.stop <= span.start:
             continue
         known.append(Span(max(one.start - span.start, 0), min(one.stop, span.stop) - span.start))
-        here = shown[(shown["start"] >= one.start) & (shown["start"] < one.stop)]
+        here = np.flatnonzero(shown & (start >= one.start) & (start < one.stop))
         # what the part arrived at last is its starting position
-        over = here["stop"] <= span.start  # what does not last is nowhere any more
-        in_force = here[over & KINDS[track.kind].lasts][-1:].copy()
+        over = here[stop[here] <= span.start]
+        # what does not last is nowhere any more
+        in_force = symbols[over[-1:] if KINDS[track.kind].lasts else []]
         in_force["start"] = in_force["stop"] = span.start
         in_force["ticks"] = in_force["swings"] = 0
-        rows += [in_force, here[(here["stop"] > span.start) & (here["start"] < span.stop)]]
+        rows += [in_force, symbols[here[(stop[here] > span.start) & (start[here] < span.stop)]]]
     return Track(track.part, joined(rows), tuple(known))
 
 
