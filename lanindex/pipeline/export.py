@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -13,10 +13,11 @@ from functools import partial
 from itertools import groupby
 from math import ceil
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lanindex import formats
 from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, counted, shown
+from lanindex.library.connect import no_tick
 from lanindex.library.rows import Encoding
 from lanindex.library.store import Store
 from lanindex.model import Capture, Motion, Reading, Span
@@ -24,10 +25,12 @@ from lanindex.notation import NOTATIONS, lnd
 from lanindex.notation.excerpt import excerpt
 from lanindex.pipeline import convert, manifest
 from lanindex.pipeline.files import safe_stem, write_all
-from lanindex.pipeline.prepare import as_ingested
+from lanindex.pipeline.prepare import as_ingested, in_batches, size_of
 
 if TYPE_CHECKING:
+    from lanindex.library.dialect import Target
     from lanindex.pipeline.named import Request
+    from lanindex.pipeline.spread import Spread, Tick
 
 FORMATS = ("native", *convert.TARGETS, "lnd")
 """What clips can be written in."""
@@ -50,10 +53,14 @@ def export(
     options: ClipOptions | None = None,
     *,
     force: bool = False,
+    spread: Spread | None = None,
 ) -> list[dict[str, Any]]:
-    """Write clips, an LND excerpt beside each, and a manifest; all or nothing."""
+    """Write clips, an LND excerpt beside each, and a manifest; all or nothing.
+
+    They are made here or by other processes, which see the sources, and written here.
+    """
     rows: list[dict[str, Any]] = []
-    files = clips(store, requests, options or ClipOptions(), rows, store.session.note)
+    files = clips(store, requests, options or ClipOptions(), rows, store.session.note, spread)
     write_all(
         ((folder / file.name, file.content[:]) for file in files),
         force=force,
@@ -68,6 +75,7 @@ def clips(
     options: ClipOptions,
     rows: list[dict[str, Any]],
     note: Callable[[str], None],
+    spread: Spread | None = None,
 ) -> Iterator[formats.File]:
     """Yield the files of clips, then the manifest; its rows are appended to `rows`.
 
@@ -75,26 +83,26 @@ def clips(
     """
     if options.format not in FORMATS:
         raise UsageError(f'"{shown(options.format)}"', place="--format", wanted=", ".join(FORMATS))
-    film = None
+    requests, side = list(requests), 0.0
     if options.preview is not None:
-        from lanindex.pipeline.preview import filming
+        from lanindex.pipeline.preview import side_of
 
-        requests = list(requests)
-        film = filming(store, requests, options.preview)
+        side = side_of(store, requests, options.preview)
     used_names, lost = {*manifest.FILES}, Counter[str]()
-    for capture, of_capture in by_capture(store, requests):
-        score = store.score(capture.id)
-        suffix, cut = _cutter(store, capture, options, lost)
-        for request in of_capture:
-            span = clip_span(capture, request.hit, options.pad)
-            name = clip_name(capture, span, used_names)
-            for ending, content in cut(span):
-                yield formats.File(name + ending, content)
-            yield formats.File(f"{name}.lnd", lnd.write(excerpt(score, span)).encode())
-            preview = f"{name}.{options.preview}" if film else None
-            if film and preview:
-                yield formats.File(preview, film(capture, score, request, span))
-            rows.append(manifest.row(name + suffix, capture, request, span, preview))
+    made = _made(store, requests, options, side)
+    if spread is not None:
+        made = _made_by(spread, store, requests, options, side)
+    for done, (request, clip) in enumerate(zip(requests, made, strict=True)):
+        store.session.progress("clips", done, len(requests))
+        name = clip_name(clip.capture, clip.span, used_names)
+        for ending, content in clip.files:
+            yield formats.File(name + ending, content)
+        preview = None if options.preview is None else f"{name}.{options.preview}"
+        rows.append(
+            manifest.row(name + clip.files[0][0], clip.capture, request, clip.span, preview)
+        )
+        lost.update(clip.lost)
+    store.session.progress("clips", len(requests), len(requests))
     if rows:
         yield from manifest.files(rows)
     if lost:
@@ -102,17 +110,56 @@ def clips(
         note(f"not written to the clips: {left}")
 
 
-_Cut = Callable[[Span], Iterable[tuple[str, bytes]]]
-"""Returns the files of a clip but for its score, each with its ending, the clip itself first."""
+_Files = list[tuple[str, bytes]]
+"""Files of a clip by their endings, the clip itself first."""
 
 
-def _cutter(
-    store: Store, capture: Capture, options: ClipOptions, lost: Counter[str]
-) -> tuple[str, _Cut]:
-    """Return the ending of a capture's clips, and what cuts them and counts what is lost."""
+class _Clip(NamedTuple):
+    """A clip, not written yet; what none of a capture's clips has counts as lost in the first."""
+
+    capture: Capture
+    span: Span
+    files: _Files
+    lost: Counter[str]
+
+
+def _made(
+    store: Store,
+    requests: Sequence[Request],
+    options: ClipOptions,
+    side: float,
+    *,
+    goes_on: bool = False,
+) -> Iterator[_Clip]:
+    """Yield clips, their films seen from one side; the first may go on with a capture."""
+    if options.preview is not None:
+        from lanindex.pipeline.preview import filming
+
+        film = filming(store, options.preview, side)
+    for capture, of_capture in by_capture(store, requests):
+        score = store.score(capture.id)
+        cut, lost = _cutter(store, capture, options)
+        if goes_on:
+            lost, goes_on = Counter(), False
+        for request in of_capture:
+            span = clip_span(capture, request.hit, options.pad)
+            files, left = cut(span)
+            files = [*files, (".lnd", lnd.write(excerpt(score, span)).encode())]
+            if options.preview is not None:
+                files.append((f".{options.preview}", film(capture, score, request, span)))
+            yield _Clip(capture, span, files, lost + left)
+            lost = Counter()
+
+
+_Cut = Callable[[Span], tuple[_Files, Counter[str]]]
+"""Returns the files of a clip but for its score, and what is lost in it."""
+
+
+def _cutter(store: Store, capture: Capture, options: ClipOptions) -> tuple[_Cut, Counter[str]]:
+    """Return what cuts a capture's clips, and what of it is in none of them."""
     form, notated = options.format, capture.format in NOTATIONS
     if form == "lnd" or (notated and form == "native"):
-        return ".lnd", lambda span: ()
+        return lambda span: ([], Counter()), Counter()
     if notated:
         raise ExportError(
             f"came as {capture.format}",
@@ -127,22 +174,73 @@ def _cutter(
         suffix = PurePath(capture.path.removesuffix(f"#{file.subject}")).suffix.lower()
         beside = formats.beside(file, reading)
 
-        def native(span: Span) -> Iterable[tuple[str, bytes]]:
+        def native(span: Span) -> tuple[_Files, Counter[str]]:
             content = cut(span)
-            lost.update(formats.unkept(file, reading, formats.File(capture.path, content)))
-            return (suffix, content), *beside
+            lost = formats.unkept(file, reading, formats.File(capture.path, content))
+            return [(suffix, content), *beside], lost
 
-        return suffix, native
+        return native, Counter()
     target = convert.nearest(capture.format) if form == "native" else form
     motion = formats.read_file(file, reading, formats.Wanted())
-    lost.update(formats.unkept(file, reading, motion))
 
-    def written(span: Span) -> Iterable[tuple[str, bytes]]:
+    def written(span: Span) -> tuple[_Files, Counter[str]]:
         part = convert.stretch(motion, span)
         part = convert.from_origin(part) if options.origin else part
-        return [(f".{target}", convert.file_content(part, target)[0])]
+        return [(f".{target}", convert.file_content(part, target)[0])], Counter()
 
-    return f".{target}", written
+    return written, formats.unkept(file, reading, motion)
+
+
+# Clips that other processes make.
+
+
+class _Task(NamedTuple):
+    """Clips to make, the first perhaps of the capture that another task ends with."""
+
+    target: Target
+    requests: list[Request]
+    options: ClipOptions
+    side: float
+    goes_on: bool
+
+
+def _made_by(
+    spread: Spread, store: Store, requests: Sequence[Request], options: ClipOptions, side: float
+) -> Iterator[_Clip]:
+    """Yield clips that other processes make, in batches of about as many bytes."""
+
+    def tasks() -> Iterator[_Task]:
+        before = None
+        for batch in in_batches(requests, _sizes(requests), spread.tasks):
+            goes_on = before == _identity(batch[0].capture)
+            yield _Task(store.session.target, batch, options, side, goes_on)
+            before = _identity(batch[-1].capture)
+
+    for made in spread.results(_make, tasks(), no_tick):
+        yield from made
+
+
+def _sizes(requests: Iterable[Request]) -> Iterator[int]:
+    """Yield about how many bytes each clip has; with its first one a capture's file is read."""
+    for _, of_capture in groupby(requests, key=lambda request: _identity(request.capture)):
+        own = list(of_capture)
+        size = read = size_of(own[0].capture.location)
+        for request in own:
+            frames = max(request.hit.stop - request.hit.start, 0)  # nobody has checked them yet
+            yield read + size * frames // max(request.capture.frames, 1)
+            read = 0
+
+
+def _make(task: _Task, tick: Tick) -> list[_Clip]:
+    """Make clips in another process."""
+    from lanindex.pipeline.shards import opened
+
+    made = list[_Clip]()
+    store = opened(task.target).store
+    for clip in _made(store, task.requests, task.options, task.side, goes_on=task.goes_on):
+        tick()
+        made.append(clip)
+    return made
 
 
 def clip_span(capture: Capture, hit: Span, pad: str) -> Span:

@@ -968,7 +968,8 @@ class Library:
 
         requests = from_hits(hits, getattr(hits, "pattern", ""))
         options = ClipOptions(pad, format, origin, preview)
-        return export(self.store, requests, Path(folder), options, force=force)
+        how: dict[str, Any] = {"force": force, "spread": self.spread}
+        return export(self.store, requests, Path(folder), options, **how)
 
     def dataset(
         self,

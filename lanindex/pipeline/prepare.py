@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from heapq import nlargest
 from itertools import accumulate, chain
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from lanindex import compiled, formats, locations
 from lanindex.errors import CaptureError, LanindexError, OutOfMemoryError, UsageError
@@ -47,8 +47,10 @@ SHARE = 2.2
 """Bytes more for each byte of the file (tests/benchmarks/memory.py)."""
 
 BATCH, FILE = 32 << 20, 64 << 10
-"""Bytes of files of which a process of a cluster reads one after the other; what each counts for
-more than its bytes."""
+"""Bytes of files, or of clips, of which a process of a cluster does one after the other; what each
+counts for more than its bytes."""
+
+Item = TypeVar("Item")
 
 _THEMSELVES = "Workers read files themselves: under the same paths."
 
@@ -213,16 +215,16 @@ def prepared(tasks: Iterable[Task], jobs: int, spread: Spread | None = None) -> 
         yield from _in_processes(shared, jobs)
 
 
-def in_batches(tasks: Iterable[Task], sizes: Iterable[int], count: int) -> Iterator[list[Task]]:
-    """Yield tasks that follow each other, in at least so many batches of about as many bytes."""
-    weighed = [(task, size + FILE) for task, size in zip(tasks, sizes, strict=True)]
+def in_batches(items: Iterable[Item], sizes: Iterable[int], count: int) -> Iterator[list[Item]]:
+    """Yield items that follow each other, in at least so many batches of about as many bytes."""
+    weighed = [(item, size + FILE) for item, size in zip(items, sizes, strict=True)]
     most = min(BATCH, sum(size for _, size in weighed) // (2 * count))
-    batch, taken = list[Task](), 0
-    for task, size in weighed:
+    batch, taken = list[Item](), 0
+    for item, size in weighed:
         if batch and taken + size > most:
             yield batch
             batch, taken = [], 0
-        batch.append(task)
+        batch.append(item)
         taken += size
     if batch:
         yield batch

@@ -96,15 +96,12 @@ def _body(store: Store, capture: Capture) -> tuple[Figure | None, str]:
         return None, f"{error.found}. {error.remedy}".removesuffix(". ")
 
 
-def filming(
-    store: Store, requests: Iterable[Request], form: str
-) -> Callable[[Capture, Score, Request, Span], bytes]:
-    """Return what films clips, the symbols of their hits in colour, all from one side."""
+def side_of(store: Store, requests: Iterable[Request], form: str) -> float:
+    """Return from where films of clips are seen, all of them from one side."""
     if form not in FILMS:
         raise UsageError(f'"{shown(form)}"', place="--preview", wanted=", ".join(FILMS))
     writable(form)
-    rate = RATES.get(form, FILM_RATE)
-    body = lru_cache(1)(lambda capture: figure(stored_motion(store, capture, rate)))
+    body = _bodies(store, form)
 
     def played() -> Iterator[Playback | None]:
         for capture, own in by_capture(store, requests):
@@ -113,7 +110,14 @@ def filming(
                 parts = (symbol["part"] for symbol in it.symbols)
                 yield playback(body(capture), parts, seconds, seconds)
 
-    side = seen_from(played()).turn
+    return seen_from(played()).turn
+
+
+def filming(
+    store: Store, form: str, side: float
+) -> Callable[[Capture, Score, Request, Span], bytes]:
+    """Return what films clips from one side, the symbols of their hits in colour."""
+    body = _bodies(store, form)
 
     def film(capture: Capture, score: Score, request: Request, span: Span) -> bytes:
         start, stop = (float(frame / capture.rate) for frame in (span.start, span.stop))
@@ -123,13 +127,19 @@ def filming(
             title=capture.path,
             start=start,
             stop=stop,
-            rate=rate,
+            rate=RATES.get(form, FILM_RATE),
             view=side,
             marked=matched(score, request),
             seconds=not counts_beats(capture.format, score),
         ).written(form)
 
     return film
+
+
+def _bodies(store: Store, form: str) -> Callable[[Capture], Figure]:
+    """Return what reads who moves in a capture for films of a form; the last one is kept."""
+    rate = RATES.get(form, FILM_RATE)
+    return lru_cache(1)(lambda capture: figure(stored_motion(store, capture, rate)))
 
 
 def motion_of(named: Named, store: Callable[[], Store], reading: Reading, rate: Fraction) -> Motion:

@@ -104,15 +104,20 @@ class _Opened:
 _opened: dict[Target, _Opened] = {}
 
 
+def opened(target: Target) -> _Opened:
+    """Return a library that this process keeps open."""
+    if target not in _opened:
+        _opened[target] = _Opened(target)
+    return _opened[target]
+
+
 @contextmanager
 def reading(state: State) -> Iterator[tuple[_Opened, Link]]:
     """Open a library in a state, or raise: the one place that knows how a process comes to it.
 
     As long as the process that began the job reads the library, too, its state can be read.
     """
-    if state.target not in _opened:
-        _opened[state.target] = _Opened(state.target)
-    library = _opened[state.target]
+    library = opened(state.target)
     with library.store.session.reading(state.snapshot) as connection:
         if read_state(connection).stamp != state.stamp:
             raise LibraryError(

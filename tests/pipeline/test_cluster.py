@@ -12,19 +12,23 @@ from pathlib import Path
 from random import Random
 from threading import Thread
 
+import numpy as np
 import pytest
 from cluster_work import failing, killing, waiting
 from dances import BOW, RAISE, dance
 from in_shards import Here
+from made_c3d import c3d, standing
 from random_library import PARTS, random_library
 from sample_library import fill, sql
 
 from lanindex.encoding.profile import load
-from lanindex.errors import LanindexError, UsageError
+from lanindex.errors import ExportError, LanindexError, UsageError
 from lanindex.model import Score
 from lanindex.pipeline import shards
 from lanindex.pipeline.cluster import Cluster
+from lanindex.pipeline.export import ClipOptions, export
 from lanindex.pipeline.library import open_library
+from lanindex.pipeline.named import from_range
 from lanindex.pipeline.prepare import Task, in_batches, prepare_batch, prepared
 from lanindex.search.example import likeness
 
@@ -60,6 +64,53 @@ def test_an_ingest_in_batches_stores_the_same_bytes(tmp_path: Path, monkeypatch)
     assert told[0] == told[1]
     assert {"added", "failed"} <= {it.status for it in outcomes}
     assert rows_of(tmp_path / "plain.db") == rows_of(tmp_path / "spread.db")
+
+
+@pytest.mark.parametrize(
+    ("stretches", "how"),
+    [(8, {}), (8, {"origin": True}), (8, {"format": "lnd"}), (2, {"preview": "webp"})],
+)
+def test_an_export_in_batches_writes_the_same_bytes(
+    tmp_path: Path, stretches: int, how: dict[str, object]
+) -> None:
+    dance(tmp_path / "bow.bvh", BOW)
+    (tmp_path / "bow.lnd").write_text(BOW)
+    events = {"EVENT:USED": 1, "EVENT:TIMES": np.array([[0.0, 0.1]])}
+    (tmp_path / "a.c3d").write_bytes(c3d(standing(20), analog=np.ones((20, 4)), more=events))
+    options, written = ClipOptions("1f", **how), list[object]()
+    with open_library(tmp_path / "l.db", create=True) as library:
+        library.ingest(tmp_path)
+        names = ["a.c3d", "bow.bvh", "a.c3d"] + ["bow.lnd"] * (not options.origin)
+        wanted = [
+            from_range(library.store, name, 2 * place, 2 * place + 5)
+            for name in names
+            for place in range(stretches)
+        ]
+        for tasks in (0, 1, 2, 7):
+            out, spread = tmp_path / str(tasks), Here(tasks) if tasks else None
+            library.notes.clear()
+            rows = export(library.store, wanted, out, options, spread=spread)
+            files = {path.name: path.read_bytes() for path in out.iterdir()}
+            written.append((rows, files, [*library.notes]))
+    assert all(one == written[0] for one in written)
+    assert len(rows) == len(wanted)
+    assert library.notes or how
+
+
+def test_an_export_in_batches_fails_as_one_by_one(tmp_path: Path) -> None:
+    folder_of(tmp_path / "dances")
+    said = []
+    with open_library(tmp_path / "l.db", create=True) as library:
+        library.ingest(tmp_path / "dances")
+        wanted = [from_range(library.store, it.id, 0, 9) for it in library.captures()]
+        dance(tmp_path / "dances" / "1" / "1.bvh", RAISE)
+        for spread in (None, Here(7)):
+            with pytest.raises(ExportError) as error:
+                export(library.store, wanted, tmp_path / "out", spread=spread)
+            said.append(str(error.value))
+    assert said[0] == said[1]
+    assert "1.bvh: has changed since" in said[0]
+    assert not (tmp_path / "out").exists()
 
 
 def test_batches_have_about_as_many_bytes() -> None:
@@ -192,14 +243,18 @@ def test_a_cluster_finds_the_same(library) -> None:
 
 
 @pytest.mark.slow
-def test_files_are_read_by_a_cluster(tmp_path: Path, cluster: Cluster, monkeypatch) -> None:
+def test_files_are_read_and_cut_by_a_cluster(tmp_path: Path, cluster: Cluster, monkeypatch) -> None:
     folder_of(tmp_path / "dances")
     monkeypatch.chdir(tmp_path)
-    for name, spread in (("plain", None), ("spread", cluster)):
+    names = "plain", "spread"
+    for name, spread in zip(names, (None, cluster), strict=True):
         with open_library(f"{name}.db", create=True) as library:
             vars(library)["spread"] = spread
             library.ingest("dances", labels="dances/own.csv")
+            library.export(library.search("r_arm any"), name, pad="0.1s")
             vars(library).pop("spread")
+    plain, spread = ({it.name: it.read_bytes() for it in Path(name).iterdir()} for name in names)
+    assert plain == spread
     assert rows_of(tmp_path / "plain.db") == rows_of(tmp_path / "spread.db")
 
 

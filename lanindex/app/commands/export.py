@@ -143,9 +143,8 @@ def run(
                 requests = from_hits(hits, hits.pattern)
             folder = clips.output or Path("clips")
             form = ClipOptions(pad, clips.format, clips.origin, clips.preview)
-            manifest = export(
-                library.store, islice(requests, clips.limit), folder, form, force=force
-            )
+            wanted_clips = library.store, islice(requests, clips.limit), folder, form
+            manifest = export(*wanted_clips, force=force, spread=library.spread)
             for clip in manifest:
                 out.row([folder / clip["clip"]], clip)
             out.note(f"{counted(len(manifest), 'clip')} in {folder}")
