@@ -289,6 +289,20 @@ def test_errors_of_tasks_are_raised_here(cluster: Cluster) -> None:
 
 
 @pytest.mark.slow
+def test_results_come_from_workers_that_this_machine_reaches(cluster: Cluster, monkeypatch) -> None:
+    client = cluster._client
+    assert client.direct_to_workers
+    monkeypatch.setattr(client, "nthreads", lambda: {"tcp://127.0.0.1:9": 1})
+    assert not cluster._reaches_workers()
+    monkeypatch.setattr(client, "nthreads", dict)
+    assert not cluster._reaches_workers()
+    monkeypatch.undo()
+    monkeypatch.setattr(client, "direct_to_workers", False)
+    with pytest.raises(LanindexError, match="number 2"):
+        list(cluster.results(failing, [2], lambda: None))
+
+
+@pytest.mark.slow
 def test_nobody_answers() -> None:
     with pytest.raises(LanindexError, match=r"tcp://127.0.0.1:9: no scheduler answers there"):
         Cluster("tcp://127.0.0.1:9")
