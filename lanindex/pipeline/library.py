@@ -909,9 +909,8 @@ class Library:
         """
         from lanindex.pipeline.movement import movement
 
-        return movement(
-            self.store, self.store.numbers(selection), by=by, compared=compared, parts=parts
-        )
+        how: dict[str, Any] = {"compared": compared, "parts": parts, "spread": self.spread}
+        return movement(self.store, self.store.numbers(selection), by=by, **how)
 
     def export(
         self,

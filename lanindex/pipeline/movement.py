@@ -4,10 +4,13 @@ The counts are made from a library's columns, part by part, without an object fo
 capture is one observation, since its symbols depend on each other.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +19,11 @@ from lanindex.alphabet import DIRECTIONS, KINDS, LEVELS, TRACKS, kind_of
 from lanindex.errors import UsageError, shown
 from lanindex.library.store import Store
 from lanindex.model.columns import PASSING, STARTING, Columns, Roster, codes_of
+
+if TYPE_CHECKING:
+    from lanindex.library.dialect import Link
+    from lanindex.pipeline.shards import Shard, State
+    from lanindex.pipeline.spread import Spread, Tick
 
 Floats = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -143,8 +151,9 @@ def movement(
     by: str = "",
     compared: tuple[str, str] | None = None,
     parts: Iterable[str] = (),
+    spread: Spread | None = None,
 ) -> Movement:
-    """Count how movement is spread."""
+    """Count how movement is spread, here or by other processes."""
     counted = list(dict.fromkeys(parts)) or list(USUAL)
     if unknown := [part for part in counted if part not in COUNTABLE_PARTS]:
         wanted = f"one of {' '.join(COUNTABLE_PARTS)}"
@@ -161,18 +170,26 @@ def movement(
         names = list(compared)
     if not names:
         return Movement(by, {}, (), ())
-    chosen = sorted(number for number, value in values.items() if value in names)
-    group = np.array([names.index(values[number]) for number in chosen], np.int64)
+    place = {name: place for place, name in enumerate(names)}
+    chosen = sorted(number for number, value in values.items() if value in place)
+    group = np.array([place[values[number]] for number in chosen], np.int64)
     unit, sides = gathered(group)
     moves: list[Moves] = []
     measures: list[_Measure] = []
-    for part in counted:
-        roster, columns = store.columns([part], chosen)
-        of_part, part_movements = _moves(roster, columns[part], names, group)
-        moves += of_part
+
+    def counts_here() -> Iterator[_Counts]:
+        for part in counted:
+            roster, columns = store.columns([part], chosen)
+            yield _counts(roster, columns[part], group, len(names))
+
+    by_part = counts_here()
+    if spread is not None:
+        by_part = _counted_by(spread, store, counted, chosen, group, len(names))
+    for part, counts in zip(counted, by_part, strict=True):
+        moves += _moves(part, counts, names, group)
         if len(names) == 2:
-            measures += _measures(part, part_movements, group, unit)
-    moves.sort(key=lambda one: names.index(one.group))
+            measures += _measures(part, counts, group, unit)
+    moves.sort(key=lambda one: place[one.group])
     sizes = dict(zip(names, np.bincount(group).tolist(), strict=True))
     return Movement(by, sizes, tuple(moves), _differences(measures, sides))
 
@@ -199,40 +216,112 @@ def _histogram(
     return np.bincount(flat, weights, minlength=math.prod(shape)).reshape(shape)
 
 
-_PartMovements = tuple[IntArray, IntArray, Floats]
-"""The M movements of a part in C captures: of each its capture (M,) and its cell (M,), and the
-seconds (C,) in which the part is known."""
+class _Counts(NamedTuple):
+    """What a part does in C captures of G groups, with its M movements."""
+
+    cells: IntArray  # (G, 27)
+    transitions: IntArray  # (G, 27, 27)
+    over_time: IntArray  # (G, BINS)
+    capture: IntArray  # (M,) places
+    cell: IntArray  # (M,)
+    known: Floats  # (C,) seconds in which the part is known
+    total: Floats  # (C,) seconds
 
 
-def _moves(
-    roster: Roster, columns: Columns, names: Sequence[str], group: IntArray
-) -> tuple[list[Moves], _PartMovements]:
-    """Count the movements of a part in each group; `group` is (C,) the group of each capture."""
+def _counts(roster: Roster, columns: Columns, group: IntArray, groups: int) -> _Counts:
+    """Count the movements of a part; `group` is (C,) the group of each capture."""
     rows = np.diff(columns.bounds)
     capture = np.repeat(np.arange(len(rows)), rows)
     direction, level = codes_of(columns.cell)
     cell = direction.astype(np.int64) * len(LEVELS) + level
     stops = (columns.cell & PASSING == 0) & (direction >= 0) & (level >= 0)
     moved = stops & (columns.cell < STARTING)
-    known, total = _seconds(roster, rows > 0, columns.seen)
     steps = np.flatnonzero(stops)
     came, went = steps[:-1], steps[1:]
     follow = moved[went] & (capture[came] == capture[went])
     came, went = came[follow], went[follow]
-    of, size, groups = group[capture], len(CELLS), len(names)
-    cells = _histogram((groups, size), of[moved], cell[moved])
-    transitions = _histogram((groups, size, size), of[went], cell[came], cell[went])
+    of, size = group[capture], len(CELLS)
     frames = np.maximum(roster.frames[capture[moved]], 1).astype(np.int64)
     time = np.minimum(columns.start[moved].astype(np.int64) * BINS // frames, BINS - 1)
-    over_time = _histogram((groups, BINS), of[moved], time)
-    moves = []
-    for place, name in enumerate(names):
-        members = group == place
-        seen, seconds = int((members & (known > 0)).sum()), float(known[members].sum())
-        rates = over_time[place] * BINS / seconds if seconds else np.zeros(BINS)
-        times = seen, seconds, float(total[members].sum())
-        moves.append(Moves(name, columns.part, *times, cells[place], transitions[place], rates))
-    return moves, (capture[moved], cell[moved], known)
+    return _Counts(
+        _histogram((groups, size), of[moved], cell[moved]),
+        _histogram((groups, size, size), of[went], cell[came], cell[went]),
+        _histogram((groups, BINS), of[moved], time),
+        capture[moved],
+        cell[moved],
+        *_seconds(roster, rows > 0, columns.seen),
+    )
+
+
+def _moves(part: str, counts: _Counts, names: Sequence[str], group: IntArray) -> Iterator[Moves]:
+    """Yield the movements of a part in each group."""
+    each = (
+        np.bincount(group, it, len(names)) for it in (counts.known > 0, counts.known, counts.total)
+    )
+    for place, (name, seen, seconds, total) in enumerate(zip(names, *each, strict=True)):
+        rates = counts.over_time[place] * BINS / seconds if seconds else np.zeros(BINS)
+        moved = counts.cells[place], counts.transitions[place], rates
+        yield Moves(name, part, int(seen), float(seconds), float(total), *moved)
+
+
+# The same, counted by other processes.
+
+
+class _Task(NamedTuple):
+    """Some captures in which parts are to be counted, and the group of each, (C,)."""
+
+    state: State
+    shard: Shard
+    parts: list[str]
+    group: IntArray
+    places: IntArray  # (C,) of all that are counted
+
+
+def _counted_in(task: _Task, tick: Tick) -> tuple[IntArray, IntArray, list[_Counts]]:
+    """Return the places of captures, the groups that they are of, and what each part does."""
+    from lanindex.pipeline.shards import columns_at
+
+    _, roster, columns = columns_at(task.state, task.shard, task.parts, (), tick)
+    groups, group = np.unique(task.group, return_inverse=True)
+    counts = [_counts(roster, columns[part], group, len(groups)) for part in task.parts]
+    return task.places, groups, counts
+
+
+def _counted_by(
+    spread: Spread, store: Store, parts: list[str], chosen: list[int], group: IntArray, groups: int
+) -> Iterator[_Counts]:
+    """Yield what each part does, counted in shards of the library."""
+    from lanindex.pipeline import shards
+
+    def task(connection: Link, state: State, shard: Shard) -> _Task:
+        places = np.searchsorted(chosen, shards.numbers_in(connection, shard))
+        return _Task(state, shard, parts, group[places], places)
+
+    watch = partial(store.session.progress, "captures")
+    told, _ = shards.results(spread, store, parts, chosen, _counted_in, task, watch)
+    for number in range(len(parts)):
+        yield _joined(
+            [(places, own, counts[number]) for places, own, counts in told], len(chosen), groups
+        )
+
+
+def _joined(
+    told: Sequence[tuple[IntArray, IntArray, _Counts]], captures: int, groups: int
+) -> _Counts:
+    """Return the counts of some captures each as one: those of one process, to the last bit."""
+    size = len(CELLS)
+    cells, transitions = (np.zeros((groups, *[size] * it), np.int64) for it in (1, 2))
+    over_time, known, total = np.zeros((groups, BINS), np.int64), *np.zeros((2, captures))
+    for places, own, counts in told:
+        cells[own] += counts.cells
+        transitions[own] += counts.transitions
+        over_time[own] += counts.over_time
+        known[places], total[places] = counts.known, counts.total
+    none = np.empty(0, np.int64)
+    capture = np.concatenate([none, *(places[it.capture] for places, _, it in told)])
+    cell = np.concatenate([none, *(it.cell for *_, it in told)])
+    order = np.argsort(capture, kind="stable")
+    return _Counts(cells, transitions, over_time, capture[order], cell[order], known, total)
 
 
 class _Measure(NamedTuple):
@@ -245,11 +334,10 @@ class _Measure(NamedTuple):
     movements: tuple[int, int]
 
 
-def _measures(
-    part: str, part_movements: _PartMovements, group: IntArray, unit: IntArray
-) -> Iterator[_Measure]:
+def _measures(part: str, counted: _Counts, group: IntArray, unit: IntArray) -> Iterator[_Measure]:
     """Yield the measures of a part: the share of each cell in the movements, and their rate."""
-    (capture, cell, known), size, units = part_movements, len(CELLS), int(unit.max()) + 1
+    capture, cell, known = counted.capture, counted.cell, counted.known
+    size, units = len(CELLS), int(unit.max()) + 1
     count = np.bincount(capture, minlength=len(known))
     counts = _histogram((2, size), group[capture], cell)
     shares = _histogram((units, size), unit[capture], cell, weights=1 / count[capture])

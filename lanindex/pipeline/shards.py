@@ -1,4 +1,4 @@
-"""A search cut into shards of a library, which other processes search, and their hits as one.
+"""A library cut into shards, which other processes search or count, and their hits as one.
 
 A shard is a range of captures of one segment, or captures that are in none. What is found there
 leaves the process as arrays: the table of its hits, and the captures that have any. The hits of
@@ -45,7 +45,7 @@ from lanindex.pipeline.search import (
     out_of_memory,
     recordings_of,
 )
-from lanindex.pipeline.spread import Spread, Tick
+from lanindex.pipeline.spread import Spread, Tick, Work
 from lanindex.search.hits import extras_in
 from lanindex.search.match import ExactHits, Finder
 from lanindex.search.match.arrays import IntArray, once, together
@@ -66,6 +66,7 @@ FEWEST = 64
 MOST = 1000
 """Shards at the most: a scheduler takes a millisecond for each, one after the other."""
 
+Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
@@ -191,6 +192,16 @@ def cut(
     return shards
 
 
+def numbers_in(connection: Link, shard: Shard) -> NDArray[np.int64]:
+    """Return the numbers of a shard's captures, (C,)."""
+    if shard.segment is None:
+        assert shard.chosen is not None
+        return shard.chosen
+    where = shard.first, shard.last
+    numbers = segments.read_column(connection, shard.segment, "", "number", where).astype(np.int64)
+    return numbers if shard.chosen is None else numbers[shard.chosen - shard.first]
+
+
 class _Uncovered(Exception):
     """So many captures are in no segment that these are to be written first."""
 
@@ -251,6 +262,64 @@ def _pending(
         part: segments.stored_columns(connection, [], part, None, extras, added) for part in parts
     }
     return added.roster, columns
+
+
+# Work on all shards.
+
+
+def results(
+    spread: Spread,
+    store: Store,
+    parts: Collection[str],
+    numbers: Collection[int] | None,
+    work: Callable[[Item, Tick], Result],
+    item: Callable[[Link, State, Shard], Item],
+    watch: Watch,
+    so_far: Callable[[Sequence[Result]], None] = lambda found: None,
+) -> tuple[list[Result], int]:
+    """Return what work on the shards of a library returns, and how many captures these are.
+
+    Segments that cannot be trusted, or lack captures, are mended first, and rows are read where
+    that does not help.
+    """
+    for trusted in (True, True, False):
+        stamp, fault, lacking = -1, "", 0
+        try:
+            with store.session.reading() as connection:
+                stamp = read_state(connection).stamp
+                count = min(spread.tasks, MOST)
+                shards = cut(connection, parts, numbers, count, trusted=trusted)
+                state = State(
+                    store.session.target, stamp, dialect_of(connection).snapshot(connection)
+                )
+                items = [item(connection, state, shard) for shard in shards]
+                found = list[Result]()
+                for one in _watched(spread, work, items, shards, watch):
+                    found.append(one)
+                    so_far(found)
+                return found, sum(map(len, shards))
+        except Distrust as error:
+            fault = error.found
+        except _Uncovered as error:
+            (lacking,) = error.args
+        store.cache.mend(stamp, fault, lacking)
+    raise LibraryError("its columns cannot be read", place=store.place)
+
+
+def _watched(
+    spread: Spread, work: Work, items: Sequence[Any], shards: Sequence[Shard], watch: Watch
+) -> Iterator[Any]:
+    """Yield the results of work on items, one for each shard, as they come."""
+    done, total = 0, sum(map(len, shards))
+
+    def tick() -> None:
+        watch(done, total)
+
+    tick()
+    for shard, one in zip(shards, spread.results(work, items, tick), strict=True):
+        yield one
+        done += len(shard)
+        tick()
 
 
 # The search of a shard, which another process makes.
@@ -456,62 +525,18 @@ def search(
     """Find a pattern in a library as `lanindex.pipeline.search.search` does, by other processes."""
     query = replace(query, near=options.near)
     joined(store, query, options, [])  # raises where a fuzzy search cannot count edits
-    told, captures = _searched(spread, store, query, numbers, options, watch, found)
+
+    def task(_: Link, state: State, shard: Shard) -> Task:
+        return Task(state, shard, query, options)
+
+    def so_far(told: Sequence[Told]) -> None:
+        # All are joined anew, so only when they are twice as many as the last time
+        if found and len(told).bit_count() == 1:
+            found([joined(store, query, options, told)])
+
+    told, captures = results(spread, store, query.parts, numbers, find, task, watch, so_far)
     moving = set[str]().union(*(one.moving for one in told))
     note_lacking(note, query, captures, moving, sum(one.unmeasured for one in told))
     rich = sorted((it for one in told for it in one.refused), key=itemgetter(0))
     note_refused_captures(note, [error for _, error in rich], refused)
     return joined(store, query, options, told)
-
-
-def _searched(
-    spread: Spread,
-    store: Store,
-    query: Query,
-    numbers: Sequence[int] | None,
-    options: SearchOptions,
-    watch: Watch,
-    found: Found | None,
-) -> tuple[list[Told], int]:
-    """Return what the shards of a library tell, and how many captures are searched.
-
-    Segments that cannot be trusted, or lack captures, are mended first, and rows are read where
-    that does not help.
-    """
-    for trusted in (True, True, False):
-        stamp, fault, lacking = -1, "", 0
-        try:
-            with store.session.reading() as connection:
-                stamp = read_state(connection).stamp
-                count = min(spread.tasks, MOST)
-                shards = cut(connection, query.parts, numbers, count, trusted=trusted)
-                snapshot = dialect_of(connection).snapshot(connection)
-                state = State(store.session.target, stamp, snapshot)
-                tasks = [Task(state, shard, query, options) for shard in shards]
-                told = list[Told]()
-                for one in _told_so_far(spread, tasks, watch):
-                    told.append(one)
-                    # All are joined anew, so only when they are twice as many as the last time
-                    if found and len(told).bit_count() == 1:
-                        found([joined(store, query, options, told)])
-                return told, sum(map(len, shards))
-        except Distrust as error:
-            fault = error.found
-        except _Uncovered as error:
-            (lacking,) = error.args
-        store.cache.mend(stamp, fault, lacking)
-    raise LibraryError("its columns cannot be read", place=store.place)
-
-
-def _told_so_far(spread: Spread, tasks: Sequence[Task], watch: Watch) -> Iterator[Told]:
-    """Yield what shards tell, as they come."""
-    done, total = 0, sum(len(task.shard) for task in tasks)
-
-    def tick() -> None:
-        watch(done, total)
-
-    tick()
-    for task, one in zip(tasks, spread.results(find, tasks, tick), strict=True):
-        yield one
-        done += len(task.shard)
-        tick()

@@ -45,6 +45,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["search", "--like", "one.bvh"], "0/1 captures"),
         (["similar"], "0/1 pairs"),
         (["motifs", "--min-count", "2"], "0/31 parts"),
+        (["export", "r_arm high", "-o", "cut", "--force"], "0/2 clips"),
         (["evaluate", ".", "--labels", "labels.csv", "--patterns", "up.toml"], "0/1 patterns"),
     ],
 )

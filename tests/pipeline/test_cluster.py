@@ -15,6 +15,7 @@ from threading import Thread
 import numpy as np
 import pytest
 from cluster_work import failing, killing, waiting
+from command import run
 from dances import BOW, RAISE, dance
 from in_shards import Here
 from made_c3d import c3d, standing
@@ -191,6 +192,13 @@ def test_without_dask_one_sentence_says_what_to_install(tmp_path: Path) -> None:
         "lanindex: --cluster: distributed is not installed. "
         "It comes with: pip install 'lanindex[cluster]'.\n"
     )
+
+
+def test_a_summary_is_not_spread(tmp_path: Path) -> None:
+    fill(tmp_path / "l.db", 2)
+    done = run("stats", "--cluster", "local", "--db", "l.db", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == "lanindex: --cluster, wanted --by, --part, --plot or --in beside it\n"
 
 
 def test_slurm_needs_another_package(monkeypatch) -> None:

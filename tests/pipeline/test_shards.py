@@ -21,6 +21,7 @@ from lanindex.library.selection import Selection
 from lanindex.model import Meter, Score
 from lanindex.pipeline import shards
 from lanindex.pipeline.library import Library, open_library
+from lanindex.pipeline.movement import COUNTABLE_PARTS
 from lanindex.search.hits import Hits
 
 SHARDS = (1, 2, 7)
@@ -127,6 +128,28 @@ def test_real_patterns_in_real_captures(tmp_path: Path, captures: Path, reposito
                     check(library, entry["pattern"], fuzzy="15%", best=10)
         for text in ("arm high | sort by match.length | first 9", "arm low ... high"):
             check(library, text, overlaps="all", near=True)
+
+
+@pytest.mark.parametrize("seed", seeds(2))
+def test_shards_count_the_same_movement(seed: int, tmp_path: Path) -> None:
+    random = Random(seed)
+    parts = [part for part in PARTS if part in COUNTABLE_PARTS]
+    chosen = Selection(), Selection("*1*"), Selection("no")
+    compared = {"by": "label", "compared": LABELS[:2]}
+    with made(tmp_path / "l.db", random, PARTS) as library:
+        for how in ({}, {"by": "label"}, compared, {"by": "path"}):
+            for selection in chosen[: 1 if how is compared else 3]:
+                answers = []
+                for spread in (None, *map(Here, SHARDS)):
+                    library.spread = spread
+                    found = library.movement(selection, parts=parts, **how)
+                    arrays = [
+                        (it.cells.tolist(), it.transitions.tolist(), it.over_time.tolist())
+                        for it in found.moves
+                    ]
+                    assert how is not compared or found.differences
+                    answers.append((repr(found), arrays))
+                assert answers[1:] == answers[:1] * 3, (how, selection)
 
 
 @pytest.fixture

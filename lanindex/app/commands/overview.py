@@ -7,7 +7,6 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import lanindex
 from lanindex import records
 from lanindex.app import options
 from lanindex.app.options import argument, dependent, exclusive, flag, option
@@ -32,6 +31,7 @@ def stats(
     plot: Path | None = option(None, "FILE.svg|png|pdf", "Draw it.", readable=False),
     *,
     selection: options.Selected,
+    cluster: options.Cluster = None,
     force: options.Force = False,
     db: options.Db = options.DB,
     out: options.Out,
@@ -43,8 +43,10 @@ def stats(
     """
     dependent("--compare", compare, on="--by", given=by)
     dependent("--force", force, on="--plot", given=plot)
-    with lanindex.open_library(db, readonly=True) as library:
-        if not any((by, part, plot, selection.globs)):
+    spread_out = any((by, part, plot, selection.globs))
+    dependent("--cluster", cluster, on="--by, --part, --plot or --in", given=spread_out)
+    with options.opened(db, out, cluster=cluster) as library:
+        if not spread_out:
             _summarize(out, library.stats())
             return 0
         movement = library.movement(
