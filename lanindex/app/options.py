@@ -286,13 +286,13 @@ def opened(db: str, out: Output, words: Path | None = None, cluster: str | None 
     return lanindex.open_library(db, readonly=True, words=words, cluster=cluster, **told)
 
 
-def spread(cluster: str | None) -> AbstractContextManager[Spread | None]:
+def spread(cluster: str | None, out: Output) -> AbstractContextManager[Spread | None]:
     """Return the processes of a cluster, which are let go at the end of the block."""
     if cluster is None:
         return nullcontext()
     from lanindex.pipeline.cluster import Cluster
 
-    return Cluster(cluster)
+    return Cluster(cluster, out.note)
 
 
 def capture_id(text: str) -> int | str:

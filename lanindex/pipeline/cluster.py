@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import logging
 import re
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+import signal
+import subprocess
+from collections import Counter, deque
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -43,6 +45,8 @@ TICK = 0.1
 
 _ENVIRONMENT = "distributed.nanny.pre-spawn-environ"
 
+_CONFIGURED = "See to jobqueue.slurm in the configuration of Dask: lanindex guide growing"
+
 WANTED = "tcp://HOST:PORT, local or slurm"
 
 
@@ -59,9 +63,11 @@ class Cluster:
         The address of a scheduler; ``local``: processes of this machine, as many as it has
         processors, or ``local:4``; ``slurm``: a job of Slurm as the configuration of
         dask-jobqueue has it, or ``slurm:20``.
+    note : callable, optional
+        Is told what jobs wait for that have to.
     """
 
-    def __init__(self, named: str) -> None:
+    def __init__(self, named: str, note: Callable[[str], None] = lambda _: None) -> None:
         kind, _, number = named.partition(":")
         if kind not in ("local", "slurm") and not re.fullmatch(r"(tcp|tls)://[^/]+:\d+", named):
             raise UsageError(f'"{shown(named)}"', place="--cluster", wanted=WANTED)
@@ -81,14 +87,17 @@ class Cluster:
             raise UsageError("Dask has no certificates for it", place=named, remedy=remedy)
         self._made: Any = None
         self._client: Any = None
-        with self._told("no scheduler answers there", "Start one there: dask scheduler"):
-            if kind == "local":
-                self._made = _local(count)
-            elif kind == "slurm":
-                self._made = _slurm(count or 1)
-            at = named if self._made is None else self._made
-            self._client = distributed.Client(at, timeout=PATIENCE, set_as_default=False)
+        self._jobs: set[str] = set()
+        self._note = note
         try:
+            if kind == "slurm":
+                self._made = _slurm()
+                self._jobs = _submitted(self._made, count or 1)
+            with self._told("no scheduler answers there", "Start one there: dask scheduler"):
+                if kind == "local":
+                    self._made = _local(count)
+                at = named if self._made is None else self._made
+                self._client = distributed.Client(at, timeout=PATIENCE, set_as_default=False)
             self._wait_for_workers("no worker has joined it")
             self._client.direct_to_workers = self._reaches_workers()
         except BaseException:
@@ -103,18 +112,41 @@ class Cluster:
 
     def close(self) -> None:
         """Let go of the cluster; one that was made for this is ended."""
+        busy = self.named.startswith("slurm")  # it may take its time to take a job and to end one
         for one in (self._client, self._made):
             if one is not None:
                 with suppress(OSError, TimeoutError):
-                    one.close(timeout=5)
+                    one.close(timeout=3 * PATIENCE if busy else 5)
 
     def _wait_for_workers(self, found: str) -> None:
         """Raise an error if there are none for long; jobs of Slurm may wait for longer."""
-        patience = None if self.named.startswith("slurm") else 3 * PATIENCE
+        if self._jobs:
+            self._wait_for_jobs(found)
+            return
         own = self._made is None
         remedy = f"Start one, with this LanIndex: dask worker {self.named}" if own else ""
         with self._told(found, remedy):
-            self._client.wait_for_workers(1, timeout=patience)
+            self._client.wait_for_workers(1, timeout=3 * PATIENCE)
+
+    def _wait_for_jobs(self, found: str) -> None:
+        """Wait for a worker for as long as a job of Slurm may still become one."""
+        said = ""
+        while True:
+            with suppress(TimeoutError):
+                self._client.wait_for_workers(1, timeout=PATIENCE)
+                return
+            left = _in_queue(self._jobs)
+            if left == []:
+                raise LanindexError(
+                    f"{found}, and its jobs have ended",
+                    place=self.named,
+                    remedy="Their output says why, such as memory or walltime: slurm-*.out, or "
+                    "in the log-directory of dask-jobqueue.",
+                )
+            states = ", ".join(f"{number} {state}" for state, number in Counter(left).items())
+            if states not in ("", said):  # nothing, where Slurm does not say
+                said = states
+                self._note(f"{self.named}: no worker yet; its jobs: {states}")
 
     def _reaches_workers(self) -> bool:
         """Return whether this machine reaches workers, whose network may be closed to it.
@@ -238,19 +270,77 @@ def _local(count: int | None) -> Any:
         return distributed.LocalCluster(**how)
 
 
-def _slurm(jobs: int) -> Any:
-    """Return jobs of Slurm, configured as dask-jobqueue says."""
-    try:
+def _slurm() -> Any:
+    """Return a scheduler for jobs of Slurm, configured as dask-jobqueue says."""
+    with extra("cluster", "--cluster slurm", UsageError), _no_handlers():
         jobqueue: Any = import_module("dask_jobqueue")
-    except ImportError as error:
+    config: Any = import_module("dask.config")
+    lacking = [it for it in ("cores", "memory") if config.get(f"jobqueue.slurm.{it}") is None]
+    if lacking:
         raise UsageError(
-            "dask-jobqueue is not installed",
+            f"dask-jobqueue is not told the {' and '.join(lacking)} of a job",
             place="--cluster slurm",
-            remedy="It comes with: pip install dask-jobqueue",
-        ) from error
-    cluster = jobqueue.SLURMCluster()
-    cluster.scale(jobs=jobs)
-    return cluster
+            remedy=_CONFIGURED,
+        )
+    # without the page of Dask, whose port another search may have
+    options = {"dashboard": False, "dashboard_address": ":0"}
+    options |= config.get("jobqueue.slurm.scheduler-options")
+    with _refused(), interrupts_later():  # sbatch and scancel inherit that
+        return jobqueue.SLURMCluster(scheduler_options=options, silence_logs=logging.CRITICAL)
+
+
+@contextmanager
+def _no_handlers() -> Iterator[None]:
+    """Let an import set no handler of a signal: that of dask-jobqueue takes Ctrl-C for itself."""
+    names, before = vars(signal), signal.signal
+    names["signal"] = lambda *_: None
+    try:
+        yield
+    finally:
+        names["signal"] = before
+
+
+def _submitted(cluster: Any, jobs: int) -> set[str]:
+    """Submit jobs, and return their numbers."""
+    from distributed import Status
+
+    for _ in range(jobs):
+        cluster.worker_spec.update(cluster.new_worker_spec())
+    try:
+        with _refused():
+            cluster.sync(cluster._correct_state)  # `scale` only logs what goes wrong
+    except LanindexError:
+        for job in cluster.workers.values():
+            job.status = Status.closing  # of others Dask thinks that they were forgotten
+        raise
+    return {job.job_id for job in cluster.workers.values()}
+
+
+@contextmanager
+def _refused() -> Iterator[None]:
+    """Raise what dask-jobqueue or Slurm refuses, in errors of many kinds, as one of LanIndex."""
+    try:
+        yield
+    except FileNotFoundError as error:
+        found, remedy = f"there is no {error.filename} here", "Run this where jobs are submitted."
+        raise UsageError(found, place="--cluster slurm", remedy=remedy) from error
+    except Exception as error:
+        said = str(error).strip().splitlines() or [type(error).__name__]
+        found = shown(said[-1].removeprefix("sbatch: error: "), 200)
+        raise UsageError(found, place="--cluster slurm", remedy=_CONFIGURED) from error
+
+
+def _in_queue(jobs: Collection[str]) -> list[str] | None:
+    """Return in which states those of some jobs are that have not ended; None: Slurm is silent."""
+    words = ["squeue", "--me", "--noheader", "--format=%i %T (%r)"]
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, timeout=3 * PATIENCE)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    if done.returncode:
+        return None
+    lines = (line.partition(" ") for line in done.stdout.splitlines())
+    return [state for job, _, state in lines if job in jobs]
 
 
 @dataclass(frozen=True, slots=True)

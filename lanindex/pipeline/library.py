@@ -185,7 +185,7 @@ class Library:
             return None
         from lanindex.pipeline.cluster import Cluster
 
-        return Cluster(self.cluster)
+        return Cluster(self.cluster, self.store.session.note)
 
     @property
     def notes(self) -> list[str]:

@@ -203,7 +203,7 @@ def test_a_summary_is_not_spread(tmp_path: Path) -> None:
 
 def test_slurm_needs_another_package(monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "dask_jobqueue", None)
-    with pytest.raises(UsageError, match="pip install dask-jobqueue"):
+    with pytest.raises(UsageError, match=r"pip install 'lanindex\[cluster\]'"):
         Cluster("slurm")
 
 

@@ -61,7 +61,7 @@ def ingest(
     is_new = not os.path.exists(db)
     no_library = dry_run and is_new
     with (
-        options.spread(cluster) as spread,  # before a library is made
+        options.spread(cluster, out) as spread,  # before a library is made
         nullcontext()
         if no_library
         else Store.open(

@@ -321,7 +321,7 @@ def evaluate(
     if not any(label for label, _ in table.values()):
         raise UsageError("no labels", place=labels, wanted='a column "label"')
     count = sum(key_of(path) in table for path in discover([folder]))
-    with options.spread(cluster) as spread:
+    with options.spread(cluster, out) as spread:
         how: dict[str, Any] = {"jobs": processes(count, jobs), "spread": spread}
         reader = read_clips(folder, table, load(profile), **how)
         clips = list(out.progress(reader, count, "clips"))
