@@ -166,9 +166,13 @@ class Cluster:
 
     @property
     def threads(self) -> int:
-        """How many tasks are done at the same time."""
+        """How many tasks are done at the same time, once all jobs of Slurm have begun."""
         with self._told("the scheduler is gone", "Start it again."):
-            return max(1, sum(map(int, self._client.nthreads().values())))
+            joined = sum(map(int, self._client.nthreads().values()))
+        if self._jobs:
+            config: Any = import_module("dask.config")
+            joined = max(joined, len(self._jobs) * int(config.get("jobqueue.slurm.cores")))
+        return max(1, joined)
 
     @property
     def tasks(self) -> int:
