@@ -6,10 +6,12 @@ A capture counts as found if a pattern has at least one hit in it.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from fractions import Fraction
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +21,7 @@ from lanindex.library.connect import Progress, no_progress
 from lanindex.model import Capture, Meter, Score
 from lanindex.notation.text import read_toml
 from lanindex.pipeline.ingest import Labels, discover, key_of
-from lanindex.pipeline.prepare import Task, prepared
+from lanindex.pipeline.prepare import Task, in_batches, prepared
 from lanindex.pipeline.search import SearchOptions, query_of, searcher
 from lanindex.search.language import Query
 from lanindex.search.language.score import pattern_in
@@ -28,7 +30,7 @@ from lanindex.search.limits import deadline
 if TYPE_CHECKING:
     from lanindex.encoding.profile import Profile
     from lanindex.model import Hit, Track
-    from lanindex.pipeline.spread import Spread
+    from lanindex.pipeline.spread import Spread, Tick
 
 BOUND_REMEDY = 'Bound what the patterns try: write "...[<5s]" for "...".'
 
@@ -188,8 +190,9 @@ def evaluate(
     fuzzy: str | float | None = None,
     timeout: float | None = None,
     progress: Progress = no_progress,
+    spread: Spread | None = None,
 ) -> list[Result]:
-    """Search all clips for each pattern.
+    """Search all clips for each pattern, here or in batches by other processes.
 
     Examples
     --------
@@ -206,30 +209,66 @@ def evaluate(
     >>> summary([bow])["mean_f1"]
     1.0
     """
-    options = SearchOptions.read(near=near, fuzzy=fuzzy)
-    search = searcher([clip.capture for clip in clips], [clip.tracks for clip in clips], options)
-    results = []
+    options, many = SearchOptions.read(near=near, fuzzy=fuzzy), len(expectations)
     with deadline(progress, timeout, "evaluation", BOUND_REMEDY) as in_time:
-        for done, expectation in enumerate(expectations):
+        if spread is None or not clips:
+            watch = partial(in_time, "patterns")
+            return list(_results(clips, expectations, options, lambda done: watch(done, many)))
+        done, by_batch = 0, list[list[Result]]()
 
-            def watch(*_: int, done: int = done) -> None:
-                in_time("patterns", done, len(expectations))  # however far the search of one is
+        def tick() -> None:
+            in_time("clips", done, len(clips))
 
-            watch()
-            refused: list[LanindexError] = []
-            hits = search(expectation.query, watch, refused)
-            first: dict[int, int] = {}
-            for index, (capture, _) in enumerate(hits.spans()):
-                first.setdefault(capture.id, index)
-            found = tuple(clip.capture.id in first for clip in clips)
-            wanted = tuple(expectation.wants(clip.capture.label) for clip in clips)
-            misses = tuple(
-                Miss(clip.capture, hits[first[clip.capture.id]] if is_found else None, clip.tracks)
-                for clip, is_found, is_wanted in zip(clips, found, wanted, strict=True)
-                if is_found != is_wanted
-            )
-            results.append(Result(expectation, found, wanted, misses, tuple(refused)))
-    return results
+        sizes = (sum(it.symbols.nbytes for it in clip.tracks.values()) for clip in clips)
+        batches = list(in_batches(clips, sizes, spread.tasks))
+        items = ((batch, expectations, options) for batch in batches)
+        for batch, results in zip(batches, spread.results(_in_batch, items, tick), strict=True):
+            by_batch.append(results)
+            done += len(batch)
+    return [_joined(results) for results in zip(*by_batch, strict=True)]
+
+
+def _results(
+    clips: Sequence[Clip],
+    expectations: Sequence[Expectation],
+    options: SearchOptions,
+    watch: Callable[[int], None],
+) -> Iterator[Result]:
+    """Yield what each pattern finds; `watch` is told of how many that is known, often."""
+    search = searcher([clip.capture for clip in clips], [clip.tracks for clip in clips], options)
+    for done, expectation in enumerate(expectations):
+
+        def tick(*_: int, done: int = done) -> None:
+            watch(done)  # however far the search of one is
+
+        tick()
+        refused: list[LanindexError] = []
+        hits = search(expectation.query, tick, refused)
+        first: dict[int, int] = {}
+        for index, (capture, _) in enumerate(hits.spans()):
+            first.setdefault(capture.id, index)
+        found = tuple(clip.capture.id in first for clip in clips)
+        wanted = tuple(expectation.wants(clip.capture.label) for clip in clips)
+        misses = tuple(
+            Miss(clip.capture, hits[first[clip.capture.id]] if is_found else None, clip.tracks)
+            for clip, is_found, is_wanted in zip(clips, found, wanted, strict=True)
+            if is_found != is_wanted
+        )
+        yield Result(expectation, found, wanted, misses, tuple(refused))
+
+
+def _in_batch(
+    item: tuple[Sequence[Clip], Sequence[Expectation], SearchOptions], tick: Tick
+) -> list[Result]:
+    """Return what each pattern finds in some clips, in another process."""
+    return list(_results(*item, lambda _: tick()))
+
+
+def _joined(results: Sequence[Result]) -> Result:
+    """Return what a pattern found in batches of clips as one."""
+    names = "found", "wanted", "misses", "refused"
+    rows = (tuple(chain.from_iterable(getattr(it, name) for it in results)) for name in names)
+    return Result(results[0].expectation, *rows)
 
 
 def summary(results: Sequence[Result]) -> dict[str, Any]:

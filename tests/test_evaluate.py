@@ -2,15 +2,21 @@
 
 import importlib
 import math
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
 from dances import BOW, RAISE, dance
+from effort import seeds
+from generated_patterns import random_patterns
 from hypothesis import given
 from hypothesis import strategies as st
+from in_shards import Here
 from plain_matcher import find
+from random_library import DIRECTIONS, PARTS, random_library
 
 from lanindex.encoding.profile import load
 from lanindex.errors import LanindexError, UsageError
@@ -274,3 +280,25 @@ def test_a_pattern_that_pipes_its_hits_is_none_to_evaluate(tmp_path: Path):
     table.write_text('up = {pattern = "r_arm high | first 3", positives = ["raise"]}')
     with pytest.raises(UsageError, match=r'up: "\| first 3", wanted a pattern without a pipe'):
         read_patterns(table)
+
+
+@pytest.mark.parametrize("seed", seeds(3))
+@pytest.mark.parametrize("fuzzy", [None, "1"])
+def test_batches_of_clips_are_judged_the_same(seed: int, fuzzy: str | None) -> None:
+    random = Random(seed)
+    clips = [
+        Clip(replace(capture, label=random.choice(("a", "b", ""))), tracks, None)
+        for capture, tracks in random_library(random, captures=20, most=12, known=PARTS)
+    ]
+    texts = ["r_arm any -> any", "arm low -> high", "arms low ... high", "l_arm right -> left"]
+    if fuzzy is None:  # not all have edits
+        texts += random_patterns(seed, 4, directions=DIRECTIONS, steps=2)
+    table = [Expectation(text, text, parse(text), frozenset("a")) for text in texts]
+    told = []
+    for spread in (None, *map(Here, (1, 2, 7))):
+        at: list[tuple[str, int, int]] = []
+        how = {"fuzzy": fuzzy, "progress": lambda *it, at=at: at.append(it)}
+        judged = evaluate(clips, table, **how, spread=spread)
+        told.append([(repr(it.record(misses=True)), [*map(str, it.refused)]) for it in judged])
+    assert told[1:] == told[:1] * 3
+    assert at[-1][0] == "clips"

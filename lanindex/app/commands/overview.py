@@ -325,20 +325,19 @@ def evaluate(
         how: dict[str, Any] = {"jobs": processes(count, jobs), "spread": spread}
         reader = read_clips(folder, table, load(profile), **how)
         clips = list(out.progress(reader, count, "clips"))
-    unused_rows = unfitting(table, [it.capture.path for it in clips] or discover([folder]))
-    if not clips:
-        raise UsageError(unused_rows, place=labels, wanted=f"files in {folder}")
-    if unused_rows:
-        out.note(f"{labels}: {unused_rows}")
-    failed = [clip for clip in clips if clip.error]
-    for clip in failed:
-        say_error(f"{clip.error}; it counts as not found")
-    for expectation in expectations:
-        if unused := expectation.unused(clip.capture.label for clip in clips):
-            out.note(f"{expectation.name}: no clip has the label {', '.join(unused)}")
-    results = evaluate(
-        clips, expectations, near=near, fuzzy=fuzzy, timeout=timeout, progress=out.watch
-    )
+        unused_rows = unfitting(table, [it.capture.path for it in clips] or discover([folder]))
+        if not clips:
+            raise UsageError(unused_rows, place=labels, wanted=f"files in {folder}")
+        if unused_rows:
+            out.note(f"{labels}: {unused_rows}")
+        failed = [clip for clip in clips if clip.error]
+        for clip in failed:
+            say_error(f"{clip.error}; it counts as not found")
+        for expectation in expectations:
+            if unused := expectation.unused(clip.capture.label for clip in clips):
+                out.note(f"{expectation.name}: no clip has the label {', '.join(unused)}")
+        chosen: dict[str, Any] = {"near": near, "fuzzy": fuzzy, "timeout": timeout}
+        results = evaluate(clips, expectations, **chosen, progress=out.watch, spread=spread)
     for result in results:
         for line in too_rich(result.refused):
             say_error(f"{result.expectation.name}: {line}; it counts as not found")
