@@ -29,9 +29,8 @@ from lanindex.model.columns import Columns, Roster, enrolled, extras_of
 CHUNK = 1 << 20
 """Symbols after which a segment that is made of rows is full."""
 
-LARGEST = 1 << 27
-"""Symbols of the largest segment that is made by joining: a value in SQLite has a billion bytes at
-the most, and readers wait while segments are joined."""
+LARGEST = 1 << 24
+"""Symbols of the largest segment that is made by joining: others wait while segments are joined."""
 
 MOST_PENDING = 256
 """Captures outside segments that a search reads from their rows; more are put into a segment."""
@@ -206,7 +205,7 @@ class ColumnCache:
         """
         with self._session.reading() as connection, suppress(Distrust):
             spine = segments.read_spine(connection)
-            if not spine.pending and _first_to_join(spine) >= len(spine.segments):
+            if not spine.pending and not _to_join(connection, spine):
                 return
         self._mend("")
 
@@ -341,10 +340,11 @@ def join(connection: Link) -> bool:
 
     A segment is joined with all newer ones once these hold as many symbols, so that a symbol is
     written again only when the size of its segment doubles. All are joined once a quarter of their
-    captures is dead.
+    captures is dead; where that is too much at once, a segment of which a quarter is dead is
+    written anew.
     """
     spine = segments.read_spine(connection)
-    old = spine.segments[_first_to_join(spine) :]
+    old = _to_join(connection, spine)
     if not old:
         segment_files.collect(connection)  # those joined before this transaction, too
         return False
@@ -368,13 +368,17 @@ def _take_columns(
         yield moved
 
 
-def _first_to_join(spine: Spine) -> int:
-    """Return the index of the first segment to join; the number of segments if there is none."""
+def _to_join(connection: Link, spine: Spine) -> list[Segment]:
+    """Return the segments to join, or the one to write anew."""
     sizes = [one.symbols + one.captures for one in spine.segments]
     lost = 4 * len(spine.dead) > sum(one.captures for one in spine.segments)
     for first in range(len(sizes)):
         rest = sum(sizes[first + 1 :])
         worth = (lost and first == 0) or (rest > 0 and sizes[first] <= rest)
         if worth and sizes[first] + rest <= LARGEST:
-            return first
-    return len(sizes)
+            return spine.segments[first:]
+    for one in spine.segments if lost else ():
+        alive = segments.alive(spine, one, segments.read_roster(connection, one))
+        if 4 * len(alive) < 3 * one.captures:
+            return [one]
+    return []

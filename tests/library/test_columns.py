@@ -206,9 +206,24 @@ def test_a_large_segment_is_left_alone(library, monkeypatch):
         add_sample(library, number)
         library.cache.compact()
     assert segments(library) == [4, 4, 2]
-    library.remove(1, 2, 3, 5)
+    assert_true(library)
+
+
+def test_dead_captures_leave_a_large_segment_alone(library, monkeypatch):
+    for number in range(10):
+        add_sample(library, number)
+        library.cache.compact()
+        monkeypatch.setattr(cache, "LARGEST", 4 * (3 * 6 + 1))
+    library.remove(3, 4)
     library.cache.compact()
-    assert segments(library) == [4, 4, 2]
+    assert segments(library) == [4, 4, 2]  # a fifth of all is dead
+    library.remove(5)
+    library.cache.compact()
+    assert segments(library) == [4, 4]  # 5 to 8, of which one is dead; then 9, 10, 1, 2
+    assert_true(library)
+    library.remove(1, 2, 6, 7, 8, 9)
+    library.cache.compact()
+    assert segments(library) == [1]
     assert_true(library)
 
 
