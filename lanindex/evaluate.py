@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from fractions import Fraction
 from functools import partial
-from itertools import chain
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,7 @@ from lanindex.library.connect import Progress, no_progress
 from lanindex.model import Capture, Meter, Score
 from lanindex.notation.text import read_toml
 from lanindex.pipeline.ingest import Labels, discover, key_of
-from lanindex.pipeline.prepare import Task, in_batches, prepared
+from lanindex.pipeline.prepare import Task, prepared
 from lanindex.pipeline.search import SearchOptions, query_of, searcher
 from lanindex.search.language import Query
 from lanindex.search.language.score import pattern_in
@@ -33,6 +33,9 @@ if TYPE_CHECKING:
     from lanindex.pipeline.spread import Spread, Tick
 
 BOUND_REMEDY = 'Bound what the patterns try: write "...[<5s]" for "...".'
+
+FEWEST = 64
+"""Clips at least that another process searches at once."""
 
 RESAMPLES = 2000  # draws of the bootstrap that estimates the standard error
 
@@ -219,8 +222,10 @@ def evaluate(
         def tick() -> None:
             in_time("clips", done, len(clips))
 
-        sizes = (sum(it.symbols.nbytes for it in clip.tracks.values()) for clip in clips)
-        batches = list(in_batches(clips, sizes, spread.tasks))
+        # to search a few clips takes about as long as to search one
+        count = max(1, min(spread.tasks, len(clips) // FEWEST))
+        edges = [len(clips) * place // count for place in range(count + 1)]
+        batches = [clips[first:last] for first, last in pairwise(edges)]
         items = ((batch, expectations, options) for batch in batches)
         for batch, results in zip(batches, spread.results(_in_batch, items, tick), strict=True):
             by_batch.append(results)
