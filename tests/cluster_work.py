@@ -31,3 +31,8 @@ def waiting(item: str, tick) -> None:
 
 def failing(item: int, tick) -> None:
     raise LanindexError(f"number {item}", place="here", remedy="None.")
+
+
+def measuring(item: bytes, tick) -> int:
+    """Return how long an item is."""
+    return len(item)

@@ -81,6 +81,8 @@ class Cluster:
             distributed: Any = import_module("distributed")
         for logger in ("distributed", "distributed.client"):  # their levels differ
             logging.getLogger(logger).setLevel(logging.CRITICAL)
+        config: Any = import_module("dask.config")
+        config.set({"distributed.admin.large-graph-warning-threshold": "1 GB"})  # a batch of clips
         secured = distributed.Security().get_connection_args("client")["ssl_context"]
         if kind == "tls" and not secured:
             remedy = "Name them in Dask's configuration: distributed.comm.tls.client"

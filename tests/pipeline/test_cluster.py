@@ -14,7 +14,7 @@ from threading import Thread
 
 import numpy as np
 import pytest
-from cluster_work import failing, killing, waiting
+from cluster_work import failing, killing, measuring, waiting
 from command import run
 from dances import BOW, RAISE, dance
 from in_shards import Here
@@ -248,6 +248,11 @@ def test_a_cluster_finds_the_same(library) -> None:
         found = library.search(text, **how).dicts()
         library.spread = None
         assert found == library.search(text, **how).dicts()
+
+
+@pytest.mark.filterwarnings("error")
+def test_of_large_items_dask_says_nothing(cluster: Cluster) -> None:
+    assert list(cluster.results(measuring, [bytes(11 << 20)], lambda: None)) == [11 << 20]
 
 
 @pytest.mark.slow
