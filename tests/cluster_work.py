@@ -1,5 +1,6 @@
 """What tests have processes of a cluster do."""
 
+import errno
 import os
 import signal
 import time
@@ -36,3 +37,7 @@ def failing(item: int, tick) -> None:
 def measuring(item: bytes, tick) -> int:
     """Return how long an item is."""
     return len(item)
+
+
+def without_room(item: int, tick) -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

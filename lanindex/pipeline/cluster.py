@@ -186,38 +186,61 @@ class Cluster:
 
         Whoever breaks off waits for nothing: tasks that run are told to end.
         """
-        left, waiting = enumerate(items), deque[Any]()
-        job, ahead, ended = uuid4().hex, AHEAD * self.tasks, Event()
-        looked = monotonic()
-        # the same place goes to the same worker each time: it may still hold what it read
+        left, waiting = enumerate(items), deque[tuple[int, Any, Any]]()
+        ahead, ended, looked = AHEAD * self.tasks, Event(), monotonic()
         self._wait_for_workers("no worker is left")
-        with self._told("the scheduler is gone", "Start it again."):
-            workers = sorted(self._client.nthreads())
+        workers, job = self._workers(), uuid4().hex
+
+        def given(place: int, item: Any) -> Any:
+            # the same place goes to the same worker each time: it may still hold what it read
+            how = {"workers": workers[place % len(workers)], "allow_other_workers": True}
+            call, key = _Call(work, item), f"lanindex-{job}-{place}"
+            future = self._client.submit(call, key=key, pure=False, **how)
+            future.add_done_callback(lambda _: ended.set())
+            return future
+
+        fetched: Any = None  # the first result that is waited for, on its way
         try:
             while True:
                 for place, item in islice(left, ahead - len(waiting)):
-                    key = f"lanindex-{job}-{place}"
-                    own = workers[place % len(workers)]
-                    how = {"workers": own, "allow_other_workers": True, "pure": False}
-                    future = self._client.submit(_Call(work, item), key=key, **how)
-                    future.add_done_callback(lambda _: ended.set())
-                    waiting.append(future)
+                    waiting.append((place, item, given(place, item)))
                 if not waiting:
                     return
                 tick()
                 ended.clear()
-                if not waiting[0].done():
-                    ended.wait(TICK)
-                    if monotonic() - looked > PATIENCE:
-                        self._wait_for_workers("no worker is left")
-                        looked = monotonic()
+                if fetched is None and waiting[0][2].done():
+                    fetched = self._fetched(waiting[0][2])
+                    fetched.add_done_callback(lambda _: ended.set())
+                if fetched is not None and fetched.done():
+                    result, fetched = self._result(fetched), None
+                    waiting.popleft()
+                    yield result
                     continue
-                result = self._result(waiting[0])
-                waiting.popleft()
-                yield result
+                ended.wait(TICK)
+                if monotonic() - looked > PATIENCE:
+                    self._wait_for_workers("no worker is left")
+                    now, looked = self._workers(), monotonic()
+                    if now and {*now}.isdisjoint(workers):
+                        # what they had left, Dask gives to nobody who comes later
+                        workers, job, fetched = now, uuid4().hex, None
+                        for number, (place, item, had) in enumerate(waiting):
+                            if not had.done():
+                                waiting[number] = place, item, given(place, item)
         finally:
             if waiting and self._client.status == "running":
-                self._client.cancel(list(waiting), force=True)
+                self._client.cancel([future for _, _, future in waiting], force=True)
+
+    def _fetched(self, future: Any) -> Any:
+        """Return what will have the result of a task that has ended; its worker may die yet."""
+        from asyncio import run_coroutine_threadsafe
+
+        fetch = self._client.gather(future, asynchronous=True)
+        return run_coroutine_threadsafe(fetch, self._client.loop.asyncio_loop)
+
+    def _workers(self) -> list[str]:
+        """Return the addresses of the workers."""
+        with self._told("the scheduler is gone", "Start it again."):
+            return sorted(self._client.nthreads())
 
     def _result(self, future: Any) -> Any:
         """Return what a task returned, or raise its error."""
@@ -243,7 +266,7 @@ class Cluster:
         if error is None:
             return result
         if self._made is None:  # the same may be right on this machine
-            error.place = f"a worker of {self.named}: {error.place}"
+            error.place = ": ".join(filter(None, (f"a worker of {self.named}", error.place)))
             if isinstance(error, AbsentError):
                 error.remedy = "Workers open it themselves: under the same path, or in PostgreSQL."
         raise error
@@ -361,6 +384,9 @@ class _Call:
             return None, self.work(self.item, _tick())
         except LanindexError as error:
             return error, None
+        except OSError as error:  # raised, it would look like one of the connection
+            place = str(error.filename or "")
+            return LanindexError(f"cannot go on ({error.strerror or error})", place=place), None
         except _Abandoned:
             return None, None
 

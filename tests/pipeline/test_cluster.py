@@ -14,7 +14,7 @@ from threading import Thread
 
 import numpy as np
 import pytest
-from cluster_work import failing, killing, measuring, waiting
+from cluster_work import failing, killing, measuring, waiting, without_room
 from command import run
 from dances import BOW, RAISE, dance
 from in_shards import Here
@@ -321,18 +321,21 @@ def test_nobody_answers() -> None:
         Cluster("tcp://127.0.0.1:9")
 
 
+def dask(*words: str) -> subprocess.Popen:
+    own = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-m", "dask", *words, "--no-dashboard"]
+    return subprocess.Popen(command, stderr=subprocess.DEVNULL, env=own)
+
+
 @contextmanager
 def begun(tmp_path: Path):
     """Begin a scheduler and a worker as the guide does; yield the address and both."""
-    file, own = tmp_path / "s.json", {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    begin = partial(subprocess.Popen, stderr=subprocess.DEVNULL, env=own)
-    words = [sys.executable, "-m", "dask", "scheduler", "--no-dashboard"]
-    scheduler = begin([*words, "--port", "0", "--scheduler-file", str(file)])
+    file = tmp_path / "s.json"
+    scheduler = dask("scheduler", "--port", "0", "--scheduler-file", str(file))
     while not file.exists():
         time.sleep(0.1)
     address = json.loads(file.read_text())["address"]
-    words = [sys.executable, "-m", "dask", "worker", address, "--no-dashboard"]
-    worker = begin([*words, "--no-nanny", "--local-directory", str(tmp_path)])
+    worker = dask("worker", address, "--no-nanny", "--local-directory", str(tmp_path))
     try:
         yield address, scheduler, worker
     finally:
@@ -356,8 +359,33 @@ def test_one_of_them_dies(tmp_path: Path, monkeypatch, which: int, says: str) ->
 
 
 @pytest.mark.slow
+def test_the_only_worker_dies_and_another_one_comes(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("lanindex.pipeline.cluster.PATIENCE", 4)
+    others = []
+
+    def replaced() -> None:
+        while not (tmp_path / "died").exists():
+            time.sleep(0.1)
+        others.append(dask("worker", address, "--no-nanny", "--local-directory", str(tmp_path)))
+
+    with begun(tmp_path) as (address, *_), Cluster(address) as opened:
+        replacing = Thread(target=replaced, daemon=True)
+        replacing.start()
+        items = [(str(tmp_path / "died"), number) for number in range(12)]
+        found = list(opened.results(killing, items, lambda: None))
+        replacing.join()
+        others[0].kill()
+        others[0].wait()
+    assert [number for number, _ in found] == list(range(12))
+
+
+@pytest.mark.slow
 def test_errors_of_a_worker_elsewhere_name_it(tmp_path: Path) -> None:
     with begun(tmp_path) as (address, *_), Cluster(address) as opened:
         found = opened.results(failing, [1, 2], lambda: None)
         with pytest.raises(LanindexError, match=rf"^a worker of {address}: here: number 1\."):
+            list(found)
+        found = opened.results(without_room, [1], lambda: None)
+        says = rf"^a worker of {address}: cannot go on \(No space left on device\)$"
+        with pytest.raises(LanindexError, match=says):
             list(found)
