@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import ctypes
+import faulthandler
 import os
 import pickle
 import signal
@@ -20,7 +21,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from random import Random
 from select import select
-from time import monotonic
+from time import monotonic, sleep
 from typing import Any
 
 TESTS = Path(__file__).parents[1]
@@ -120,7 +121,7 @@ def _work(trial: Trial, seed: int, numbers: Any, end: float | None, writer: int)
             except BaseException as error:
                 if isinstance(error, KeyboardInterrupt):
                     raise
-                why = "".join(traceback.format_exception(error)[-12:])
+                why = "".join(traceback.format_exception(error)[-99:])
             signal.alarm(0)
             os.chdir("/")
         os.write(writer, pickle.dumps((number, outcome, why)).hex().encode() + b"\n")
@@ -190,18 +191,28 @@ def errors_of() -> str:
     return said
 
 
-def forked(work: Callable[[], int]) -> int:
-    """Do something in a process of its own, and return how it ended."""
+def forked(work: Callable[[], int], meanwhile: Callable[[], None] = lambda: None) -> int:
+    """Do something in a process of its own, something here meanwhile, and return how it ended.
+
+    Of one that takes too long is told where it stands.
+    """
     sys.stdout.flush()
-    child = os.fork()
-    if not child:
-        end_with(work)
-    try:
-        status = os.waitpid(child, 0)[1]
-    except BaseException:  # it took too long
-        os.kill(child, signal.SIGKILL)
-        os.waitpid(child, 0)
-        raise
+    with tempfile.TemporaryFile() as stacks:
+        child = os.fork()
+        if not child:
+            faulthandler.register(signal.SIGUSR1, stacks)
+            end_with(work)
+        try:
+            meanwhile()
+            status = os.waitpid(child, 0)[1]
+        except BaseException as error:
+            os.kill(child, signal.SIGUSR1)
+            sleep(1)
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            stacks.seek(0)
+            error.add_note(f"the process stood at\n{stacks.read().decode()}")
+            raise
     return os.waitstatus_to_exitcode(status)
 
 

@@ -265,7 +265,7 @@ def trial(choice: Random, folder: Path) -> dict[str, int]:
         code, told = answer(verb)
         if code == 2:
             became["told"] += 1
-            says.append(told)
+            says.append(f"{verb}: {told}")
             continue
         fits = {at for at in times if ANSWERS[at][verb] == told}
         if change in OF_TWO_TIMES and not fits:
@@ -275,8 +275,8 @@ def trial(choice: Random, folder: Path) -> dict[str, int]:
         times = fits
         became["right"] += 1
     code = called("db", "check", "--db", LIBRARY)
-    errors_of()
-    assert code or not (became["told"] or became["mixed"]), (change.__name__, says)
+    checked = Path("stdout").read_text() + errors_of()
+    assert code or not (became["told"] or became["mixed"]), (change.__name__, says, checked)
     if became["mixed"]:
         return {"mixed": 1}
     how = "errors" if not became["right"] else "some errors" if became["told"] else "right answers"

@@ -149,9 +149,10 @@ class Scene:
             if self.in_files:
                 assert called("db", "segments", COLUMNS, "--db", LIBRARY) == 0
 
-    def ingest(self, jobs: int = 1) -> Verb:
+    def ingest(self, *how: str | int) -> Verb:
         """Return an ingest of all files that there are, and what it does file by file."""
-        words: list[Any] = ["ingest", "in", "--json", "--jobs", jobs, "--profile", self.profile]
+        words: list[Any] = ["ingest", "in", "--json", *(how or ("--jobs", 1))]
+        words += ["--profile", self.profile]
         table: dict[str, tuple[str, str]] = {}
         if self.choice.random() < 0.6:
             table = self.label()
@@ -221,7 +222,7 @@ def later_ingest(scene: Scene) -> Verb:
             scene.put(name)
     for _ in range(scene.choice.randint(0, 3)):
         scene.put()
-    return scene.ingest(jobs=2 if scene.choice.random() < 0.05 else 1)
+    return scene.ingest("--jobs", 2 if scene.choice.random() < 0.05 else 1)
 
 
 def move(scene: Scene) -> Verb:

@@ -106,13 +106,11 @@ def trial(choice: Random, folder: Path) -> dict[str, int]:
         with open(os.devnull, "w") as lines:
             return verb.work(lines=lines.fileno())
 
-    sys.stdout.flush()
-    child = os.fork()
-    if not child:
-        common.end_with(work)
-    time.sleep(after)
-    way(server, choice)
-    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    def meanwhile() -> None:
+        time.sleep(after)
+        way(server, choice)
+
+    code = common.forked(work, meanwhile)
     runs(server)
     said, (held, wrong) = errors_of(), kills.look()
     about = make.__name__, way.__name__, code, said

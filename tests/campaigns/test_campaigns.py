@@ -8,7 +8,10 @@ import pytest
 from postgres_server import folder_of_commands
 
 HERE = Path(__file__).parent
-CAMPAIGNS = {"kills": 3, "damage": 10, "disks": 2, "clocks": 1, "inputs": 1, "servers": 1}
+CAMPAIGNS = {
+    **{"kills": 3, "damage": 10, "disks": 2, "clocks": 1, "inputs": 1, "servers": 1},
+    "cluster": 2,
+}
 
 
 def test_all_are_tried() -> None:
@@ -21,6 +24,8 @@ def test_all_are_tried() -> None:
 def test_a_few_trials(name: str) -> None:
     if name == "servers" and folder_of_commands() is None:
         pytest.skip("no PostgreSQL server is installed")
+    if name == "cluster":
+        pytest.importorskip("distributed")
     command = [sys.executable, HERE / f"{name}.py", "--count", str(CAMPAIGNS[name])]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
