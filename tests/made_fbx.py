@@ -1,6 +1,8 @@
-"""FBX files as text, made up for tests."""
+"""FBX files, as text and binary, made up for tests."""
 
-from collections.abc import Collection, Mapping
+import re
+import struct
+from collections.abc import Collection, Iterator, Mapping
 
 from made_gltf import BODY
 
@@ -105,3 +107,56 @@ def waving(person: str = "", frames: int = 10) -> dict[tuple[str, str], list[flo
             -90.0 * frame / (frames - 1) for frame in range(frames)
         ],
     }
+
+
+_TOKEN = re.compile(rb'"[^"]*"|[A-Za-z]\w*:|[*\w.+-]+|[{}]')
+_ARRAYS = {b"KeyTime": "lq", b"KeyAttrFlags": "ii", b"KeyAttrRefCount": "ii"}
+_END = bytes(13)
+
+
+def binary(text: bytes) -> bytes:
+    """Return an FBX file that `fbx` has made, in the other encoding."""
+    head = b"Kaydara FBX Binary  \0\x1a\0" + struct.pack("<I", 7400)
+    tokens = iter(_TOKEN.findall(text.partition(b"\n")[2]))
+    return head + _nodes(tokens, len(head))
+
+
+def _nodes(tokens: Iterator[bytes], at: int) -> bytes:
+    """Return the nodes up to the next closing bracket, the first of which stands at some byte."""
+    written, token = b"", next(tokens, b"}")
+    while token != b"}":
+        name, values, inner = token[:-1], list[bytes](), b""
+        token = next(tokens, b"}")
+        while token not in b"{}" and not token.endswith(b":"):
+            values.append(token)
+            token = next(tokens, b"}")
+        start = at + len(written) + 13 + len(name)
+        if token == b"{" and values and values[0].startswith(b"*"):
+            next(tokens)
+            numbers = list[float]()
+            while (token := next(tokens)) != b"}":
+                numbers.append(float(token))
+            code, kind = _ARRAYS.get(name, "ff")
+            packed = [*numbers] if kind == "f" else [*map(int, numbers)]
+            content = struct.pack(f"<{len(packed)}{kind}", *packed)
+            told = code.encode() + struct.pack("<3I", len(packed), 0, len(content)) + content
+            values, token = values[:1], next(tokens, b"}")
+        else:
+            told = b"".join(map(_value, values))
+            if token == b"{":
+                inner = _nodes(tokens, start + len(told))
+                token = next(tokens, b"}")
+        end = start + len(told) + len(inner)
+        sizes = struct.pack("<3IB", end, len(values), len(told), len(name))
+        written += sizes + name + told + inner
+    return written + _END
+
+
+def _value(token: bytes) -> bytes:
+    if token.startswith(b'"'):
+        kind, colons, name = token.strip(b'"').partition(b"::")
+        text = name + b"\0\1" + kind if colons else kind
+        return b"S" + struct.pack("<I", len(text)) + text
+    if token.lstrip(b"-").isdigit():
+        return b"L" + struct.pack("<q", int(token))
+    return b"D" + struct.pack("<d", float(token))

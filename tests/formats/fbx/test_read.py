@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from made_fbx import fbx, waving
+from made_fbx import binary, fbx, waving
 from made_gltf import BODY
 
 from lanindex import formats
@@ -39,6 +39,13 @@ def test_a_body_that_waves() -> None:
     np.testing.assert_allclose(rest["RightForeArm"], [-280, 0, 0], atol=1e-2)
     assert motion.rotations is not None
     np.testing.assert_allclose(motion.rotations[0, :, 0], 1, atol=1e-6)
+
+
+@needs_ufbx
+def test_both_encodings_are_the_same() -> None:
+    text, other = read(GOOD), read(binary(GOOD))
+    assert other.skeleton.names == text.skeleton.names
+    np.testing.assert_array_equal(other.positions, text.positions)
 
 
 @needs_ufbx
