@@ -26,6 +26,16 @@ from lanindex.search.hits import Hits
 
 SHARDS = (1, 2, 7)
 LABELS = ("bow", "wave", "")
+PIPES = (
+    "count",
+    "count by clip.label",
+    "count by clip.path",
+    "count by match.length",
+    "count by match.direction",
+    "first 3",
+    "sort by match.length | first 3",
+    "sort by clip.label | first 5 | count by match.start",
+)
 
 
 @pytest.fixture(autouse=True)
@@ -40,6 +50,8 @@ def told(library: Library, pattern: str, **how: object) -> str:
     try:
         found = library.search(pattern, **how)
         rest = [found.tally(), found.pattern] if isinstance(found, Hits) else []
+        if isinstance(found, Hits):  # as --limit takes them
+            rest += [some.dicts() for some in (found[:2], found.by_fit(2)[:2])]
         rest.append([hit.lines for hit in found] if isinstance(found, Hits) else found.total)
         answer = [found.dicts(), repr(rest)]
     except LanindexError as error:
@@ -94,6 +106,10 @@ def test_shards_find_the_same(seed: int, tmp_path: Path, monkeypatch: pytest.Mon
                 "selection": random.choice((Selection(), Selection("*1*"), Selection("no"))),
             }
             check(library, text, **how)
+            pipe = random.choice(PIPES)
+            check(library, f"{text} | {pipe}", **how)
+        for pipe in PIPES:
+            check(library, f"r_arm any -> any | {pipe}", overlaps="all")
         texts = ("arm low -> high", "arm mid without head", "r_arm any", "arms low ... high")
         for text in texts if slow() else texts[seed : seed + 1]:
             for best in (None, 3):
