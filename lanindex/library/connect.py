@@ -13,7 +13,7 @@ import shlex
 import sqlite3
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from threading import Lock, RLock, get_ident
@@ -281,6 +281,19 @@ def transaction(link: Link, *, writes: bool = False, snapshot: str = "") -> Iter
 
 
 @contextmanager
+def savepoint(link: Link) -> Iterator[None]:
+    """Take back what is written inside a transaction if it fails, and only that."""
+    ask(link, "SAVEPOINT one")
+    try:
+        yield
+    except BaseException:
+        with suppress(*faults()):  # all is taken back already where a disk is full
+            ask(link, "ROLLBACK TO SAVEPOINT one")
+        raise
+    ask(link, "RELEASE SAVEPOINT one")
+
+
+@contextmanager
 def altering(link: Link) -> Iterator[Connection]:
     """Begin a transaction that changes tables, and yield SQLAlchemy's connection inside it."""
     # SQLAlchemy asks the server for its version when it connects, and ends what is begun then
@@ -315,6 +328,7 @@ class Session:
         self._idle = [self.connection]
         self.is_open, self._wrote, self._thread = True, False, get_ident()
         self._pool, self._write = Lock(), RLock()
+        self._whole: tuple[int, Link] | None = None  # see `together`, and the thread that is in it
 
     def close(self) -> None:
         """Let go of the database, of which one file is left if it is in a file.
@@ -338,6 +352,9 @@ class Session:
     @contextmanager
     def reading(self, snapshot: str = "") -> Iterator[Link]:
         """Begin a transaction that sees one state of the library, if named that of a snapshot."""
+        if self._whole and self._whole[0] == get_ident():
+            yield self._whole[1]
+            return
         with (
             self._taken() as link,
             translated(self.target.place),
@@ -348,11 +365,28 @@ class Session:
     @contextmanager
     def writing(self) -> Iterator[Link]:
         """Begin a transaction that writes what no reader notices."""
+        if self._whole and self._whole[0] == get_ident():
+            with savepoint(self._whole[1]):
+                yield self._whole[1]
+            return
         with self._write, self._taken() as link, translated(self.target.place):
             dialect_of(link).before_writing(link)
             self._wrote = True
             with transaction(link, writes=True):
                 yield link
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Make one transaction of all that this thread writes until the end; it reads that, too.
+
+        A disk takes as long to keep many captures as one.
+        """
+        with self.writing() as link:
+            self._whole = get_ident(), link
+            try:
+                yield
+            finally:
+                self._whole = None
 
     @contextmanager
     def _taken(self) -> Iterator[Link]:

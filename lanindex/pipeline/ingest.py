@@ -1,4 +1,7 @@
-"""Files into the library: found, read, written down and stored, one transaction a file."""
+"""Files into the library: found, read, written down and stored, one transaction a file.
+
+What a process of a cluster has read together is stored together.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ import os
 import unicodedata
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -25,11 +29,21 @@ from lanindex.library.store import Store
 from lanindex.model import Reading
 from lanindex.notation import NOTATIONS
 from lanindex.notation.text import read_text
-from lanindex.pipeline.prepare import Outcome, StoredFile, Task, companions, encoding_of, prepared
+from lanindex.pipeline.prepare import (
+    Outcome,
+    StoredFile,
+    Task,
+    companions,
+    encoding_of,
+    prepared_together,
+)
 
 if TYPE_CHECKING:
     from lanindex.encoding.profile import Profile
     from lanindex.pipeline.spread import Spread
+
+TOGETHER = 64
+"""Captures that are stored in one transaction, of those that a process of a cluster has read."""
 
 COMPACT_EVERY = 4096
 """Files after which an ingest puts what it has stored into columns; and after the last one."""
@@ -77,15 +91,26 @@ def ingest(
         stored = moved.stored(new)  # also where everything is read again: it may have moved
         return new if force else replace(new, stored=stored)
 
-    for number, outcome in enumerate(prepared(map(task, paths), jobs, spread)):
+    def stored(outcome: Outcome) -> Outcome:
         place = absolute(outcome.path)
         before = moved.places.get(place, "")
         outcome = replace(outcome, was_stored=place in known or bool(before), moved=before)
         outcome = _with_duplicate_warning(outcome, place, first)
-        stored = _store(target, outcome, labels or {}) if target else outcome
-        yield replace(stored, score=None)
-        if target and (number + 1) % COMPACT_EVERY == 0:
-            target.cache.compact()
+        outcome = _store(target, outcome, labels or {}) if target else outcome
+        return replace(outcome, score=None)
+
+    waiting = 0
+    for outcomes in prepared_together(map(task, paths), jobs, spread):
+        for at in range(0, len(outcomes), TOGETHER):
+            some = outcomes[at : at + TOGETHER]
+            several = sum(one.score is not None for one in some) > 1
+            with target.session.together() if target and several else nullcontext():
+                done = [stored(outcome) for outcome in some]
+            yield from done
+            waiting += len(some)
+            if target and waiting >= COMPACT_EVERY:
+                target.cache.compact()
+                waiting = 0
     if target:
         target.cache.compact()
 

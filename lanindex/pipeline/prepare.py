@@ -9,11 +9,11 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from heapq import nlargest
-from itertools import accumulate, chain
+from itertools import accumulate
 from typing import TYPE_CHECKING, TypeVar
 
 from lanindex import compiled, formats, locations
@@ -196,6 +196,14 @@ def processes(files: int, requested: int | None) -> int:
 
 def prepared(tasks: Iterable[Task], jobs: int, spread: Spread | None = None) -> Iterator[Outcome]:
     """Prepare tasks, in their order, in one process or several, or spread over a cluster."""
+    for outcomes in prepared_together(tasks, jobs, spread):
+        yield from outcomes
+
+
+def prepared_together(
+    tasks: Iterable[Task], jobs: int, spread: Spread | None = None
+) -> Iterator[Sequence[Outcome]]:
+    """Yield the same, file by file, or batch by batch as a cluster returns them."""
     if jobs < 1:
         raise UsageError(f"{jobs} processes", place="--jobs", wanted="one at least")
     waiting = list(tasks)
@@ -203,14 +211,14 @@ def prepared(tasks: Iterable[Task], jobs: int, spread: Spread | None = None) -> 
     if spread is not None:
         here = os.getcwd()
         batches = ((here, some) for some in in_batches(waiting, sizes, spread.tasks))
-        yield from chain.from_iterable(spread.results(prepare_batch, batches, no_tick))
+        yield from spread.results(prepare_batch, batches, no_tick)
         return
     jobs = affordable(sizes, jobs)
     # what the library holds is most likely unchanged
     new = sum(size for task, size in zip(waiting, sizes, strict=True) if not task.stored)
     shared = (replace(task, total=new // jobs) for task in waiting)
     if jobs == 1:
-        yield from chain.from_iterable(map(prepare, shared))
+        yield from map(prepare, shared)
     else:
         yield from _in_processes(shared, jobs)
 
@@ -261,7 +269,7 @@ def unseen(path: str) -> Outcome:
     return Outcome(path, "failed", error=str(error))
 
 
-def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
+def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcomes]:
     """Prepare tasks in several processes, in their order, with a few ahead.
 
     What is unchanged is told here: processes start with the first file that is not.
@@ -289,10 +297,10 @@ def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcome]:
         for task in tasks:
             waiting.append((task, begun(task)))
             if len(waiting) >= 4 * jobs:
-                yield from waiting[0][1].result()
+                yield waiting[0][1].result()
                 waiting.popleft()
         while waiting:
-            yield from waiting[0][1].result()
+            yield waiting[0][1].result()
             waiting.popleft()
     except BrokenProcessPool as error:
         raise CaptureError(

@@ -1,16 +1,24 @@
 """What two processes of a local cluster make of searches and of an ingest, against one process.
 
     python tests/benchmarks/cluster.py [LIBRARY] [FILES]
+    python tests/benchmarks/cluster.py pinned [FILES]
 
 A library of 20,000 captures is made if none is named, as `synthetic.py` does; 1,000 files are read
 if no other number is named. Times are those of the clock, and, where others use the machine, of the
 processors: one process against the busiest worker. Starting the cluster does not count; it is told.
+
+``pinned`` is an ingest by up to 8 workers on fewer processors. The files are read and written down
+once, and the seconds of the processor that each takes are noted. Then workers wait as long for each
+file, and return what was written down; all else is done: cutting the work into batches, giving them
+out, transferring what they return, and storing it.
 """
 
 import os
+import pickle
 import sys
 import tempfile
 import time
+from functools import lru_cache
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -18,7 +26,8 @@ from typing import Any
 import synthetic
 from places import CAPTURES
 
-from lanindex.pipeline import shards
+from lanindex.encoding.profile import load
+from lanindex.pipeline import prepare, shards
 from lanindex.pipeline.cluster import Cluster
 from lanindex.pipeline.library import open_library
 
@@ -92,13 +101,19 @@ def searches(path: str, cluster: Timed) -> None:
     shards.joined = joined
 
 
-def ingests(folder: Path, count: int) -> None:
-    """Print how long it takes to read files, by one process and by workers."""
+def small_files(folder: Path, count: int) -> list[Path]:
+    """Write small captures, all different."""
     real = sorted((CAPTURES / "bvh").rglob("*.bvh"), key=lambda it: it.stat().st_size)[:20]
     files = []
     for number in range(count):
         files.append(folder / f"{number:04}.bvh")
         files[-1].write_bytes(real[number % len(real)].read_bytes() + b"\n" * (number // 20))
+    return files
+
+
+def ingests(folder: Path, count: int) -> None:
+    """Print how long it takes to read files, by one process and by workers."""
+    files = small_files(folder, count)
     begun, own = time.perf_counter(), time.process_time()
     with open_library(folder / "one.db", create=True) as library:
         library.ingest(files)
@@ -121,8 +136,81 @@ def ingests(folder: Path, count: int) -> None:
         )
 
 
+@lru_cache(1)
+def written_down(path: str) -> dict[str, tuple[float, prepare.Outcomes]]:
+    """Return what each file takes and becomes; a process reads it once."""
+    return pickle.loads(Path(path).read_bytes())
+
+
+def waited(path: str, task: prepare.Task) -> prepare.Outcomes:
+    """Wait as long as a file takes, and return what it becomes."""
+    seconds, outcomes = written_down(path)[task.path]
+    time.sleep(seconds)
+    return outcomes
+
+
+def waited_batch(item: tuple[str, Any], tick: Any) -> list[prepare.Outcome]:
+    """Do so with a batch, in a worker."""
+    path, (_, tasks) = item
+    return [one for task in tasks for one in waited(path, task)]
+
+
+def began(path: str, tick: Any) -> None:
+    """Have a worker hold what it is going to return."""
+    written_down(path)
+    time.sleep(0.5)  # so that each worker takes one
+
+
+class Pinned:
+    """A cluster whose workers wait in place of reading files."""
+
+    def __init__(self, cluster: Cluster, path: str) -> None:
+        self.cluster, self.tasks, self.path = cluster, cluster.tasks, path
+
+    def results(self, work: Any, items: Any, tick: Any) -> Any:
+        yield from self.cluster.results(waited_batch, ((self.path, it) for it in items), tick)
+
+    def close(self) -> None:
+        pass
+
+
+def pinned(folder: Path, count: int) -> None:
+    """Print what an ingest takes whose workers wait: by one process, and 1 to 8 workers."""
+    files, found, profile = small_files(folder, count), {}, load()
+    for file in files:
+        begun = time.process_time()
+        outcomes = prepare.prepare(prepare.Task(str(file), profile))
+        found[str(file)] = time.process_time() - begun, outcomes
+    path = str(folder / "written.pickle")
+    Path(path).write_bytes(pickle.dumps(found))
+    print(f"{count} files take {sum(it for it, _ in found.values()):.1f} s of CPU")
+
+    def ingest(name: str, spread: Any) -> tuple[float, float]:
+        with open_library(folder / f"{name}.db", create=True) as library:
+            vars(library)["spread"] = spread
+            begun, own = time.perf_counter(), time.process_time()
+            library.ingest(files, jobs=1)
+            return time.perf_counter() - begun, time.process_time() - own
+
+    real, prepare.prepare = prepare.prepare, lambda task: waited(path, task)
+    one, own = ingest("one", None)
+    prepare.prepare = real
+    print(f"one process {one:.1f} s, {own:.1f} s CPU beside the waiting")
+    for workers in (1, 2, 4, 8):
+        with Cluster(f"local:{workers}") as cluster:
+            list(cluster.results(began, [path] * workers, lambda: None))
+            clock, client = ingest(str(workers), Pinned(cluster, path))
+        share = one / clock / workers
+        print(
+            f"  {workers} workers: {clock:.1f} s, {share:.0%}; client {client:.1f} s CPU",
+            flush=True,
+        )
+
+
 def main(named: str = "", files: str = "1000") -> None:
     with tempfile.TemporaryDirectory() as folder:
+        if named == "pinned":
+            return pinned(Path(folder), int(files))
         path = Path(named) if named else synthetic.library(Path(folder) / "l.db", 20_000)
         begun = time.perf_counter()
         with Cluster("local:2") as cluster:

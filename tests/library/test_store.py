@@ -12,7 +12,7 @@ from sample_library import ENCODING, add_sample, fill, sample_score, sql
 from strategies import assert_same_score
 
 from lanindex.errors import LibraryError, UsageError
-from lanindex.library import connect, rows, schema
+from lanindex.library import connect, rows, schema, store
 from lanindex.library.read import read_state
 from lanindex.library.rows import Encoding
 from lanindex.library.selection import Selection
@@ -507,3 +507,38 @@ def test_a_track_without_symbols_comes_back(tmp_path):
         library.cache.compact()
         assert len(library.columns(["head"], more=["swings"])[1]["head"]) == 0
         assert library.session.notes == []
+
+
+def break_off(library):
+    with library.session.together():
+        add(library, "c.bvh")
+        raise KeyboardInterrupt
+
+
+def test_what_is_written_together_is_there_at_once_or_not_at_all(tmp_path, monkeypatch):
+    path, put = tmp_path / "l.db", store.put_capture
+    fill(path, 1)
+
+    def half_put(connection, values, *rest):
+        found = put(connection, values, *rest)
+        if values["path"] == "half.bvh":
+            raise UsageError("half")
+        return found
+
+    monkeypatch.setattr(store, "put_capture", half_put)
+    with Store.open(path) as library, Store.open(path, readonly=True) as other:
+        with library.session.together():
+            number = add(library, "a.bvh")
+            library.move(number, "b.bvh")
+            with pytest.raises(UsageError):
+                add(library, "half.bvh")
+            assert library.capture("b.bvh").id == number
+            with ThreadPoolExecutor(1) as thread:  # not in it
+                assert thread.submit(library.capture_count).result() == 1
+            assert other.capture_count() == 1
+        assert [one.path for one in other.captures()] == ["0.bvh", "b.bvh"]
+        before = library.stamp()
+        with pytest.raises(KeyboardInterrupt):
+            break_off(library)
+        assert library.stamp() == before
+        assert add(library, "c.bvh") > number

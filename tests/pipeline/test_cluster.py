@@ -24,6 +24,7 @@ from sample_library import fill, sql
 
 from lanindex.encoding.profile import load
 from lanindex.errors import ExportError, LanindexError, UsageError
+from lanindex.library import connect
 from lanindex.model import Score
 from lanindex.pipeline import shards
 from lanindex.pipeline.cluster import Cluster
@@ -121,6 +122,23 @@ def test_batches_have_about_as_many_bytes() -> None:
     assert [len(batch) for batch in found] == [99, 1]
     assert [len(it) for it in in_batches(tasks, [0] * 100, 4)] == [12] * 8 + [4]
     assert list(prepared([], 1, Here(3))) == []
+
+
+def test_what_a_worker_has_read_is_stored_in_one_transaction(tmp_path: Path, monkeypatch) -> None:
+    folder_of(tmp_path / "dances")
+    begun, transaction = [], connect.transaction
+
+    def counted(link, *, writes=False, **how):
+        begun.append(writes)
+        return transaction(link, writes=writes, **how)
+
+    monkeypatch.setattr(connect, "transaction", counted)
+    with open_library(tmp_path / "l.db", create=True) as library:
+        vars(library)["spread"] = Here(1)
+        before = sum(begun)
+        library.ingest(tmp_path / "dances")
+        assert len(library.captures()) == 7
+        assert sum(begun) - before < 7
 
 
 def noted(progress: list, *at: object) -> None:
