@@ -1,7 +1,7 @@
 """What two processes of a local cluster make of searches and of an ingest, against one process.
 
     python tests/benchmarks/cluster.py [LIBRARY] [FILES]
-    python tests/benchmarks/cluster.py pinned [FILES]
+    python tests/benchmarks/cluster.py pinned [FILES] [KINDS]
 
 A library of 20,000 captures is made if none is named, as `synthetic.py` does; 1,000 files are read
 if no other number is named. Times are those of the clock, and, where others use the machine, of the
@@ -10,7 +10,8 @@ processors: one process against the busiest worker. Starting the cluster does no
 ``pinned`` is an ingest by up to 8 workers on fewer processors. The files are read and written down
 once, and the seconds of the processor that each takes are noted. Then workers wait as long for each
 file, and return what was written down; all else is done: cutting the work into batches, giving them
-out, transferring what they return, and storing it.
+out, transferring what they return, and storing it. The files are copies of so many captures, the
+smallest ones; 20 if nobody says.
 """
 
 import os
@@ -101,13 +102,13 @@ def searches(path: str, cluster: Timed) -> None:
     shards.joined = joined
 
 
-def small_files(folder: Path, count: int) -> list[Path]:
+def small_files(folder: Path, count: int, kinds: int = 20) -> list[Path]:
     """Write small captures, all different."""
-    real = sorted((CAPTURES / "bvh").rglob("*.bvh"), key=lambda it: it.stat().st_size)[:20]
+    real = sorted((CAPTURES / "bvh").rglob("*.bvh"), key=lambda it: it.stat().st_size)[:kinds]
     files = []
     for number in range(count):
         files.append(folder / f"{number:04}.bvh")
-        files[-1].write_bytes(real[number % len(real)].read_bytes() + b"\n" * (number // 20))
+        files[-1].write_bytes(real[number % len(real)].read_bytes() + b"\n" * (number // len(real)))
     return files
 
 
@@ -174,16 +175,17 @@ class Pinned:
         pass
 
 
-def pinned(folder: Path, count: int) -> None:
+def pinned(folder: Path, count: int, kinds: int) -> None:
     """Print what an ingest takes whose workers wait: by one process, and 1 to 8 workers."""
-    files, found, profile = small_files(folder, count), {}, load()
+    files, found, profile = small_files(folder, count, kinds), {}, load()
     for file in files:
         begun = time.process_time()
         outcomes = prepare.prepare(prepare.Task(str(file), profile))
         found[str(file)] = time.process_time() - begun, outcomes
     path = str(folder / "written.pickle")
     Path(path).write_bytes(pickle.dumps(found))
-    print(f"{count} files take {sum(it for it, _ in found.values()):.1f} s of CPU")
+    whole = sum(seconds for seconds, _ in found.values())
+    print(f"{count} files take {whole:.1f} s of CPU")
 
     def ingest(name: str, spread: Any) -> tuple[float, float]:
         with open_library(folder / f"{name}.db", create=True) as library:
@@ -200,17 +202,18 @@ def pinned(folder: Path, count: int) -> None:
         with Cluster(f"local:{workers}") as cluster:
             list(cluster.results(began, [path] * workers, lambda: None))
             clock, client = ingest(str(workers), Pinned(cluster, path))
-        share = one / clock / workers
+        share, alone = one / clock / workers, (whole + own) / max(whole / workers, client) / workers
         print(
-            f"  {workers} workers: {clock:.1f} s, {share:.0%}; client {client:.1f} s CPU",
+            f"  {workers} workers: {clock:.1f} s, {share:.0%} of {workers} x one; the client takes "
+            f"{client:.1f} s of CPU: {alone:.0%} on a machine of its own",
             flush=True,
         )
 
 
-def main(named: str = "", files: str = "1000") -> None:
+def main(named: str = "", files: str = "1000", kinds: str = "20") -> None:
     with tempfile.TemporaryDirectory() as folder:
         if named == "pinned":
-            return pinned(Path(folder), int(files))
+            return pinned(Path(folder), int(files), int(kinds))
         path = Path(named) if named else synthetic.library(Path(folder) / "l.db", 20_000)
         begun = time.perf_counter()
         with Cluster("local:2") as cluster:
