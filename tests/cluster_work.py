@@ -30,6 +30,11 @@ def waiting(item: str, tick) -> None:
         Path(item).write_text(f"{time.monotonic() - begun}")
 
 
+def sleeping(seconds: float, tick) -> float:
+    time.sleep(seconds)
+    return seconds
+
+
 def failing(item: int, tick) -> None:
     raise LanindexError(f"number {item}", place="here", remedy="None.")
 

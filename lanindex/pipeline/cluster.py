@@ -13,7 +13,7 @@ import signal
 import subprocess
 from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from importlib import import_module
 from itertools import islice
@@ -100,7 +100,8 @@ class Cluster:
                     self._made = _local(count)
                 at = named if self._made is None else self._made
                 self._client = distributed.Client(at, timeout=PATIENCE, set_as_default=False)
-            self._wait_for_workers("no worker has joined it")
+            with self._gone():
+                self._wait_for_workers("no worker has joined it")
             self._client.direct_to_workers = self._reaches_workers()
         except BaseException:
             self.close()
@@ -127,8 +128,10 @@ class Cluster:
             return
         own = self._made is None
         remedy = f"Start one, with this LanIndex: dask worker {self.named}" if own else ""
-        with self._told(found, remedy):
+        try:
             self._client.wait_for_workers(1, timeout=3 * PATIENCE)
+        except TimeoutError as error:
+            raise LanindexError(found, place=self.named, remedy=remedy) from error
 
     def _wait_for_jobs(self, found: str) -> None:
         """Wait for a worker for as long as a job of Slurm may still become one."""
@@ -169,7 +172,7 @@ class Cluster:
     @property
     def threads(self) -> int:
         """How many tasks are done at the same time, once all jobs of Slurm have begun."""
-        with self._told("the scheduler is gone", "Start it again."):
+        with self._gone():
             joined = sum(map(int, self._client.nthreads().values()))
         if self._jobs:
             config: Any = import_module("dask.config")
@@ -188,8 +191,10 @@ class Cluster:
         """
         left, waiting = enumerate(items), deque[tuple[int, Any, Any]]()
         ahead, ended, looked = AHEAD * self.tasks, Event(), monotonic()
-        self._wait_for_workers("no worker is left")
-        workers, job = self._workers(), uuid4().hex
+        job = uuid4().hex
+        with self._gone():
+            self._wait_for_workers("no worker is left")
+            workers = self._workers()
 
         def given(place: int, item: Any) -> Any:
             # the same place goes to the same worker each time: it may still hold what it read
@@ -218,8 +223,11 @@ class Cluster:
                     continue
                 ended.wait(TICK)
                 if monotonic() - looked > PATIENCE:
-                    self._wait_for_workers("no worker is left")
-                    now, looked = self._workers(), monotonic()
+                    now = list[str]()
+                    with suppress(OSError):  # a link that is cut for good ends the tasks
+                        self._wait_for_workers("no worker is left")
+                        now = self._workers()
+                    looked = monotonic()
                     if now and {*now}.isdisjoint(workers):
                         # what they had left, Dask gives to nobody who comes later
                         workers, job, fetched = now, uuid4().hex, None
@@ -239,15 +247,14 @@ class Cluster:
 
     def _workers(self) -> list[str]:
         """Return the addresses of the workers."""
-        with self._told("the scheduler is gone", "Start it again."):
-            return sorted(self._client.nthreads())
+        return sorted(self._client.nthreads())
 
     def _result(self, future: Any) -> Any:
         """Return what a task returned, or raise its error."""
         from distributed import KilledWorker
 
         try:
-            with self._told("the scheduler is gone", "Start it again."):
+            with self._gone():
                 error, result = future.result()
         except KilledWorker as killed:
             raise LanindexError(
@@ -270,6 +277,10 @@ class Cluster:
             if isinstance(error, AbsentError):
                 error.remedy = "Workers open it themselves: under the same path, or in PostgreSQL."
         raise error
+
+    def _gone(self) -> AbstractContextManager[None]:
+        """Raise errors of the connection to the scheduler."""
+        return self._told("the scheduler is gone", "Start it again.")
 
     @contextmanager
     def _told(self, found: str, remedy: str) -> Iterator[None]:

@@ -17,7 +17,7 @@ from itertools import accumulate
 from typing import TYPE_CHECKING, TypeVar
 
 from lanindex import compiled, formats, locations
-from lanindex.errors import CaptureError, LanindexError, OutOfMemoryError, UsageError
+from lanindex.errors import CaptureError, LanindexError, OutOfMemoryError, UsageError, counted
 from lanindex.formats.file import SUBJECT, on_disk, together
 from lanindex.library.connect import no_tick
 from lanindex.library.rows import Encoding
@@ -244,7 +244,7 @@ def prepare_batch(batch: tuple[str, Iterable[Task]], tick: Tick) -> list[Outcome
     A process has one such folder: its threads take turns.
     """
     folder, tasks = batch
-    outcomes = list[Outcome]()
+    outcomes, unseen = list[Outcome](), list[CaptureError]()
     with _in_a_folder:
         before = os.getcwd()
         try:
@@ -255,18 +255,31 @@ def prepare_batch(batch: tuple[str, Iterable[Task]], tick: Tick) -> list[Outcome
         try:
             for task in tasks:
                 tick()
-                outcomes += (
-                    (unseen(task.path),) if locations.is_gone(on_disk(task.path)) else prepare(task)
-                )
+                if lost := _unseen(task.path):
+                    unseen.append(lost)
+                    outcomes.append(Outcome(task.path, "failed", error=str(lost)))
+                else:
+                    outcomes += prepare(task)
         finally:
             os.chdir(before)
+    if len(unseen) == len(outcomes) > 1:  # so it would be with all others
+        unseen[0].found += f", nor {counted(len(unseen) - 1, 'other file')}"
+        raise unseen[0]
     return outcomes
 
 
-def unseen(path: str) -> Outcome:
-    """Return the outcome of a file that whoever gives the tasks sees, and a worker does not."""
-    error = CaptureError("a worker does not see this file", place=path, remedy=_THEMSELVES)
-    return Outcome(path, "failed", error=str(error))
+def _unseen(path: str) -> CaptureError | None:
+    """Return the error of a file that whoever gives the tasks sees, and this process does not."""
+    found, place = "a worker does not see this file", on_disk(path)
+    if locations.is_gone(place):
+        return CaptureError(found, place=path, remedy=_THEMSELVES)
+    try:
+        locations.mark(place)
+    except CaptureError as error:  # its store does not let this process read
+        return CaptureError(f"{found} ({error.found})", place=path, remedy=error.remedy)
+    except OSError:  # told when it is read
+        return None
+    return None
 
 
 def _in_processes(tasks: Iterable[Task], jobs: int) -> Iterator[Outcomes]:

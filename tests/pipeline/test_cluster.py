@@ -14,7 +14,7 @@ from threading import Thread
 
 import numpy as np
 import pytest
-from cluster_work import failing, killing, measuring, waiting, without_room
+from cluster_work import failing, killing, measuring, sleeping, waiting, without_room
 from command import run
 from dances import BOW, RAISE, dance
 from in_shards import Here
@@ -188,6 +188,12 @@ def test_a_file_that_a_worker_does_not_see(tmp_path: Path) -> None:
     assert str(unseen.error).startswith("gone.bvh: a worker does not see this file. Workers read")
 
 
+def test_a_worker_that_sees_none_of_them_says_so_once(tmp_path: Path) -> None:
+    batch = str(tmp_path), [Task(it, load()) for it in ("gone.bvh", "lost.bvh", "none.bvh")]
+    with pytest.raises(LanindexError, match=r"^gone.bvh: .* see this file, nor 2 other files\. W"):
+        prepare_batch(batch, lambda: None)
+
+
 @pytest.mark.parametrize(
     "named",
     ["", "here", "local:0", "local:x", "slurm:-1", "tcp://here", "tcp://here:x", "http://here:1"],
@@ -331,6 +337,22 @@ def test_results_come_from_workers_that_this_machine_reaches(cluster: Cluster, m
     monkeypatch.setattr(client, "direct_to_workers", False)
     with pytest.raises(LanindexError, match="number 2"):
         list(cluster.results(failing, [2], lambda: None))
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_out_of_reach_for_a_while(cluster: Cluster, monkeypatch) -> None:
+    monkeypatch.setattr("lanindex.pipeline.cluster.PATIENCE", 0.2)
+    asked = []
+
+    def unreached(*_: object, **__: object) -> None:
+        asked.append(OSError("Timed out trying to connect"))
+        raise asked[-1]
+
+    found = cluster.results(sleeping, [0.1, 1.5], lambda: None)
+    assert next(found) == 0.1
+    monkeypatch.setattr(cluster._client, "wait_for_workers", unreached)
+    assert list(found) == [1.5]
+    assert asked
 
 
 @pytest.mark.slow
