@@ -27,6 +27,14 @@ if TYPE_CHECKING:
 _WAIT = 10
 """Seconds to wait for the server to answer, where the URL does not say."""
 
+_LINK = {
+    "keepalives_idle": 30,
+    "keepalives_interval": 10,
+    "keepalives_count": 3,
+    "tcp_user_timeout": 30_000,  # milliseconds
+}
+"""After a minute or less a link that is cut is an error; a system alone waits up to two hours."""
+
 _READ = "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY"
 _WRITE = "BEGIN ISOLATION LEVEL READ COMMITTED"  # the next statements see what was committed before
 _LOCK = "SELECT pg_advisory_xact_lock(hashtext('lanindex'), hashtext(current_schema()))"
@@ -50,7 +58,7 @@ class Postgres(Dialect):
         with extra("postgres", target.place, LibraryError):
             import psycopg
         said: dict[str, Any] = {"connect_timeout": _WAIT, "client_encoding": "utf8"}
-        said |= {"application_name": "lanindex", **target.login}
+        said |= {"application_name": "lanindex", **_LINK, **target.login}
         link = psycopg.connect(**said, autocommit=True)  # `begin` begins a transaction
         link.execute(f"SET lock_timeout = {max(1, round(timeout * 1000))}")
         if readonly:
@@ -137,7 +145,7 @@ class Postgres(Dialect):
         if state := getattr(error, "sqlstate", None):
             return str(state)
         kind, told = type(error).__name__, str(error)
-        if kind != "OperationalError":
+        if kind not in ("OperationalError", "ConnectionTimeout"):
             return {"DataError": "22000", "ProgrammingError": "08000"}.get(kind, "")
         return next((it for words, it in _REFUSALS.items() if re.search(words, told)), "08000")
 

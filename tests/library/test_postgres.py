@@ -1,6 +1,7 @@
 """What PostgreSQL promises beside what all libraries do: one state, waiting, rights, damage."""
 
 import os
+import socket
 import subprocess
 import sys
 from contextlib import closing
@@ -296,6 +297,14 @@ def test_a_search_in_other_processes_ends_on_the_state_that_it_began_with(url, m
         assert len(library.search("head any")) == len(before)
         library.spread = Here(2)
         assert len({hit.capture.id for hit in library.search("head any")}) == 12
+
+
+@pytest.mark.slow
+def test_a_server_that_does_not_answer():
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        place = f"postgresql://me@127.0.0.1:{silent.getsockname()[1]}/x?connect_timeout=2"
+        with pytest.raises(LibraryError, match=r"cannot be reached: .*Check the address in --db"):
+            Store.open(place)
 
 
 def test_no_server_and_no_database(url):
