@@ -2,6 +2,7 @@
 
     python tests/benchmarks/cluster.py [LIBRARY] [FILES]
     python tests/benchmarks/cluster.py pinned [FILES] [KINDS]
+    python tests/benchmarks/cluster.py clips [CLIPS]
 
 A library of 20,000 captures is made if none is named, as `synthetic.py` does; 1,000 files are read
 if no other number is named. Times are those of the clock, and, where others use the machine, of the
@@ -11,11 +12,12 @@ processors: one process against the busiest worker. Starting the cluster does no
 once, and the seconds of the processor that each takes are noted. Then workers wait as long for each
 file, and return what was written down; all else is done: cutting the work into batches, giving them
 out, transferring what they return, and storing it. The files are copies of so many captures, the
-smallest ones; 20 if nobody says.
+smallest ones; 20 if nobody says. ``clips`` exports 1,000 hits in short and in long captures.
 """
 
 import os
 import pickle
+import re
 import sys
 import tempfile
 import time
@@ -187,33 +189,73 @@ def pinned(folder: Path, count: int, kinds: int) -> None:
     whole = sum(seconds for seconds, _ in found.values())
     print(f"{count} files take {whole:.1f} s of CPU")
 
-    def ingest(name: str, spread: Any) -> tuple[float, float]:
+    def ingest(name: str, spread: Any) -> tuple[float, float, float]:
         with open_library(folder / f"{name}.db", create=True) as library:
             vars(library)["spread"] = spread
-            begun, own = time.perf_counter(), time.process_time()
+            clocks = time.perf_counter, time.process_time, time.thread_time
+            begun = [clock() for clock in clocks]
             library.ingest(files, jobs=1)
-            return time.perf_counter() - begun, time.process_time() - own
+            clock, own, thread = (one() - it for one, it in zip(clocks, begun, strict=True))
+            return clock, own, thread
 
     real, prepare.prepare = prepare.prepare, lambda task: waited(path, task)
-    one, own = ingest("one", None)
+    one, own, _ = ingest("one", None)
     prepare.prepare = real
     print(f"one process {one:.1f} s, {own:.1f} s CPU beside the waiting")
     for workers in (1, 2, 4, 8):
         with Cluster(f"local:{workers}") as cluster:
             list(cluster.results(began, [path] * workers, lambda: None))
-            clock, client = ingest(str(workers), Pinned(cluster, path))
+            clock, client, storing = ingest(str(workers), Pinned(cluster, path))
         share, alone = one / clock / workers, (whole + own) / max(whole / workers, client) / workers
         print(
             f"  {workers} workers: {clock:.1f} s, {share:.0%} of {workers} x one; the client takes "
-            f"{client:.1f} s of CPU: {alone:.0%} on a machine of its own",
+            f"{client:.1f} s of CPU, {storing:.1f} without Dask's threads: {alone:.0%} on machines "
+            "of their own",
             flush=True,
         )
+
+
+def clips(folder: Path, count: int) -> None:
+    """Print what an export takes: of hits in many short captures, and in a few long ones."""
+    large = sorted((CAPTURES / "bvh").rglob("*.bvh"), key=lambda it: it.stat().st_size)[-3:]
+    long = [folder / f"long{number}.bvh" for number in range(6)]
+    for number, file in enumerate(long):  # the same frames several times
+        head, frames = re.split(rb"(?<=Frame Time:)", large[number % 3].read_bytes())
+        time_line, *lines = frames.strip().splitlines()
+        head = re.sub(rb"(?<=Frames:)\s*\d+", b" %d" % (12 * len(lines)), head)
+        file.write_bytes(b"\n".join([head + time_line, *lines * 12, b""]))
+    found = {}
+    for name, files in (("short", small_files(folder, 300, 60)), ("long", long)):
+        with open_library(folder / f"{name}.db", create=True) as library:
+            library.ingest(files)
+            hits = library.search("r_arm any")
+            found[name] = list(hits[:: max(1, len(hits) // count)][:count])
+    with Cluster("local:2") as cluster:
+        timer = Timed(cluster)
+        for name, hits in found.items():
+            for form in ("native", "csv"):
+                with open_library(folder / f"{name}.db", readonly=True) as library:
+                    for spread in (None, timer):
+                        vars(library)["spread"], where = spread, folder / f"{form}{spread is None}"
+                        begun, own = time.perf_counter(), time.process_time()
+                        library.export(hits, where / name, pad="0.5s", format=form)
+                        own, clock = time.process_time() - own, time.perf_counter() - begun
+                        busiest = max(timer.spent.values(), default=0)
+                        print(
+                            f"{len(hits)} clips of {name} captures as {form}: {clock:.1f} s; CPU: "
+                            f"here {own:.1f} s"
+                            + f", the busiest worker {busiest:.1f} s"
+                            * (spread is not None),
+                            flush=True,
+                        )
 
 
 def main(named: str = "", files: str = "1000", kinds: str = "20") -> None:
     with tempfile.TemporaryDirectory() as folder:
         if named == "pinned":
             return pinned(Path(folder), int(files), int(kinds))
+        if named == "clips":
+            return clips(Path(folder), int(files))
         path = Path(named) if named else synthetic.library(Path(folder) / "l.db", 20_000)
         begun = time.perf_counter()
         with Cluster("local:2") as cluster:
