@@ -36,6 +36,7 @@ JOBS: dict[str, tuple[str | int, ...]] = {
     "export": ("export", "arm any -> any", "-o", "clips", *OWN),
     "motifs": ("motifs", "--min-count", 2, "--length", 2, *OWN),
     "similar": ("similar", "--alike", 0.1, "--json", *OWN),
+    "stats": ("stats", "--by", "label", "--json", *OWN),
     "evaluate": ("evaluate", "in", "--labels", "labels.csv", "--patterns", "patterns.toml"),
 }
 PATTERN = 'low = {pattern = "r_arm low", positives = ["w*"]}\n'
