@@ -259,10 +259,9 @@ def main() -> int:
             for _ in range(2):
                 for _ in range(15):
                     scene.put()
-                assert called("ingest", "in", *OWN) == 0, errors_of()
-            rows = (f"in/{file},{'walk' if number % 2 else 'bow'}\n"
-                    for file, number in scene.files.items())  # fmt: skip
-            Path("labels.csv").write_text("file,label\n" + "".join(rows))
+                rows = [f"in/{file},{'wb'[number % 2]}\n" for file, number in scene.files.items()]
+                Path("labels.csv").write_text("file,label\n" + "".join(rows))
+                assert called("ingest", "in", "--labels", "labels.csv", *OWN) == 0, errors_of()
             Path("patterns.toml").write_text(PATTERN)
         return common.run(trial, options, end)
 

@@ -232,6 +232,7 @@ def answer(verb: str) -> tuple[int, str]:
     said = errors_of()
     if code == 2:
         assert said.splitlines()[-1].startswith("lanindex: ") or "^" in said, said
+        assert _OF_DAMAGE.search(said), said
         return code, said
     told = _SIZE.sub("", Path("stdout").read_text())  # of the file
     for clip in sorted(Path("clips").glob("*")):
@@ -240,6 +241,8 @@ def answer(verb: str) -> tuple[int, str]:
 
 
 _SIZE = re.compile(r'"size": \d+')
+_OF_DAMAGE = re.compile(r"damaged|database|not a library|add up to|revision|state is|\^")
+"""What errors say of damage, and not of memory, or of somebody else who holds the library."""
 
 
 def trial(choice: Random, folder: Path) -> dict[str, int]:
