@@ -257,7 +257,7 @@ def main() -> int:
         with chdir(READY):
             scene = Scene(Random(1), READY)
             for _ in range(2):
-                for _ in range(15):
+                for _ in range(7):  # less than what other processes are started for
                     scene.put()
                 rows = [f"in/{file},{'wb'[number % 2]}\n" for file, number in scene.files.items()]
                 Path("labels.csv").write_text("file,label\n" + "".join(rows))
