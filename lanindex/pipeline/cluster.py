@@ -193,14 +193,14 @@ class Cluster:
         ahead, ended, looked = AHEAD * self.tasks, Event(), monotonic()
         job = uuid4().hex
         with self._gone():
-            self._wait_for_workers("no worker is left")
             workers = self._workers()
 
         def given(place: int, item: Any) -> Any:
             # the same place goes to the same worker each time: it may still hold what it read
             how = {"workers": workers[place % len(workers)], "allow_other_workers": True}
             call, key = _Call(work, item), f"lanindex-{job}-{place}"
-            future = self._client.submit(call, key=key, pure=False, **how)
+            with self._gone():
+                future = self._client.submit(call, key=key, pure=False, **how)
             future.add_done_callback(lambda _: ended.set())
             return future
 
@@ -224,8 +224,7 @@ class Cluster:
                 ended.wait(TICK)
                 if monotonic() - looked > PATIENCE:
                     now = list[str]()
-                    with suppress(OSError):  # a link that is cut for good ends the tasks
-                        self._wait_for_workers("no worker is left")
+                    with self._gone(), suppress(OSError):  # a link cut for good ends the tasks
                         now = self._workers()
                     looked = monotonic()
                     if now and {*now}.isdisjoint(workers):
@@ -246,8 +245,11 @@ class Cluster:
         return run_coroutine_threadsafe(fetch, self._client.loop.asyncio_loop)
 
     def _workers(self) -> list[str]:
-        """Return the addresses of the workers."""
-        return sorted(self._client.nthreads())
+        """Wait for workers, and return their addresses."""
+        while True:
+            self._wait_for_workers("no worker is left")
+            if found := sorted(self._client.nthreads()):  # the last one may have died since
+                return found
 
     def _result(self, future: Any) -> Any:
         """Return what a task returned, or raise its error."""
@@ -289,7 +291,11 @@ class Cluster:
 
         try:
             yield
-        except (OSError, TimeoutError, CancelledError) as error:
+        except Exception as error:
+            # Dask closes its client where a scheduler does not come back
+            closed = self._client is not None and self._client.status in ("closing", "closed")
+            if not closed and not isinstance(error, (OSError, TimeoutError, CancelledError)):
+                raise
             raise LanindexError(found, place=self.named, remedy=remedy) from error
 
 

@@ -396,6 +396,9 @@ def test_one_of_them_dies(tmp_path: Path, monkeypatch, which: int, says: str) ->
         Thread(target=lambda: (time.sleep(3), both[which].kill()), daemon=True).start()
         with pytest.raises(LanindexError, match=f"{address}: {says}"):
             list(opened.results(waiting, items, lambda: None))
+        opened._client.close()  # as Dask does where the scheduler stays away
+        with pytest.raises(LanindexError, match=f"{address}: the scheduler is gone"):
+            list(opened.results(waiting, items, lambda: None))
 
 
 @pytest.mark.slow
