@@ -13,8 +13,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
+from math import ceil
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +28,7 @@ from lanindex.library.connect import Session, dialect_of
 from lanindex.library.dialect import Link, Target
 from lanindex.library.read import read_state
 from lanindex.library.segment_files import Distrust
-from lanindex.library.segments import Piece, Segment
+from lanindex.library.segments import Piece, Segment, Spine
 from lanindex.library.store import Store
 from lanindex.model.columns import (
     Columns,
@@ -79,20 +81,21 @@ class State:
 
     target: Target = field(repr=False)  # it may have a password
     stamp: int
+    tasks: int  # Into how many shards it is cut
     snapshot: str  # of the transaction that goes on while the job does; empty: nobody can write
 
 
-class _Opened:
-    """A library that this process keeps open, and what it has read of one state of it."""
+class Held:
+    """What this process has read of one state of a library, for work that is cut in one way."""
 
-    def __init__(self, target: Target) -> None:
-        self.store = Store(Session(target, readonly=True))
-        self._stamp, self._held = -1, dict[Any, Any]()
+    def __init__(self) -> None:
+        self._state: tuple[int, int] | None = None
+        self._held = dict[Any, Any]()
 
-    def at(self, stamp: int) -> None:
-        """Forget what was read of another state."""
-        if stamp != self._stamp:
-            self._stamp, self._held = stamp, {}
+    def at(self, stamp: int, tasks: int) -> None:
+        """Forget what was read of another state, and ranges that were cut otherwise."""
+        if self._state != (stamp, tasks):
+            self._state, self._held = (stamp, tasks), {}
 
     def held(self, key: Any, read: Callable[[], Result]) -> Result:
         """Return what was read under a key, or read it."""
@@ -101,6 +104,17 @@ class _Opened:
         found: Result = self._held[key]
         return found
 
+
+class _Opened(Held):
+    """A library that this process keeps open, and what it has read of it."""
+
+    def __init__(self, target: Target) -> None:
+        super().__init__()
+        self.store = Store(Session(target, readonly=True))
+
+
+_own = WeakKeyDictionary[Store, Held]()
+"""What the process that cuts has read."""
 
 _opened: dict[Target, _Opened] = {}
 
@@ -126,7 +140,7 @@ def reading(state: State) -> Iterator[tuple[_Opened, Link]]:
                 place=state.target.place,
                 remedy="Search again.",
             )
-        library.at(state.stamp)
+        library.at(state.stamp, state.tasks)
         yield library, connection
 
 
@@ -151,6 +165,7 @@ class Shard(NamedTuple):
 
 def cut(
     connection: Link,
+    held: Held,
     parts: Collection[str],
     numbers: Collection[int] | None,
     tasks: int,
@@ -165,20 +180,19 @@ def cut(
     spine = segments.read_spine(connection, trusted=trusted)
     if trusted and len(spine.pending) > MOST_PENDING:
         raise _Uncovered(len(spine.pending))
-    rosters, _ = segments.read_rosters(connection, spine)
+    key = (*((one.id, str(one.entries["", "number"].checksum)) for one in spine.segments),)
+    lists = held.held(key, partial(_lists, connection, spine))
     wanted = None if numbers is None else np.array(sorted(numbers), np.int64)
-    whole = max(1, sum(int(one.frames.sum(dtype=np.int64)) for one in rosters))
+    whole = max(1, sum(int(behind[-1]) for _, _, behind in lists))
     shards: list[Shard] = []
-    for segment, roster in zip(spine.segments, rosters, strict=True):
-        alive = np.sort(segments.alive(spine, segment, roster))
+    for segment, (number, alive, behind) in zip(spine.segments, lists, strict=True):
         if wanted is not None:
-            alive = alive[np.isin(roster.number[alive], wanted)]
+            alive = alive[np.isin(number[alive], wanted)]
         named = {key: it for key, it in segment.entries.items() if key[0] in ("", *parts)}
-        behind = roster.frames.cumsum(dtype=np.int64)
         frames = int(behind[-1])
-        count = max(1, min(round(tasks * frames / whole), len(roster) // FEWEST))
+        count = max(1, min(ceil(tasks * frames / whole), len(number) // FEWEST))
         within = np.searchsorted(behind, frames * np.arange(1, count) // count) + 1
-        for first, last in pairwise([0, *within.tolist(), len(roster)]):
+        for first, last in pairwise([0, *within.tolist(), len(number)]):
             own = alive[slice(*np.searchsorted(alive, (first, last)))]
             if len(own):
                 all_of_it = len(own) == last - first
@@ -190,6 +204,24 @@ def cut(
     count = max(1, min(tasks, len(pending) // FEWEST))
     shards += [Shard(None, 0, 0, some) for some in np.array_split(pending, count) if len(some)]
     return shards
+
+
+def _lists(
+    connection: Link, spine: Spine
+) -> list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]]:
+    """Return of each segment's captures the numbers, the places of those alive, the frames so far.
+
+    They are (C,), (D,) and (C,).
+    """
+    rosters, _ = segments.read_rosters(connection, spine)
+    return [
+        (
+            roster.number,
+            np.sort(segments.alive(spine, segment, roster)),
+            roster.frames.cumsum(dtype=np.int64),
+        )
+        for segment, roster in zip(spine.segments, rosters, strict=True)
+    ]
 
 
 def numbers_in(connection: Link, shard: Shard) -> NDArray[np.int64]:
@@ -286,12 +318,12 @@ def results(
         stamp, fault, lacking = -1, "", 0
         try:
             with store.session.reading() as connection:
-                stamp = read_state(connection).stamp
-                count = min(spread.tasks, MOST)
-                shards = cut(connection, parts, numbers, count, trusted=trusted)
-                state = State(
-                    store.session.target, stamp, dialect_of(connection).snapshot(connection)
-                )
+                stamp, tasks = read_state(connection).stamp, min(spread.tasks, MOST)
+                held = _own.setdefault(store, Held())
+                held.at(stamp, tasks)
+                shards = cut(connection, held, parts, numbers, tasks, trusted=trusted)
+                snapshot = dialect_of(connection).snapshot(connection)
+                state = State(store.session.target, stamp, tasks, snapshot)
                 items = [item(connection, state, shard) for shard in shards]
                 found = list[Result]()
                 for one in _watched(spread, work, items, shards, watch):

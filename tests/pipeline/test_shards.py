@@ -193,11 +193,22 @@ def test_what_is_found_so_far_is_told_in_order_of_capture(library: Library) -> N
 
 def test_shards_are_about_as_long_and_follow_each_other(library: Library) -> None:
     with library.store.session.reading() as connection:
-        found = shards.cut(connection, ["r_arm"], None, 4)
-        few = shards.cut(connection, ["r_arm"], [3, 4, 29], 4)
+        found = shards.cut(connection, shards.Held(), ["r_arm"], None, 4)
+        few = shards.cut(connection, shards.Held(), ["r_arm"], [3, 4, 29], 4)
     assert [(it.first, it.last) for it in found] == [(0, 8), (8, 15), (15, 23), (23, 30)]
     assert [(it.first, it.chosen.tolist()) for it in few] == [(0, [2, 3]), (23, [28])]
     assert {part for part, _ in found[0].segment.entries} == {"", "r_arm"}
+
+
+def test_what_is_cut_is_read_anew_once_the_library_changes(library: Library) -> None:
+    library.search("r_arm any")
+    held = shards._own[library.store]
+    before = held.held("kept", lambda: "before")
+    library.search("r_arm high")
+    assert held.held("kept", lambda: "after") == before
+    library.remove(3)
+    assert {hit.capture.id for hit in library.search("r_arm any")} == {*range(1, 31)} - {3}
+    assert held.held("kept", lambda: "after") == "after"
 
 
 def test_hits_are_those_of_the_library_that_was_searched(library: Library) -> None:
@@ -222,8 +233,8 @@ def test_hits_are_made_after_the_library_is_closed(library: Library) -> None:
 
 def test_a_library_that_changes_meanwhile_is_told(library: Library) -> None:
     with library.store.session.reading() as connection:
-        (shard,) = shards.cut(connection, ["r_arm"], None, 1)
-    state = shards.State(library.store.session.target, library.stamp, "")
+        (shard,) = shards.cut(connection, shards.Held(), ["r_arm"], None, 1)
+    state = shards.State(library.store.session.target, library.stamp, 1, "")
     library.label(1, "changed")
     with pytest.raises(LibraryError, match=r"has changed while it was searched\. Search again"):
         shards.columns_at(state, shard, ["r_arm"], (), lambda: None)
