@@ -241,7 +241,9 @@ def answer(verb: str) -> tuple[int, str]:
 
 
 _SIZE = re.compile(r'"size": \d+')
-_OF_DAMAGE = re.compile(r"damaged|database|not a library|add up to|revision|state is|\^")
+_OF_DAMAGE = re.compile(
+    r"damaged|database|not a library|this file is empty|add up to|revision|state is|\^"
+)
 """What errors say of damage, and not of memory, or of somebody else who holds the library."""
 
 
