@@ -293,8 +293,10 @@ def _counted_by(
     """Yield what each part does, counted in shards of the library."""
     from lanindex.pipeline import shards
 
+    numbers = np.array(chosen, np.int64)
+
     def task(connection: Link, state: State, shard: Shard) -> _Task:
-        places = np.searchsorted(chosen, shards.numbers_in(connection, shard))
+        places = np.searchsorted(numbers, shards.numbers_in(connection, shard))
         return _Task(state, shard, parts, group[places], places)
 
     watch = partial(store.session.progress, "captures")

@@ -99,9 +99,10 @@ class Held:
 
     def held(self, key: Any, read: Callable[[], Result]) -> Result:
         """Return what was read under a key, or read it."""
-        if key not in self._held:
-            self._held[key] = read()
-        found: Result = self._held[key]
+        own = self._held  # another thread may come to another state meanwhile
+        if key not in own:
+            own[key] = read()
+        found: Result = own[key]
         return found
 
 
@@ -180,7 +181,7 @@ def cut(
     spine = segments.read_spine(connection, trusted=trusted)
     if trusted and len(spine.pending) > MOST_PENDING:
         raise _Uncovered(len(spine.pending))
-    key = (*((one.id, str(one.entries["", "number"].checksum)) for one in spine.segments),)
+    key = tuple((one.id, str(one.entries["", "number"].checksum)) for one in spine.segments)
     lists = held.held(key, partial(_lists, connection, spine))
     wanted = None if numbers is None else np.array(sorted(numbers), np.int64)
     whole = max(1, sum(int(behind[-1]) for _, _, behind in lists))
