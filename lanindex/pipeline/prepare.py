@@ -278,7 +278,7 @@ def _unseen(path: str) -> CaptureError | None:
     except CaptureError as error:  # its store does not let this process read
         return CaptureError(f"{found} ({error.found})", place=path, remedy=error.remedy)
     except OSError:  # told when it is read
-        return None
+        pass
     return None
 
 

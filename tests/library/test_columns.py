@@ -196,35 +196,35 @@ def test_dead_captures_leave_when_they_are_many(library):
     assert_true(library)
 
 
-def test_a_large_segment_is_left_alone(library, monkeypatch):
-    for number in range(6):
-        add_sample(library, number)
-        library.cache.compact()
-        monkeypatch.setattr(cache, "LARGEST", 4 * (3 * 6 + 1))
-    assert segments(library) == [4, 2]
-    for number in range(6, 10):
-        add_sample(library, number)
-        library.cache.compact()
-    assert segments(library) == [4, 4, 2]
-    assert_true(library)
-
-
-def test_dead_captures_leave_a_large_segment_alone(library, monkeypatch):
+@pytest.fixture
+def large(library, monkeypatch):
+    """Return a library whose first two segments are too large to be joined."""
     for number in range(10):
         add_sample(library, number)
         library.cache.compact()
         monkeypatch.setattr(cache, "LARGEST", 4 * (3 * 6 + 1))
-    library.remove(3, 4)
-    library.cache.compact()
-    assert segments(library) == [4, 4, 2]  # a fifth of all is dead
-    library.remove(5)
-    library.cache.compact()
-    assert segments(library) == [4, 4]  # 5 to 8, of which one is dead; then 9, 10, 1, 2
-    assert_true(library)
-    library.remove(1, 2, 6, 7, 8, 9)
-    library.cache.compact()
-    assert segments(library) == [1]
-    assert_true(library)
+        if number == 5:
+            assert segments(library) == [4, 2]
+    assert segments(library) == [4, 4, 2]
+    return library
+
+
+def test_a_large_segment_is_left_alone(large):
+    assert_true(large)
+    large.remove(3, 4)
+    large.cache.compact()
+    assert segments(large) == [4, 4, 2]  # a fifth of all is dead
+
+
+def test_dead_captures_leave_a_large_segment_alone(large):
+    large.remove(3, 4, 5)
+    large.cache.compact()
+    assert segments(large) == [4, 4]  # 5 to 8, of which one is dead; then 9, 10, 1, 2
+    assert_true(large)
+    large.remove(1, 2, 6, 7, 8, 9)
+    large.cache.compact()
+    assert segments(large) == [1]
+    assert_true(large)
 
 
 def test_a_segment_holds_no_more_than_a_chunk(library, monkeypatch):

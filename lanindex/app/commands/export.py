@@ -143,8 +143,10 @@ def run(
                 requests = from_hits(hits, hits.pattern)
             folder = clips.output or Path("clips")
             form = ClipOptions(pad, clips.format, clips.origin, clips.preview)
-            wanted_clips = library.store, islice(requests, clips.limit), folder, form
-            manifest = export(*wanted_clips, force=force, spread=library.spread)
+            chosen = islice(requests, clips.limit)
+            manifest = export(
+                library.store, chosen, folder, form, force=force, spread=library.spread
+            )
             for clip in manifest:
                 out.row([folder / clip["clip"]], clip)
             out.note(f"{counted(len(manifest), 'clip')} in {folder}")

@@ -43,10 +43,10 @@ def stats(
     """
     dependent("--compare", compare, on="--by", given=by)
     dependent("--force", force, on="--plot", given=plot)
-    spread_out = any((by, part, plot, selection.globs))
-    dependent("--cluster", cluster, on="--by, --part, --plot or --in", given=spread_out)
+    detailed = any((by, part, plot, selection.globs))
+    dependent("--cluster", cluster, on="--by, --part, --plot or --in", given=detailed)
     with options.opened(db, out, cluster=cluster) as library:
-        if not spread_out:
+        if not detailed:
             _summarize(out, library.stats())
             return 0
         movement = library.movement(
