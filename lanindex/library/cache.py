@@ -378,7 +378,7 @@ def _to_join(connection: Link, spine: Spine) -> list[Segment]:
         if worth and sizes[first] + rest <= LARGEST:
             return spine.segments[first:]
     for one in spine.segments if lost else ():
-        alive = segments.alive(spine, one, segments.read_roster(connection, one))
+        alive = segments.alive(spine, one, segments.read_roster(connection, one).number)
         if 4 * len(alive) < 3 * one.captures:
             return [one]
     return []

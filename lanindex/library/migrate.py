@@ -278,7 +278,7 @@ def _pieces_of_segments(connection: Link) -> Iterator[tuple[int, segments.Piece]
     for segment, roster in zip(spine.segments, rosters, strict=True):
         held = {part: segments.read_columns(connection, segment, part) for part in segment.parts}
         whole = segments.Piece(roster, held, segments.read_texts(connection, segment))
-        order = segments.alive(spine, segment, roster)
+        order = segments.alive(spine, segment, roster.number)
         for first in range(0, len(order), _BATCH):
             yield segment.id, whole.at(order[first : first + _BATCH])
 

@@ -8,6 +8,7 @@ them, whole numbers in as few bytes as the largest needs; or, in place of these 
 columns are made again of the rows.
 
 Filters look at the texts of all captures, so segments hold them too: one list of JSON a column.
+Counts of all that a segment holds are stored with it, for summaries.
 Whoever changes a text marks the capture as not covered by its segment.
 """
 
@@ -30,6 +31,7 @@ from lanindex.library.dialect import MOST, Link
 from lanindex.library.rows import bytes_checksum, checksum
 from lanindex.library.segment_files import Distrust
 from lanindex.library.selection import Texts
+from lanindex.library.totals import Counting, Totals
 from lanindex.model.columns import (
     EXTRA,
     ROSTER,
@@ -367,6 +369,15 @@ def read_texts(connection: Link, segment: Segment, names: Iterable[str] = TEXTS)
     return texts
 
 
+def read_totals(connection: Link, segment: Segment) -> Totals | None:
+    """Return the counts of a segment's captures, dead ones included; earlier versions had none."""
+    content = read_column(connection, segment, "", "totals").tobytes()
+    try:
+        return Totals.unpacked(content) if content else None
+    except (ValueError, TypeError, AttributeError) as error:  # It was stored so, with its checksum
+        raise Distrust(f"damaged: the counts of segment {segment.id}") from error
+
+
 def put(connection: Link, roster: Roster, texts: Texts, columns: Iterable[Columns]) -> None:
     """Write a segment."""
     begin = "INSERT INTO segment (captures, symbols, listing, checksum) VALUES (0, 0, '', 0)"
@@ -380,10 +391,13 @@ def put(connection: Link, roster: Roster, texts: Texts, columns: Iterable[Column
             text = json.dumps(list(texts[name]), ensure_ascii=False)
             named[name] = np.frombuffer(text.encode("utf-8", "surrogatepass"), np.uint8)
         yield "", named
+        counting = Counting(roster, texts)
         for one in columns:
             if not one.blank:
                 symbols += len(one)
+                counting.add(one.part, np.diff(one.bounds), one.seen)
                 yield one.part, _arrays(one)
+        yield "", {"totals": np.frombuffer(counting.finished().packed(), np.uint8)}
 
     def contents() -> Iterator[tuple[str, str, memoryview]]:
         end = 0
@@ -672,7 +686,17 @@ def read_rosters(
 ) -> tuple[list[Roster], NDArray[np.int64] | None]:
     """Return the captures of each segment, and the order of all as `order_of` returns it."""
     rosters = [read_roster(connection, one, tick=tick) for one in spine.segments]
-    number = np.concatenate([*(one.number for one in rosters), np.array(spine.pending, np.int64)])
+    return rosters, checked_order(connection, spine, [one.number for one in rosters])
+
+
+def checked_order(
+    connection: Link, spine: Spine, numbers: Iterable[NDArray[np.int64]]
+) -> NDArray[np.int64] | None:
+    """Return the order of all captures by `order_of`; they must be those that there are.
+
+    `numbers` are those of each segment's captures, dead ones included.
+    """
+    number = np.concatenate([*numbers, np.array(spine.pending, np.int64)])
     order = order_of(spine, number)
     number = number if order is None else number[order]
     stored = read.read_state(connection)
@@ -680,7 +704,7 @@ def read_rosters(
         np.diff(number) <= 0
     ).any():
         raise Distrust("damaged: they are not those of the captures that there are")
-    return rosters, order
+    return order
 
 
 def order_of(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | None:
@@ -700,10 +724,10 @@ def order_of(spine: Spine, numbers: NDArray[np.int64]) -> NDArray[np.int64] | No
     return order[np.argsort(numbers[order], kind="stable")]
 
 
-def alive(spine: Spine, segment: Segment, roster: Roster) -> NDArray[np.int64]:
+def alive(spine: Spine, segment: Segment, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the places of the captures of a segment that are alive, by number."""
-    order = order_of(Spine([segment], spine.dead, []), roster.number)
-    return np.arange(len(roster)) if order is None else order
+    order = order_of(Spine([segment], spine.dead, []), numbers)
+    return np.arange(len(numbers)) if order is None else order
 
 
 def check_pending(there: Sequence[int], pending: Sequence[int]) -> None:

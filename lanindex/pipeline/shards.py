@@ -218,7 +218,7 @@ def _lists(
     return [
         (
             roster.number,
-            np.sort(segments.alive(spine, segment, roster)),
+            np.sort(segments.alive(spine, segment, roster.number)),
             roster.frames.cumsum(dtype=np.int64),
         )
         for segment, roster in zip(spine.segments, rosters, strict=True)

@@ -2,6 +2,7 @@
 
 import random
 from contextlib import contextmanager
+from dataclasses import replace
 from fractions import Fraction
 from operator import methodcaller
 from pathlib import Path
@@ -156,8 +157,24 @@ def test_counts_do_not_trust_what_is_out_of_date(tmp_path):
         whole = library.stats()
     assert (whole.captures, whole.profiles) == (4, {"default": 4})
     with sql(tmp_path / "some.db") as connection:
-        connection.execute("UPDATE segment_column SET content = x'00' WHERE name = 'still'")
+        connection.execute("UPDATE segment_column SET content = x'00' WHERE name = 'totals'")
     with Store.open(tmp_path / "some.db") as library:
         assert library.stats() == whole
         library.columns(["head"])
-        assert "damaged: still of the captures in segment 1" in library.session.notes[0]
+        assert "damaged: totals of the captures in segment 1" in library.session.notes[0]
+
+
+def test_counts_stored_with_segments_are_those_of_the_rows(tmp_path):
+    fill(tmp_path / "some.db", 6)
+    with Store.open(tmp_path / "some.db") as library:
+        by_rows = library.stats()
+        library.cache.compact()
+        assert replace(library.stats(), size=by_rows.size) == by_rows
+        library.remove(2)
+        library.label(3, "walk")
+        without = library.stats()
+        assert (without.captures, without.labels["walk"]) == (5, 1)
+        with sql(tmp_path / "some.db") as connection:
+            connection.execute("DELETE FROM segment")
+            connection.execute("UPDATE state SET columns = 0")
+        assert replace(library.stats(), size=without.size) == without
