@@ -137,9 +137,9 @@ def reading(state: State) -> Iterator[tuple[_Opened, Link]]:
     with library.store.session.reading(state.snapshot) as connection:
         if read_state(connection).stamp != state.stamp:
             raise LibraryError(
-                "the library has changed while it was searched",
+                "the library has changed while it was read",
                 place=state.target.place,
-                remedy="Search again.",
+                remedy="Run again.",
             )
         library.at(state.stamp, state.tasks)
         yield library, connection

@@ -236,7 +236,7 @@ def test_a_library_that_changes_meanwhile_is_told(library: Library) -> None:
         (shard,) = shards.cut(connection, shards.Held(), ["r_arm"], None, 1)
     state = shards.State(library.store.session.target, library.stamp, 1, "")
     library.label(1, "changed")
-    with pytest.raises(LibraryError, match=r"has changed while it was searched\. Search again"):
+    with pytest.raises(LibraryError, match=r"has changed while it was read\. Run again"):
         shards.columns_at(state, shard, ["r_arm"], (), lambda: None)
 
 
