@@ -234,6 +234,18 @@ class TestSearch:
         ]
         assert fits == sorted(fits, reverse=True)
 
+    def test_the_best_of_a_fuzzy_search(self, filled, place: Path) -> None:
+        best = "r_arm high", "--fuzzy", "1", "--sort", "fit"
+        every = filled("search", *best)
+        total = len(every.stdout.splitlines())
+        assert every.stderr.startswith(f"{total} hits in ")
+        for limit in (1, total - 1, total, total + 1):
+            done = filled("search", *best, "--limit", str(limit))
+            assert done.stdout.splitlines() == every.stdout.splitlines()[:limit]
+            assert ("there are others" in done.stderr) is (limit < total)
+        filled("search", *best, "--limit", "1", "--preview", "best.html")
+        assert (place / "best.html").read_text().count('class="hit"') == 1
+
     def test_nothing_found(self, filled) -> None:
         done = filled("search", "r_leg high")
         assert (done.returncode, done.stdout) == (1, "")

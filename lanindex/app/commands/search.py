@@ -152,17 +152,19 @@ def run(
             return 0
         only_best = view.sort == "fit" and matching["fuzzy"] is not None and not view.count
         best = view.limit if only_best else None
+        one_more = best and best + 1  # which tells whether there are others
         hits = library.search(
-            pattern, selection, best=best, timeout=timeout, memory=memory, **matching
+            pattern, selection, best=one_more, timeout=timeout, memory=memory, **matching
         )
         if isinstance(hits, Counts):
             _counts(out, hits, view)
         elif view.into is not None and hits:
-            _write_tier(out, hits, view, typed)
+            _write_tier(out, hits[:best], view, typed)
         elif view.count:
             _count(out, library, hits)
         else:
-            _hits(out, library, hits, view, best, " ".join(typed.split()))
+            more = best is not None and len(hits) > best
+            _hits(out, library, hits[:best], view, more, " ".join(typed.split()))
         if not hits and not out.quiet:
             advice = library.suggest(pattern, selection, **matching)
             out.notes([advice.brief] if out.json else str(advice).split("\n"))
@@ -204,10 +206,8 @@ def _note_labelled(out: Output, library: Library, name: str) -> None:
         )
 
 
-def _hits(
-    out: Output, library: Library, hits: Hits, view: View, best: int | None, title: str
-) -> None:
-    """Print or draw hits; `best` is how many were searched for, if not all."""
+def _hits(out: Output, library: Library, hits: Hits, view: View, others: bool, title: str) -> None:
+    """Print or draw hits; there may be `others` that nobody has counted, which fit no better."""
     most = view.limit or (ON_TERMINAL if out.terminal else None)
     if view.limit is None and view.preview is not None:
         from lanindex.pipeline.preview import FORMS
@@ -221,11 +221,11 @@ def _hits(
     elif first:
         some = f" \u00b7 the first {len(first):,} of {len(hits):,} hits" * (len(first) < len(hits))
         _draw(out, library, first.of(title + some), view.preview, view.force)
-    cut = cut_note(len(first), len(hits))
-    if len(hits) == best:
-        cut = "; no others fit better, --limit shows more"
+    if others:
+        out.note(f"{_numbers(hits)}, the best; there are others, --limit shows more")
+        return
     order = ", the best first" if view.sort == "fit" and len(first) > 1 else ""
-    out.note(f"{_numbers(hits)}{order}{cut}")
+    out.note(f"{_numbers(hits)}{order}{cut_note(len(first), len(hits))}")
 
 
 def _numbers(hits: Hits) -> str:
