@@ -111,6 +111,16 @@ def test_links_lead_somewhere(page: Path) -> None:
     ] == []
 
 
+def test_the_guide_links_to_what_is_installed() -> None:
+    from lanindex.app.commands.learn import TOPICS
+
+    pages = [GUIDE.parent / page for page, _ in TOPICS.values()]
+    there = {
+        (page.parent / it).resolve() for page in pages for it in LINK.findall(page.read_text())
+    }
+    assert {it.relative_to(REPOSITORY).parts[0] for it in there} == {"lanindex", "corpus"}
+
+
 @pytest.mark.parametrize("page", [README, GUIDE / "asking.md"], ids=lambda page: page.stem)
 def test_examples_of_the_language_are_understood(page: Path) -> None:
     from lanindex.search.language import parse
