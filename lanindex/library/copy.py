@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from contextlib import closing
+from typing import Any
 
 from lanindex.errors import LibraryError, UsageError, counted
 from lanindex.library import read, segments
@@ -17,6 +18,7 @@ from lanindex.library.connect import (
     insert,
     no_progress,
     target,
+    translated,
 )
 from lanindex.library.dialect import Link
 from lanindex.library.store import Store
@@ -53,19 +55,24 @@ def copy(
                     wanted="a new one",
                     remedy="Name another file, database or schema.",
                 )
-            numbers = read.capture_numbers(link)
-            _copy_table(link, copied, "profile")
+            with translated(where.place):  # or the new library would be named
+                numbers = read.capture_numbers(link)
+                last = {it: dialect_of(link).last_number(link, it) for it in ("profile", "capture")}
+                profiles = _rows(link, "profile")
+            insert(copied, *profiles)
             for first in range(0, len(numbers), _BATCH):
                 progress("captures", first, len(numbers))
                 some = numbers[first : first + _BATCH]
-                _check(link, some)
-                _copy_table(link, copied, "capture", f"WHERE id IN {among(some)}")
-                for table in ("metadata", "track", "symbol_code"):
-                    _copy_table(link, copied, table, f"WHERE capture_id IN {among(some)}")
+                with translated(where.place):
+                    _check(link, some, where.place)
+                    tables = [_rows(link, "capture", f"WHERE id IN {among(some)}")]
+                    for table in ("metadata", "track", "symbol_code"):
+                        tables.append(_rows(link, table, f"WHERE capture_id IN {among(some)}"))
+                for rows in tables:
+                    insert(copied, *rows)
             progress("captures", len(numbers), len(numbers))
-            for table in ("profile", "capture"):
-                last = dialect_of(link).last_number(link, table)
-                dialect_of(copied).go_on_after(copied, table, last)
+            for table, number in last.items():
+                dialect_of(copied).go_on_after(copied, table, number)
             held = {"stamp": there.stamp + 1, "captures": len(numbers), "numbers": sum(numbers)}
             changes = ", ".join(f"{name} = :{name}" for name in held)
             ask(copied, f"UPDATE state SET {changes}", held)
@@ -74,20 +81,20 @@ def copy(
     return len(numbers)
 
 
-def _check(link: Link, numbers: list[int]) -> None:
+def _check(link: Link, numbers: list[int], place: str) -> None:
     """Raise an error where one of some captures is damaged."""
     chosen = read.read_captures(link, numbers)
     if len(chosen) != len(numbers):
-        raise LibraryError("captures are missing", remedy="Ask which: lanindex db check")
+        remedy = "Ask which: lanindex db check"
+        raise LibraryError("captures are missing", place=place, remedy=remedy)
     read.read_symbols(link, read.read_track_rows(link, chosen))
     for _ in read.read_contents(link, chosen):
         pass
 
 
-def _copy_table(link: Link, copied: Link, table: str, where: str = "") -> None:
-    """Copy the rows of a table that a condition chooses."""
+def _rows(link: Link, table: str, where: str = "") -> tuple[str, list[str], list[Any]]:
+    """Return a table's name, its columns, and the rows that a condition chooses."""
     from lanindex.library.schema import tables
 
     names = [column.name for column in tables.tables[table].columns]
-    rows = ask(link, f"SELECT {', '.join(names)} FROM {table} {where}").fetchall()
-    insert(copied, table, names, rows)
+    return table, names, ask(link, f"SELECT {', '.join(names)} FROM {table} {where}").fetchall()

@@ -73,6 +73,16 @@ def test_damage_is_not_copied(tmp_path):
         assert store.captures() == []
 
 
+@pytest.mark.parametrize("table", ["metadata", "symbol_code"])
+def test_a_source_that_cannot_be_read_is_named(tmp_path, table):
+    fill(tmp_path / "a.db", 3)
+    with sql(tmp_path / "a.db") as connection:
+        connection.execute(f"ALTER TABLE {table} RENAME TO other")
+    with pytest.raises(LibraryError) as error:
+        copy(tmp_path / "a.db", tmp_path / "b.db")
+    assert error.value.place == str(tmp_path / "a.db")
+
+
 def test_an_empty_library(tmp_path):
     fill(tmp_path / "a.db", 0)
     assert copy(tmp_path / "a.db", tmp_path / "b.db") == 0
