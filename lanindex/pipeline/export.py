@@ -30,6 +30,7 @@ from lanindex.pipeline.prepare import as_ingested, in_batches, size_of
 if TYPE_CHECKING:
     from lanindex.library.dialect import Target
     from lanindex.pipeline.named import Request
+    from lanindex.pipeline.preview import Filming
     from lanindex.pipeline.spread import Spread, Tick
 
 FORMATS = ("native", *convert.TARGETS, "lnd")
@@ -83,13 +84,13 @@ def clips(
     """
     if options.format not in FORMATS:
         raise UsageError(f'"{shown(options.format)}"', place="--format", wanted=", ".join(FORMATS))
-    requests, side = list(requests), 0.0
+    requests, side, film = list(requests), 0.0, None
     if options.preview is not None:
-        from lanindex.pipeline.preview import side_of
+        from lanindex.pipeline.preview import filmed
 
-        side = side_of(store, requests, options.preview)
+        side, film = filmed(store, requests, options.preview)
     used_names, lost = {*manifest.FILES}, Counter[str]()
-    made = _made(store, requests, options, side)
+    made = _made(store, requests, options, film)
     if spread is not None:
         made = _made_by(spread, store, requests, options, side)
     for done, (request, clip) in enumerate(zip(requests, made, strict=True)):
@@ -127,15 +128,11 @@ def _made(
     store: Store,
     requests: Sequence[Request],
     options: ClipOptions,
-    side: float,
+    film: Filming | None,
     *,
     goes_on: bool = False,
 ) -> Iterator[_Clip]:
-    """Yield clips, their films seen from one side; the first may go on with a capture."""
-    if options.preview is not None:
-        from lanindex.pipeline.preview import filming
-
-        film = filming(store, options.preview, side)
+    """Yield clips with their films; the first may go on with a capture."""
     for capture, of_capture in by_capture(store, requests):
         score = store.score(capture.id)
         cut, lost = _cutter(store, capture, options)
@@ -145,7 +142,7 @@ def _made(
             span = clip_span(capture, request.hit, options.pad)
             files, left = cut(span)
             files = [*files, (".lnd", lnd.write(excerpt(score, span)).encode())]
-            if options.preview is not None:
+            if film is not None:
                 files.append((f".{options.preview}", film(capture, score, request, span)))
             yield _Clip(capture, span, files, lost + left)
             lost = Counter()
@@ -235,9 +232,13 @@ def _make(task: _Task, tick: Tick) -> list[_Clip]:
     """Make clips in another process."""
     from lanindex.pipeline.shards import opened
 
-    made = list[_Clip]()
+    made, film = list[_Clip](), None
     store = opened(task.target).store
-    for clip in _made(store, task.requests, task.options, task.side, goes_on=task.goes_on):
+    if task.options.preview is not None:
+        from lanindex.pipeline.preview import filming
+
+        film = filming(store, task.options.preview, task.side)
+    for clip in _made(store, task.requests, task.options, film, goes_on=task.goes_on):
         tick()
         made.append(clip)
     return made

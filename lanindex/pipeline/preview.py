@@ -40,6 +40,9 @@ from lanindex.search.hits import Hits
 FORMS = {"png": SHEET_HITS, "svg": SHEET_HITS, "html": PAGE_HITS}
 """What hits can be shown as, and how many of them where nobody says."""
 
+Filming = Callable[[Capture, Score, Request, Span], bytes]
+"""Returns the film of a clip."""
+
 
 def preview(
     store: Store, hits: Hits, path: Path, watch: Progress = no_progress
@@ -96,8 +99,11 @@ def _body(store: Store, capture: Capture) -> tuple[Figure | None, str]:
         return None, f"{error.found}. {error.remedy}".removesuffix(". ")
 
 
-def side_of(store: Store, requests: Iterable[Request], form: str) -> float:
-    """Return from where films of clips are seen, all of them from one side."""
+def filmed(store: Store, requests: Iterable[Request], form: str) -> tuple[float, Filming]:
+    """Return from where films of clips are seen, all of them from one side, and what films them.
+
+    A capture that is alone is read once for both.
+    """
     if form not in FILMS:
         raise UsageError(f'"{shown(form)}"', place="--preview", wanted=", ".join(FILMS))
     writable(form)
@@ -110,14 +116,15 @@ def side_of(store: Store, requests: Iterable[Request], form: str) -> float:
                 parts = (symbol["part"] for symbol in it.symbols)
                 yield playback(body(capture), parts, seconds, seconds)
 
-    return seen_from(played()).turn
+    side = seen_from(played()).turn
+    return side, filming(store, form, side, body)
 
 
 def filming(
-    store: Store, form: str, side: float
-) -> Callable[[Capture, Score, Request, Span], bytes]:
+    store: Store, form: str, side: float, body: Callable[[Capture], Figure] | None = None
+) -> Filming:
     """Return what films clips from one side, the symbols of their hits in colour."""
-    body = _bodies(store, form)
+    body = body or _bodies(store, form)
 
     def film(capture: Capture, score: Score, request: Request, span: Span) -> bytes:
         start, stop = (float(frame / capture.rate) for frame in (span.start, span.stop))

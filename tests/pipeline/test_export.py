@@ -22,6 +22,7 @@ from lanindex.library.selection import Selection
 from lanindex.library.store import Store
 from lanindex.model import Span
 from lanindex.notation import lnd
+from lanindex.pipeline import preview
 from lanindex.pipeline.export import ClipOptions, clips, export, pad_frames
 from lanindex.pipeline.library import Library, open_library
 from lanindex.pipeline.named import Request, from_hits, from_lines, from_range, matched
@@ -453,6 +454,22 @@ def test_films_of_one_export_are_seen_from_one_side(
         library.export(hits, tmp_path / f"films{number}", preview="mp4")
     assert turns[: len(raised)] != turns[-len(bowed) :]
     assert len(set(turns[len(raised) + len(bowed) :])) == 1
+
+
+def test_a_capture_that_is_filmed_alone_is_read_once(
+    tmp_path: Path, library: Library, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read, stored_motion = [], preview.stored_motion
+
+    def counted(store, capture, rate):
+        read.append(capture.path)
+        return stored_motion(store, capture, rate)
+
+    monkeypatch.setattr(preview, "stored_motion", counted)
+    monkeypatch.setattr(Film, "written", lambda film, _: b"")
+    hits = library.search("r_arm", Selection("*raise.bvh"))
+    assert len(library.export(hits, tmp_path / "films", preview="mp4")) > 1
+    assert len(read) == 1
 
 
 def test_scores_have_films_too(tmp_path: Path, library: Library) -> None:
