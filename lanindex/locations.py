@@ -1,7 +1,7 @@
 """Where files lie: each at a path of the disk or at a URL, which fsspec opens.
 
-What lies at a URL is copied to the disk before it is read, once for each of its versions: whether a
-file is the one that was ingested is told by all of its bytes. Nothing else knows paths from URLs.
+What lies at a URL is copied to the disk before it is read, once for each of its versions, which a
+library remembers. Nothing else knows paths from URLs.
 """
 
 from __future__ import annotations
@@ -95,6 +95,7 @@ class Found:
     mark: Mark
     size: int | None  # None: it does not say
     is_folder: bool
+    listed: bool = False  # whether its folder's list says so, which may tell versions otherwise
 
 
 _known: dict[str, tuple[float, Found | CaptureError | None]] = {}
@@ -114,10 +115,11 @@ def forget(path: str) -> None:
             _known.pop(url, None)
 
 
-def _found(url: str) -> Found:
-    """Return what a store says of a file; what it said a moment ago holds."""
+def _found(url: str, *, listed: bool = True) -> Found:
+    """Return what a store says of a file, or its folder's list; said a moment ago, it holds."""
     asked, found = _known.get(url, _NEVER)
-    if monotonic() - asked >= FRESH:
+    only_listed = isinstance(found, Found) and found.listed and not listed
+    if monotonic() - asked >= FRESH or only_listed:
         try:
             with asking(url) as (system, path):
                 found = _told(url, system.info(path))
@@ -133,13 +135,13 @@ def _found(url: str) -> Found:
     return found
 
 
-def _told(url: str, info: dict[str, Any]) -> Found:
+def _told(url: str, info: dict[str, Any], *, listed: bool = False) -> Found:
     size, etag = info.get("size"), info.get("ETag") or info.get("etag")
     when = next((info[key] for key in _WHEN if info.get(key)), None)
     # Where nothing tells two versions apart, a copy serves the process that made it, and no other
     mark = str(etag or when or _PROCESS), size
     is_folder = info["type"] == "directory" or str(info.get("url", url)).endswith("/")
-    return Found(mark, size, is_folder)
+    return Found(mark, size, is_folder, listed)
 
 
 @contextmanager
@@ -217,7 +219,7 @@ def _list(folder: str) -> dict[str, bool]:
     now = monotonic()
     for url, info in entries.items():
         if info.get("size") is not None:  # else it is but a link
-            _known[url] = now, _told(url, info)
+            _known[url] = now, _told(url, info, listed=True)
     return {url: entries[url]["type"] == "directory" for url in sorted(entries)}
 
 
@@ -285,7 +287,13 @@ def is_gone(path: str) -> bool:
 
 def mark(path: str) -> Mark:
     """Return what changes when a file does."""
-    return _found(path).mark if is_url(path) else mark_of(os.stat(path))
+    return _found(path, listed=False).mark if is_url(path) else mark_of(os.stat(path))
+
+
+def version(path: str) -> str:
+    """Return what a store says that tells a file's version from all others; empty: nothing."""
+    told, size = _found(path).mark if is_url(path) else (_PROCESS, None)
+    return "" if told == _PROCESS or size is None else f"{size} {told}"
 
 
 def mark_of(status: os.stat_result) -> Mark:
@@ -322,7 +330,7 @@ _unswept = BYTES  # bytes that were copied since copies were let go; at first th
 def local(path: str | os.PathLike[str]) -> str:
     """Return a path of the disk at which a file can be read: its own, or that of a copy."""
     text = plain(path)
-    return copy_of(text, _found(text).mark) if is_url(text) else text
+    return copy_of(text, mark(text)) if is_url(text) else text
 
 
 def copy_of(url: str, mark: Mark) -> str:
@@ -379,7 +387,9 @@ def _copy(url: str, found: Found, place: Path) -> None:
     try:
         with asking(url) as (system, path):
             system.get_file(path, draft)
-        if os.stat(draft).st_size < (found.size or 0):  # what is stored packed is longer
+            after = _told(url, system.info(path))
+        # what is stored packed is longer
+        if after.mark != found.mark or os.stat(draft).st_size < (found.size or 0):
             raise changed(url)
         os.replace(draft, place)
     finally:

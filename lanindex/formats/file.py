@@ -42,6 +42,8 @@ class File:
     content: Content  # all of it; ``content[:]`` has it in memory
     # whom of several people in it is meant, where that is named; its name ends with it
     subject: str = ""
+    # what its store says that tells it from all other versions; empty where nothing does
+    version: str = ""
     # results computed from the content, by their function: the same for each of its people
     results: dict[Callable[..., Any], Any] = field(default_factory=dict, repr=False, compare=False)
 
@@ -193,6 +195,8 @@ def opened(path: str | os.PathLike[str]) -> File:
     where, subject = _of_subject(name)
     try:
         of_url = locations.mark(where) if locations.is_url(where) else ()
+        told = locations.version(where)
+        size = of_url[1] if told else 0
         path = locations.copy_of(where, of_url) if of_url else where
         status = os.stat(path)
         regular = stat.S_ISREG(status.st_mode)
@@ -201,7 +205,8 @@ def opened(path: str | os.PathLike[str]) -> File:
         with open(path, "rb") as file:
             large = regular and status.st_size > WHOLE
             content = _OnDisk(locations.located(where), status, of_url) if large else file.read()
-            return File(name, content, subject)
+            # what is stored packed has another size
+            return File(name, content, subject, told if status.st_size == size else "")
     except (OSError, ValueError) as error:
         raise _error(name, error) from error
 

@@ -89,17 +89,18 @@ class Encoding:
     options: Mapping[str, str] = field(default_factory=dict)
     beside: str = ""
     people: int = field(default=0, compare=False)
+    version: str = field(default="", compare=False)  # of its file, as its store tells it
 
     @classmethod
     def stored(cls, profile: str, digest: str, facts: Mapping[str, str]) -> Self:
         """Return the encoding that a profile and the column ``options`` of a capture hold."""
         options = dict(facts)
         beside, people = options.pop("beside", ""), int(options.pop("people", 0))
-        return cls(profile, digest, options, beside, people)
+        return cls(profile, digest, options, beside, people, options.pop("version", ""))
 
     def facts(self) -> dict[str, str]:
         """Return the content of the column ``options``: the options, and what else is known."""
-        more = {"beside": self.beside, "people": str(self.people or "")}
+        more = {"beside": self.beside, "people": str(self.people or ""), "version": self.version}
         return {**self.options, **{name: fact for name, fact in more.items() if fact}}
 
 

@@ -73,7 +73,7 @@ capture = sa.Table(
     sa.Column("beat", sa.Integer, nullable=False),  # 4: a quarter
     sa.Column("division", sa.Integer, nullable=False),  # ticks in a unit
     sa.Column("profile_id", sa.ForeignKey(profile.c.id)),  # null: a score that came as one
-    sa.Column("options", Text, nullable=False),  # JSON: how the reader was overridden
+    sa.Column("options", Text, nullable=False),  # JSON: how it was read, its file's version
     sa.Column("warnings", Text, nullable=False),  # JSON: what the reader found doubtful
     sa.Column("tracks", sa.Integer, nullable=False),  # checksum of the list of tracks
     sa.Column("content", sa.Integer, nullable=False),  # checksum of other and heading

@@ -9,6 +9,7 @@ import os
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from itertools import islice, repeat
 from typing import Any, Self
@@ -168,15 +169,16 @@ class Store:
                     describe(connection, number, label, metadata)
         return list(changed)
 
-    def move(self, which: int | str, path: str | os.PathLike[str]) -> None:
-        """Change where a capture's file is; all else that is known of it stays."""
+    def move(self, which: int | str, path: str | os.PathLike[str], version: str = "") -> None:
+        """Change where a capture's file is, and its version there; all else stays."""
         shown = printable(os.fspath(path))
         with self.changing() as connection:
-            number = self._stored(connection, which).capture.id
+            stored = self._stored(connection, which)
+            number, encoding = stored.capture.id, replace(stored.encoding, version=version)
             facts, profile = read.encoded_of(connection, number)
-            names = {"path": shown, "location": absolute(path)}
-            checksum = rows.encoded_checksum({**facts, **names}, *profile)
-            _update_capture(connection, number, {**names, "checksum": checksum})
+            values = {"path": shown, "location": absolute(path), "options": _options(encoding)}
+            checksum = rows.encoded_checksum({**facts, **values}, *profile)
+            _update_capture(connection, number, {**values, "checksum": checksum})
             segments.mark_changed(connection, number)
 
     def remove(self, *which: int | str) -> None:
@@ -471,7 +473,7 @@ def put_capture(
         "other": other,
         "heading": heading,
         "profile_id": _profile(connection, profile) if profile else None,
-        "options": json.dumps(encoding.facts(), sort_keys=True),
+        "options": _options(encoding),
         "tracks": listing,
         "content": read.content_checksum(other, heading),
     }
@@ -530,6 +532,10 @@ def describe(
     if not new:
         segments.mark_changed(connection, number)
     return lost
+
+
+def _options(encoding: Encoding) -> str:
+    return json.dumps(encoding.facts(), sort_keys=True)
 
 
 def _profile(connection: Link, values: Mapping[str, str]) -> int:

@@ -96,7 +96,9 @@ def ingest(
         before = moved.places.get(place, "")
         outcome = replace(outcome, was_stored=place in known or bool(before), moved=before)
         outcome = _with_duplicate_warning(outcome, place, first)
-        outcome = _store(target, outcome, labels or {}) if target else outcome
+        _, held = known.get(place, ("", outcome.encoding))
+        told_anew = outcome.status == "unchanged" and held.version != outcome.encoding.version
+        outcome = _store(target, outcome, labels or {}, told_anew) if target else outcome
         return replace(outcome, score=None)
 
     waiting = 0
@@ -148,12 +150,12 @@ def _with_duplicate_warning(
     return replace(outcome, warnings=(*outcome.warnings, f"the same content as {other}"))
 
 
-def _store(store: Store, outcome: Outcome, labels: Labels) -> Outcome:
+def _store(store: Store, outcome: Outcome, labels: Labels, told_anew: bool) -> Outcome:
     if outcome.status == "failed":
         return outcome
     place = absolute(outcome.path)
-    if outcome.moved:
-        store.move(outcome.moved, outcome.path)
+    if outcome.moved or told_anew:
+        store.move(outcome.moved or place, outcome.path, outcome.encoding.version)
     label, metadata = labels.get(key_of(place), (None, {}))
     if metadata and outcome.was_stored:
         metadata = {**store.capture(place).metadata, **metadata}

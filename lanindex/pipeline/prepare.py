@@ -10,7 +10,7 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from heapq import nlargest
 from itertools import accumulate
@@ -102,14 +102,16 @@ def prepare(task: Task) -> Outcomes:
     """Read a file and write down who is in it, unstored; never raises a `LanindexError`."""
     compiled.expect(task.total)
     try:
+        if unchanged := _unchanged(task):
+            return unchanged
         file = formats.opened(task.path)
         sha256, beside = file.sha256(), companions(task, file)
         encoding = encoding_of(task, beside)
         same = {name: one.people for name, (digest, one) in task.stored.items()
                 if (digest, one) == (sha256, encoding)}  # fmt: skip
         names: Collection[str] = ()
-        complete = "" in same or (len(same) > 1 and set(same.values()) == {len(same)})
-        if complete:  # nobody is missing of those that the library holds of it
+        complete = _is_complete(same)
+        if complete:
             names = same
         elif task.only_look:
             return ()
@@ -124,7 +126,7 @@ def prepare(task: Task) -> Outcomes:
                 person.name,
                 "unchanged",
                 sha256=sha256,
-                encoding=replace(encoding, people=len(names)),
+                encoding=replace(encoding, people=len(names), version=file.version),
                 beside=tuple(one.name for one in beside),
             )
             is_new = not complete and same.get(name) != len(names)
@@ -136,6 +138,40 @@ def prepare(task: Task) -> Outcomes:
         error = OutOfMemoryError("not enough memory to read it", place=task.path, remedy=remedy)
         return (Outcome(task.path, "failed", error=str(error)),)
     return tuple(outcomes)
+
+
+def _is_complete(people: Mapping[str, int]) -> bool:
+    """Return whether nobody is missing of a file: by name how many were in it."""
+    return "" in people or (len(people) > 1 and set(people.values()) == {len(people)})
+
+
+def _unchanged(task: Task) -> Outcomes:
+    """Return what became of a file that is as it was by what its store says of it; else nothing.
+
+    What lies beside a file may change without it, so there must have been nothing.
+    """
+    if not locations.is_url(task.path):
+        return ()
+    place, name, encoding = on_disk(task.path), locations.plain(task.path), encoding_of(task, ())
+    same = {who: one for who, one in task.stored.items() if one[1] == encoding}
+    if not _is_complete({who: one.people for who, (_, one) in same.items()}):
+        return ()
+    version, *others = {one.version for _, one in same.values()}
+    if others or not version or not _has_version(place, version):
+        return ()
+    return tuple(
+        Outcome(name + SUBJECT * bool(who) + who, "unchanged", sha256=digest, encoding=one)
+        for who, (digest, one) in same.items()
+    )
+
+
+def _has_version(place: str, version: str) -> bool:
+    """Return whether a file has a version; asked anew where a list tells it otherwise."""
+    with suppress(FileNotFoundError, CaptureError):  # said where it is opened
+        if locations.version(place) != version:
+            locations.forget(place)
+        return locations.version(place) == version
+    return False
 
 
 def companions(task: Task, file: formats.File) -> tuple[formats.File, ...]:
@@ -155,10 +191,10 @@ def encoding_of(task: Task, beside: Iterable[formats.File]) -> Encoding:
 
 def as_ingested(file: formats.File, sha256: str, encoding: Encoding) -> bool:
     """Return whether a file is as it was, and what it was read with, as far as that was noted."""
-    if file.sha256() != sha256:
+    if not (file.version and file.version == encoding.version) and file.sha256() != sha256:
         return False
     reading = Reading(**encoding.options)
-    return encoding.beside in ("", together(formats.companions(file, reading)))
+    return not encoding.beside or encoding.beside == together(formats.companions(file, reading))
 
 
 def _encoded(task: Task, file: formats.File, facts: Outcome) -> Outcome:
