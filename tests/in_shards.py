@@ -4,6 +4,7 @@ import pickle
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from lanindex.errors import LanindexError
 from lanindex.pipeline.spread import Tick, Work
 
 
@@ -15,7 +16,10 @@ class Here:
 
     def results(self, work: Work, items: Iterable[Any], tick: Tick) -> Iterator[Any]:
         for item in items:
-            result = work(pickle.loads(pickle.dumps(item)), tick)
+            try:
+                result = work(pickle.loads(pickle.dumps(item)), tick)
+            except LanindexError as error:
+                raise pickle.loads(pickle.dumps(error)) from error
             yield pickle.loads(pickle.dumps(result))
 
     def close(self) -> None:

@@ -16,7 +16,15 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lanindex import formats
-from lanindex.errors import CaptureError, ExportError, LibraryError, UsageError, counted, shown
+from lanindex.errors import (
+    CaptureError,
+    ExportError,
+    LanindexError,
+    LibraryError,
+    UsageError,
+    counted,
+    shown,
+)
 from lanindex.library.connect import no_tick
 from lanindex.library.rows import Encoding
 from lanindex.library.store import Store
@@ -213,8 +221,12 @@ def _made_by(
             yield _Task(store.session.target, batch, options, side, goes_on)
             before = _identity(batch[-1].capture)
 
-    for made in spread.results(_make, tasks(), no_tick):
-        yield from made
+    try:
+        for made in spread.results(_make, tasks(), no_tick):
+            yield from made
+    except LanindexError as error:
+        yield from vars(error).pop("made", ())
+        raise
 
 
 def _sizes(requests: Iterable[Request]) -> Iterator[int]:
@@ -229,7 +241,10 @@ def _sizes(requests: Iterable[Request]) -> Iterator[int]:
 
 
 def _make(task: _Task, tick: Tick) -> list[_Clip]:
-    """Make clips in another process."""
+    """Make clips in another process; an error takes along those that were made before it.
+
+    Where one of these cannot be written, that is told first.
+    """
     from lanindex.pipeline.shards import opened
 
     made, film = list[_Clip](), None
@@ -238,9 +253,13 @@ def _make(task: _Task, tick: Tick) -> list[_Clip]:
         from lanindex.pipeline.preview import filming
 
         film = filming(store, task.options.preview, task.side)
-    for clip in _made(store, task.requests, task.options, film, goes_on=task.goes_on):
-        tick()
-        made.append(clip)
+    try:
+        for clip in _made(store, task.requests, task.options, film, goes_on=task.goes_on):
+            tick()
+            made.append(clip)
+    except LanindexError as error:
+        vars(error)["made"] = made
+        raise
     return made
 
 

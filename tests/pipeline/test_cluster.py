@@ -115,6 +115,25 @@ def test_an_export_in_batches_fails_as_one_by_one(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+def test_an_export_in_batches_tells_the_first_error(tmp_path: Path) -> None:
+    for name in ("first", "second"):
+        dance(tmp_path / f"{name}.bvh", BOW)
+    with open_library(tmp_path / "l.db", create=True) as library:
+        library.ingest(tmp_path)
+        names = ["first.bvh"] + ["second.bvh"] * 5  # the first batch ends with one of these
+        wanted = [from_range(library.store, name, 0, 9) for name in names]
+        dance(tmp_path / "second.bvh", RAISE)
+        there = tmp_path / "out" / "first_0-9.bvh"
+        there.parent.mkdir()
+        there.touch()
+        for spread in (None, Here(1)):
+            with pytest.raises(ExportError, match=r"first_0-9\.bvh: exists already"):
+                export(library.store, wanted, there.parent, spread=spread)
+        there.unlink()
+        with pytest.raises(ExportError, match=r"second\.bvh: has changed since"):
+            export(library.store, wanted, there.parent, spread=Here(1))
+
+
 def test_batches_have_about_as_many_bytes() -> None:
     tasks = [Task(str(number), None) for number in range(100)]
     found = list(in_batches(tasks, [1 << 16] * 99 + [1 << 30], 4))
