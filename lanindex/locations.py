@@ -1,7 +1,7 @@
 """Where files lie: each at a path of the disk or at a URL, which fsspec opens.
 
-What lies at a URL is copied to the disk before it is read, once for each of its versions, which a
-library remembers. Nothing else knows paths from URLs.
+What lies at a URL is copied to the disk before it is read, once for each of its versions; of one
+that a library remembers, parts can be fetched alone. Nothing else knows paths from URLs.
 """
 
 from __future__ import annotations
@@ -319,6 +319,16 @@ def head(path: str, size: int) -> bytes:
         return bytes(system.cat_file(place, start=0, end=size)[:size])
 
 
+def part(url: str, mark: Mark, start: int, stop: int) -> bytes | None:
+    """Return some bytes of one version of a file; None: its store gives no parts."""
+    with asking(url) as (system, path):
+        data = bytes(system.cat_file(path, start=start, end=stop))
+        after = _told(url, system.info(path))
+    if after.mark != mark:
+        raise changed(url)
+    return data if len(data) == stop - start else None
+
+
 # Copies of files of stores, by what tells their versions apart; the least recently used is let go.
 
 _COPY = "copy-"  # so begin the names of copies
@@ -333,11 +343,16 @@ def local(path: str | os.PathLike[str]) -> str:
     return copy_of(text, mark(text)) if is_url(text) else text
 
 
-def copy_of(url: str, mark: Mark) -> str:
-    """Return the path of the copy of one version of a file."""
+def place_of_copy(url: str, mark: Mark) -> Path:
+    """Return where a copy of one version of a file lies if there is one."""
     from hashlib import sha256  # late: most files are on the disk
 
-    place = copies("captures") / (_COPY + sha256(repr((url, mark)).encode()).hexdigest()[:32])
+    return copies("captures") / (_COPY + sha256(repr((url, mark)).encode()).hexdigest()[:32])
+
+
+def copy_of(url: str, mark: Mark) -> str:
+    """Return the path of the copy of one version of a file."""
+    place = place_of_copy(url, mark)
     with _turns[hash(url) % len(_turns)]:
         with suppress(OSError):  # what is wrong with the folder is said where it is written to
             os.utime(place, ns=(int(time() * 1e9), os.stat(place).st_mtime_ns))

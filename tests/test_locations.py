@@ -1,5 +1,6 @@
 """What lies at a URL is read, found, cut and shown as the same file on the disk."""
 
+import hashlib
 import http.server
 import io
 import shutil
@@ -14,6 +15,7 @@ from typing import Any
 
 import command
 import fsspec
+import made_c3d
 import numpy as np
 import pytest
 from dances import BOW, RAISE, dance
@@ -25,6 +27,7 @@ import lanindex
 from lanindex import formats, locations
 from lanindex.errors import CaptureError, ExportError
 from lanindex.library.selection import Selection, absolute, is_gone
+from lanindex.model import Hit, Span
 from lanindex.pipeline import ingest as ingests
 from lanindex.pipeline.library import Library, open_library
 
@@ -165,6 +168,78 @@ def test_a_large_file_is_read_from_its_copy(
     locations.forget(WALKED[0])
     with pytest.raises(CaptureError, match="changed while it was read"):
         _ = file.content[:10]
+
+
+TRIAL = "counted://bucket/trial.c3d"
+
+
+@pytest.fixture
+def large(library: Library, store: MemoryFileSystem, tmp_path: Path) -> bytes:
+    """Return a C3D of 24 MB that the store holds, and the library; there is no copy of it."""
+    analog = np.arange(6000)[:, None] + np.zeros(900)
+    content = made_c3d.c3d(made_c3d.standing(6000, 1.0), analog=analog)
+    store.pipe_file("/bucket/trial.c3d", content)
+    (tmp_path / "trial.c3d").write_bytes(content)
+    library.ingest(TRIAL, tmp_path / "trial.c3d")
+    shutil.rmtree(tmp_path / "cache")
+    Counted.fetched = 0
+    return content
+
+
+def cut(library: Library, folder: Path, path: str = TRIAL, first: int = 1000) -> bytes:
+    """Return a clip of 100 frames."""
+    hit = Hit(library.store.capture(path), Span(first, first + 100), 1.0, ())
+    (row,) = library.export([hit], folder, force=True)
+    return (folder / row["clip"]).read_bytes()
+
+
+def test_a_clip_fetches_its_own_part_of_a_large_file(
+    library: Library, large: bytes, tmp_path: Path
+) -> None:
+    clip = cut(library, tmp_path / "clips")
+    assert clip == cut(library, tmp_path / "clips", str(tmp_path / "trial.c3d"))
+    assert len(clip) < Counted.fetched < len(large) / 10
+    assert not (tmp_path / "cache").exists()
+    cut(library, tmp_path / "clips")
+    (again,) = library.ingest(TRIAL)
+    assert (again.status, again.sha256) == ("unchanged", hashlib.sha256(large).hexdigest())
+    assert Counted.asked["copy"] == 1  # to be ingested first
+
+
+def test_a_large_file_is_copied_where_half_of_it_or_no_part_is_had(
+    library: Library, large: bytes, tmp_path: Path
+) -> None:
+    Counted.gives_parts = False
+    clip = cut(library, tmp_path / "clips")
+    assert clip == cut(library, tmp_path / "clips", str(tmp_path / "trial.c3d"))
+    assert len(list((tmp_path / "cache" / "captures").iterdir())) == 1
+    shutil.rmtree(tmp_path / "cache")
+    Counted.gives_parts, Counted.fetched = True, 0
+    file = formats.opened(TRIAL, library.store.encoding(TRIAL).version)
+    assert not Counted.fetched
+    assert file.sha256() == hashlib.sha256(large).hexdigest()
+    assert Counted.fetched <= len(large) * 3 / 2
+
+
+def test_a_large_file_that_changes_is_refused(
+    library: Library, large: bytes, store: MemoryFileSystem, tmp_path: Path
+) -> None:
+    file = formats.opened(TRIAL, library.store.encoding(TRIAL).version)
+    assert file.content[:512] == large[:512]
+    store.pipe_file("/bucket/trial.c3d", large[:-1] + b"\1")
+    for stop in (len(large) // 2 + 512, len(large)):  # a part of it, and all
+        with pytest.raises(CaptureError, match="changed while it was read"):
+            _ = file.content[len(large) // 2 : stop]
+    with pytest.raises(ExportError, match="has changed since it was ingested"):
+        cut(library, tmp_path / "clips")
+    store.pipe_file("/bucket/trial.c3d", large)  # written anew, as it was
+    assert cut(library, tmp_path / "clips")
+    before = library.store.encoding(TRIAL).version
+    assert library.ingest(TRIAL)[0].status == "unchanged"
+    assert library.store.encoding(TRIAL).version != before
+    store.rm("/bucket/trial.c3d")
+    with pytest.raises(ExportError, match="there is no such file"):
+        cut(library, tmp_path / "clips")
 
 
 def test_a_change_is_noticed(

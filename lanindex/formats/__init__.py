@@ -66,6 +66,8 @@ class Format:
     several: bool = False
     # whether it may be read with other files: its module has ``companions(file, options)``
     joined: bool = False
+    # whether a clip is cut without going through all of a file
+    sought: bool = False
 
     def holds(self, name: str, head: bytes) -> bool:
         """Tell whether a file is of this format, by its name and its first bytes."""
@@ -80,13 +82,13 @@ class Format:
 FORMATS: tuple[Format, ...] = (
     Format("bvh", "BVH", (".bvh",), sniff.bvh, "bvh"),
     Format("amc", "AMC", (".amc",), sniff.amc, "amc", joined=True),
-    Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True),
+    Format("c3d", "C3D", (".c3d",), sniff.c3d, "c3d", several=True, sought=True),
     Format("trc", "TRC", (".trc",), sniff.trc, "trc"),
     Format("mvnx", "MVNX", (".mvnx",), sniff.mvnx, "mvnx", several=True),
     Format("bids", "Motion-BIDS", ("_motion.tsv",), None, "bids", joined=True),
     Format("csv", "a table of points", _TABLES, sniff.table, "point_tables", False, True),
-    Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", certain=False),
-    Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", certain=False),
+    Format("npy", "a NumPy array", (".npy",), sniff.npy, "npy", certain=False, sought=True),
+    Format("npz", "NumPy arrays", (".npz",), sniff.npz, "npy", certain=False, sought=True),
     Format("gltf", "glTF", (".glb", ".gltf"), sniff.gltf, "gltf", several=True, joined=True),
     Format("fbx", "FBX", (".fbx",), sniff.fbx, "fbx", several=True),
 )
@@ -272,6 +274,11 @@ def _format_of(file: File, options: Reading | None) -> Format:
 def ranged(file: File, options: Reading) -> Callable[[Wanted, int], NDArray[np.int64]] | None:
     """Return what tells which frames a motion has where some are wanted; None: it has all."""
     return getattr(_format_of(file, options).does, "frames", None)
+
+
+def is_sought(form: str) -> bool:
+    """Return whether clips of a format are cut without going through all of a file."""
+    return any(it.sought for it in FORMATS if it.name == form)
 
 
 def cutter(file: File, options: Reading | None = None) -> Cutter | None:

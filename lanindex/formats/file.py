@@ -6,6 +6,7 @@ import hashlib
 import io
 import os
 import stat
+import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
@@ -22,6 +23,15 @@ WHOLE = 32 << 20
 
 PIECE = 1 << 20
 """Bytes of a file that are held at a time where it is gone through."""
+
+SMALL = 4 << 20
+"""Bytes up to which a file of a store is fetched whole: to ask for parts takes as long."""
+
+FETCHED = 1 << 19
+"""Bytes of a file of a store that are fetched at a time."""
+
+KEPT = 16
+"""Such pieces that are kept of a file."""
 
 
 class Content(Protocol):
@@ -149,6 +159,54 @@ class _OnDisk:
         return data
 
 
+class _InStore:
+    """A file's bytes, fetched from its store piece by piece; all at once if half of them were.
+
+    A piece of another version is refused.
+    """
+
+    def __init__(self, url: str, mark: locations.Mark, size: int) -> None:
+        self._url, self._mark, self._size, self._fetched = url, mark, size, 0
+        self._pieces = dict[int, bytes]()  # by number, the last used last
+        self._whole: _OnDisk | None = None
+        self._turn = threading.Lock()
+
+    def __len__(self) -> int:
+        return self._size
+
+    def __getitem__(self, piece: slice, /) -> bytes:
+        start, stop, _ = piece.indices(self._size)
+        first, end = start // FETCHED, -(-stop // FETCHED)
+        try:
+            with self._turn:
+                if end - first > KEPT:
+                    return self._part(start, stop)
+                data = b"".join(map(self._piece, range(first, end)))
+        except OSError as error:
+            raise _error(self._url, error) from error
+        return data[start - first * FETCHED : stop - first * FETCHED]
+
+    def _piece(self, number: int) -> bytes:
+        data = self._pieces.pop(number, None)
+        if data is None:
+            data = self._part(number * FETCHED, min((number + 1) * FETCHED, self._size))
+        self._pieces[number] = data
+        if len(self._pieces) > KEPT:
+            del self._pieces[next(iter(self._pieces))]
+        return data
+
+    def _part(self, start: int, stop: int) -> bytes:
+        if self._whole is None:
+            self._fetched += stop - start
+            if self._fetched <= self._size // 2:
+                data = locations.part(self._url, self._mark, start, stop)
+                if data is not None:
+                    return data
+            status = os.stat(locations.copy_of(self._url, self._mark))
+            self._whole = _OnDisk(self._url, status, self._mark)
+        return self._whole[start:stop]
+
+
 SUBJECT = "#"
 """Stands in a capture's name between its file and whom of several people in it is meant."""
 
@@ -183,8 +241,11 @@ def siblings(path: str, suffix: str) -> list[str]:
     return sorted(it for it in found if it.lower().endswith(suffix))
 
 
-def opened(path: str | os.PathLike[str]) -> File:
-    """Return a file, a file in an archive, or one of one person in it: ``trial.c3d#Ada``."""
+def opened(path: str | os.PathLike[str], version: str = "") -> File:
+    """Return a file, a file in an archive, or one of one person in it: ``trial.c3d#Ada``.
+
+    Of a large one in a store, only what is asked of it is fetched if it still has this version.
+    """
     name = locations.plain(path)
     locations.forget(name)
     archive, member = archives.split(name)
@@ -197,6 +258,9 @@ def opened(path: str | os.PathLike[str]) -> File:
         of_url = locations.mark(where) if locations.is_url(where) else ()
         told = locations.version(where)
         size = of_url[1] if told else 0
+        whole = size <= SMALL or locations.place_of_copy(where, of_url).exists()
+        if told == version and not whole:
+            return File(name, _InStore(where, of_url, size), subject, told)
         path = locations.copy_of(where, of_url) if of_url else where
         status = os.stat(path)
         regular = stat.S_ISREG(status.st_mode)

@@ -172,8 +172,8 @@ def _cutter(store: Store, capture: Capture, options: ClipOptions) -> tuple[_Cut,
             wanted=f"a {form} source",
             remedy="Use --format native, or let it be carried out: lanindex animate.",
         )
-    file, reading = source_of(store, capture)
     own = form in ("native", capture.format) and not options.origin
+    file, reading = source_of(store, capture, sought=own and formats.is_sought(capture.format))
     cut = formats.cutter(file, reading) if own else None
     if cut is not None:
         suffix = PurePath(capture.path.removesuffix(f"#{file.subject}")).suffix.lower()
@@ -345,20 +345,29 @@ def held_as(store: Store, capture: Capture) -> Capture:
     return held
 
 
-def source_of(store: Store, capture: Capture) -> tuple[formats.File, Reading]:
-    """Return a capture's file, which is as it was when it was ingested, and how it is read."""
+def source_of(
+    store: Store, capture: Capture, *, sought: bool = False
+) -> tuple[formats.File, Reading]:
+    """Return a capture's file, which is as it was when it was ingested, and how it is read.
+
+    Of one in a store that is `sought`, only what is asked of it is fetched.
+    """
     encoding = store.encoding(capture.id)
-    file = check_source(capture, encoding)
+    file = check_source(capture, encoding, sought=sought)
     return replace(file, name=capture.location), Reading(**encoding.options)
 
 
 def check_source(
-    capture: Capture, encoding: Encoding, file: formats.File | None = None
+    capture: Capture,
+    encoding: Encoding,
+    file: formats.File | None = None,
+    *,
+    sought: bool = False,
 ) -> formats.File:
     """Return a capture's file, which is as it was when it was ingested."""
     location = capture.location
     try:
-        file = file or formats.opened(location)
+        file = file or formats.opened(location, encoding.version if sought else "")
         unchanged = as_ingested(file, capture.sha256, encoding)
     except CaptureError as error:
         raise ExportError(
