@@ -106,6 +106,11 @@ class Store:
         with self.session.reading() as connection:
             return read.read_state(connection).captures
 
+    def check_writable(self) -> None:
+        """Refuse a library that this user may not change, before the work whose result it keeps."""
+        with self.session.writing() as connection:
+            ask(connection, "UPDATE state SET stamp = stamp WHERE id IS NULL")
+
     @contextmanager
     def changing(self) -> Iterator[Link]:
         """Begin a transaction that changes what the library holds, and raise its change stamp."""

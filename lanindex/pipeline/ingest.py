@@ -81,6 +81,8 @@ def ingest(
     """Read files into a library."""
     known = store.known() if store else {}
     target = None if dry_run else store
+    if target:
+        target.check_writable()
     moved = Moved(known)
     first = {
         (sha, encoding.beside, parted(place)[1]): place for place, (sha, encoding) in known.items()

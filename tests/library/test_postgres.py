@@ -255,6 +255,15 @@ def test_readers_and_writers_may_do_what_the_guide_says(url, server, repository,
             assert store.session.notes == []
             with pytest.raises(LibraryError, match=r"no right to do this.*role of a reader or"):
                 store.label(1, "run")
+        with (
+            open_library(reader) as library,
+            pytest.raises(LibraryError, match=r"no right to do this.*role of a reader or"),
+        ):
+            library.ingest("nowhere.bvh")  # before it is found to be missing
+        with open_library(writer) as library:
+            before = library.stamp
+            assert [it.status for it in library.ingest("nowhere.bvh")] == ["failed"]
+            assert library.stamp == before
         fill(url, 5)
         with open_library(reader) as library:  # all have changed, and no segment has them
             assert len(library.search("head any")) > 0
