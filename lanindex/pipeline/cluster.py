@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from itertools import islice
 from threading import Event
-from time import monotonic
+from time import monotonic, time
 from typing import TYPE_CHECKING, Any, Self
 from uuid import uuid4
 
@@ -191,7 +191,7 @@ class Cluster:
         """
         left, waiting = enumerate(items), deque[tuple[int, Any, Any]]()
         ahead, ended, looked = AHEAD * self.tasks, Event(), monotonic()
-        job = uuid4().hex
+        job, silent = uuid4().hex, set[str]()
         with self._gone():
             workers = self._workers()
 
@@ -226,6 +226,7 @@ class Cluster:
                     now = list[str]()
                     with self._gone(), suppress(OSError):  # a link cut for good ends the tasks
                         now = self._workers()
+                        silent = self._told_of_silent(silent)
                     looked = monotonic()
                     if now and {*now}.isdisjoint(workers):
                         # what they had left, Dask gives to nobody who comes later
@@ -250,6 +251,17 @@ class Cluster:
             self._wait_for_workers("no worker is left")
             if found := sorted(self._client.nthreads()):  # the last one may have died since
                 return found
+
+    def _told_of_silent(self, told: Collection[str]) -> set[str]:
+        """Return the workers that stand still, and tell the user of those that are new."""
+        silent: set[str] = self._client.run_on_scheduler(_silent, 3 * PATIENCE)
+        for worker in sorted(silent.difference(told)):
+            self._note(
+                f"{self.named}: nothing heard from the worker {worker} for {3 * PATIENCE} s; "
+                "others do its work once it ends or Dask gives it up "
+                "(distributed.scheduler.worker-ttl)"
+            )
+        return silent
 
     def _result(self, future: Any) -> Any:
         """Return what a task returned, or raise its error."""
@@ -406,6 +418,12 @@ class _Call:
             return LanindexError(f"cannot go on ({error.strerror or error})", place=place), None
         except _Abandoned:
             return None, None
+
+
+def _silent(seconds: float, dask_scheduler: Any) -> set[str]:
+    """Return the workers of which a scheduler, in whose process this runs, has heard nothing."""
+    since = time() - seconds
+    return {it.address for it in dask_scheduler.workers.values() if it.last_seen < since}
 
 
 def _tick() -> Callable[[], None]:

@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -439,6 +440,24 @@ def test_the_only_worker_dies_and_another_one_comes(tmp_path: Path, monkeypatch)
         others[0].kill()
         others[0].wait()
     assert [number for number, _ in found] == list(range(12))
+
+
+@pytest.mark.slow
+def test_a_worker_that_stands_still_is_told(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr("lanindex.pipeline.cluster.PATIENCE", 1)
+    notes = list[str]()
+    with begun(tmp_path) as (address, _, worker), Cluster(address, notes.append) as opened:
+        begin = time.monotonic()
+
+        def tick() -> None:
+            assert time.monotonic() < begin + 30
+            if len(notes) == 1:
+                worker.send_signal(signal.SIGCONT)
+
+        worker.send_signal(signal.SIGSTOP)
+        assert list(opened.results(sleeping, [4], tick)) == [4]  # nothing is told while it works
+    (said,) = notes
+    assert said.startswith(f"{address}: nothing heard from the worker tcp://")
 
 
 @pytest.mark.slow
