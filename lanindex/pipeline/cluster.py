@@ -349,7 +349,10 @@ def _slurm() -> Any:
 
 @contextmanager
 def _no_handlers() -> Iterator[None]:
-    """Let an import set no handler of a signal: that of dask-jobqueue takes Ctrl-C for itself."""
+    """Let an import set no handler of a signal: that of dask-jobqueue takes Ctrl-C for itself.
+
+    To put the old one back would not do: in any thread but the first the import itself fails.
+    """
     names, before = vars(signal), signal.signal
     names["signal"] = lambda *_: None
     try:

@@ -120,13 +120,17 @@ def test_slurm_refuses_one_of_two_jobs(slurm) -> None:
     assert played.queue() == []  # the other was taken back
 
 
-def test_an_interrupt_is_still_ours(tmp_path: Path) -> None:
+@pytest.mark.parametrize("begun", ["run()", "it = Thread(target=run); it.start(); it.join()"])
+def test_an_interrupt_is_still_ours(begun: str) -> None:
     code = (
         "import signal; before = signal.getsignal(signal.SIGINT)\n"
+        "from threading import Thread\n"
+        "from lanindex.errors import UsageError\n"
         "from lanindex.pipeline.cluster import _slurm\n"
-        "try: _slurm()\n"
-        "except Exception: print(signal.getsignal(signal.SIGINT) is before)"
-    )
+        "def run():\n"
+        "    try: _slurm()\n"
+        "    except UsageError: print(signal.getsignal(signal.SIGINT) is before)\n"
+    ) + begun
     done = subprocess.run([*command.COMMAND[:1], "-c", code], capture_output=True, text=True)
     assert done.stdout == "True\n", done.stderr
 
