@@ -102,10 +102,13 @@ class ColumnCache:
         parts: Sequence[str],
         extra: Collection[str] = (),
         tick: Callable[[], None] = no_tick,
+        only: NDArray[np.int64] | None = None,
     ) -> tuple[Roster, dict[str, Columns]]:
         """Return all captures and the columns of some parts, from segments or else from rows.
 
-        `tick` is called with each column that is read, and may raise.
+        `tick` is called with each column that is read, and may raise. With `only`, the numbers of
+        some captures, (N,), nothing more is kept: where columns are missing, those of these
+        captures are returned.
         """
         result, pending = None, 0
         fault, self._fault = self._fault, ""
@@ -115,7 +118,7 @@ class ColumnCache:
                 if held.roster is None or held.missing(parts, extra):
                     ((pending,),) = ask(connection, "SELECT count(*) FROM segment_pending")
                 if pending <= MOST_PENDING:
-                    result = self._load(connection, held, parts, extra, tick)
+                    result = self._load(connection, held, parts, extra, tick, only)
         except Distrust as error:
             fault = error.found
         if result is not None and not fault:
@@ -124,9 +127,9 @@ class ColumnCache:
         with self._session.reading() as connection:
             held = self._current(connection)
             try:
-                return self._load(connection, held, parts, extra, tick)
+                return self._load(connection, held, parts, extra, tick, only)
             except Distrust:
-                return self._load(connection, held, parts, extra, tick, trusted=False)
+                return self._load(connection, held, parts, extra, tick, only, trusted=False)
 
     def mend(self, stamp: int, fault: str, pending: int) -> None:
         """Mend segments that have a fault or lack captures, once while the stamp is this."""
@@ -150,9 +153,16 @@ class ColumnCache:
         parts: Sequence[str],
         extra: Collection[str],
         tick: Callable[[], None],
+        only: NDArray[np.int64] | None,
         *,
         trusted: bool = True,
     ) -> tuple[Roster, dict[str, Columns]]:
+        if only is not None and (held.roster is None or held.missing(parts, extra)):
+            spine, every = (
+                segments.read_spine(connection, trusted=trusted),
+                dict.fromkeys(parts, extra),
+            )
+            return segments.read_all_columns(connection, spine, every, tick, only)
         with held.loading(held.missing(parts, extra), tick):
             missing = held.missing(parts, extra)  # another thread may have loaded them
             if missing or held.roster is None:

@@ -638,16 +638,20 @@ def read_all_columns(
     spine: Spine,
     wanted: Mapping[str, Collection[str]],
     tick: Callable[[], None] = no_tick,
+    only: NDArray[np.int64] | None = None,
 ) -> tuple[Roster, dict[str, Columns]]:
-    """Return all captures of a library, and the columns of the wanted parts.
+    """Return all captures of a library, or only some, and the columns of the wanted parts.
 
     `wanted` names by part which of `lanindex.model.columns.EXTRA` are wanted, too. `tick` is
-    called with each column that is read.
+    called with each column that is read. `only` are the numbers of captures, (N,).
     """
     rosters, order = read_rosters(connection, spine, tick)
     added = together(list(batches(connection, spine.pending, list(wanted), tick)))
     check_pending(added.roster.number.tolist(), spine.pending)
     roster = enrolled([*rosters, added.roster])
+    if only is not None:
+        order = np.arange(len(roster)) if order is None else order
+        order = order[np.isin(roster.number[order], only)]
     columns = {
         part: stored_columns(connection, spine.segments, part, order, more, added, tick)
         for part, more in wanted.items()
@@ -668,17 +672,33 @@ def stored_columns(
 
     `order` selects and sorts the captures; None: all, dead ones too, as they come.
     """
-    pieces, sizes = list[Columns | None](), [one.captures for one in stored_segments]
-    for one in stored_segments:
-        there = (part, "counts") in one.entries
-        pieces.append(read_columns(connection, one, part, more, tick) if there else None)
-    if added is not None:
-        last = added.columns.get(part)
-        spare: dict[str, Any] = {name: None for name in EXTRA if name not in more}
-        pieces.append(None if last is None else replace(last, **spare))
-        sizes.append(len(added.roster))
+    chosen, first = None if order is None else np.sort(order), 0
+    pieces, sizes = list[Columns | None](), list[int]()
+
+    def read_pieces() -> Iterator[tuple[Columns | None, int]]:
+        for one in stored_segments:
+            there = (part, "counts") in one.entries
+            yield read_columns(connection, one, part, more, tick) if there else None, one.captures
+        if added is not None:
+            last = added.columns.get(part)
+            spare: dict[str, Any] = {name: None for name in EXTRA if name not in more}
+            yield None if last is None else replace(last, **spare), len(added.roster)
+
+    for piece, captures in read_pieces():
+        if chosen is None:
+            places = np.arange(captures)
+        else:  # the others leave the memory before the next are read
+            begin, end = np.searchsorted(chosen, (first, first + captures))
+            places = chosen[begin:end] - first
+            first += captures
+        if piece is not None and len(places) < captures:
+            piece = piece.at(places)
+        pieces.append(piece)
+        sizes.append(len(places))
     columns = joined_columns(part, pieces, sizes)
-    return columns if order is None else columns.at(order)
+    if order is None or chosen is None or np.array_equal(chosen, order):
+        return columns
+    return columns.at(np.searchsorted(chosen, order))
 
 
 def read_rosters(

@@ -370,17 +370,20 @@ class Store:
         *,
         more: Collection[str] = (),
         tick: Callable[[], None] = no_tick,
+        kept: bool = True,
     ) -> tuple[Roster, dict[str, Columns]]:
         """Return captures and what some parts do in them, as columns.
 
-        They come from the library's segments, which are mended where they are damaged, and are kept
-        while the library is open. A part that no capture has gets columns without rows. `tick` is
-        called with each column that is read, and may raise.
+        They come from the library's segments, which are mended where they are damaged, and all are
+        kept while the library is open, even if only some captures are wanted; if not `kept`, those
+        of the others never are in memory. A part that no capture has gets columns without rows.
+        `tick` is called with each column that is read, and may raise.
         """
-        roster, columns = self.cache.columns(list(dict.fromkeys(parts)), more, tick)
-        if numbers is None:
+        chosen = None if numbers is None else np.array(sorted(set(numbers)), np.int64)
+        only = None if kept else chosen
+        roster, columns = self.cache.columns(list(dict.fromkeys(parts)), more, tick, only)
+        if chosen is None:
             return roster, columns
-        chosen = np.array(sorted(set(numbers)), np.int64)
         order = np.flatnonzero(np.isin(roster.number, chosen))
         return roster.at(order), {part: one.at(order) for part, one in columns.items()}
 

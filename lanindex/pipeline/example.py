@@ -129,7 +129,7 @@ def source_of(
 ) -> tuple[Roster, ClipSource]:
     """Return captures, and their movements ready to be laid out."""
     names = list(parts)
-    roster, columns = store.columns(names, numbers, more=["swings"])
+    roster, columns = store.columns(names, numbers, more=["swings"], kept=False)
     places = np.flatnonzero(roster.number != (but.id if but is not None else 0))
     roster = roster.at(places)
     rates = roster.rate[:, 0] / roster.rate[:, 1]
@@ -249,20 +249,19 @@ def similar(
     if wanted is not None and wanted < 1:
         raise UsageError(f"{wanted}", place="--groups", wanted="1 or more")
     limbs = [part for part in store.parts(checked=False) if kind_of(part) == "gesture"]
-    roster, source = source_of(store, numbers, limbs)
-    places = np.arange(len(roster))
+    every = store.columns([], numbers)[0].number
+    roster, source = source_of(store, sampled(every, sample).tolist(), limbs)
     found = Grouped([], 0, True)
     if len(roster) and limbs:
-        places = sampled(len(roster), sample)
-        clips = source.clips(places, watch)
+        clips = source.clips(np.arange(len(roster)), watch)
         align = partial(_aligned, spread, watch) if spread else aligned
         found = grouped(clips, least=least, wanted=wanted, watch=watch, align=align)
-    captures = store.captures_numbered(roster.number[places].tolist())
+    captures = store.captures_numbered(roster.number.tolist())
     groups = [
         Similar(tuple(captures[one] for one in group.members), group.likeness)
         for group in found.groups
     ]
-    return Groups(groups, len(captures), len(roster), found.pairs, found.every)
+    return Groups(groups, len(captures), len(every), found.pairs, found.every)
 
 
 def _aligned(
@@ -290,14 +289,14 @@ def _align(item: tuple[Windows, list[NDArray[np.int64]]], tick: Callable[[], Non
     return found
 
 
-def sampled(count: int, most: int | None) -> NDArray[np.int64]:
-    """Return the places of the captures that are looked at: (S,) int64, in order.
+def sampled(numbers: NDArray[np.int64], most: int | None) -> NDArray[np.int64]:
+    """Return those of some captures that are looked at: (S,) int64, in order.
 
     They are drawn at random, since captures that follow each other may be alike, and the same ones
     each time.
     """
     if most is not None and most < 1:
         raise UsageError(f"a sample of {most}", wanted="1 or more")
-    if most is None or count <= most:
-        return np.arange(count)
-    return np.sort(np.random.default_rng(0).choice(count, most, replace=False))
+    if most is None or len(numbers) <= most:
+        return numbers
+    return np.sort(np.random.default_rng(0).choice(numbers, most, replace=False))

@@ -93,12 +93,12 @@ def recurring(
         raise UsageError(f"{least}", place="--min-count", wanted="2 or more")
     if not 2 <= shortest <= LONGEST:
         raise UsageError(f"{shortest}", place="--length", wanted=f"2 to {LONGEST}")
-    roster, columns = store.columns(names, numbers)
-    places = sampled(len(roster), sample)
+    every = store.columns([], numbers)[0].number
+    roster, columns = store.columns(names, sampled(every, sample).tolist(), kept=False)
     found: list[Motif] = []
     notes: list[str] = []
     names = [part for part in names if len(columns[part])]
-    lines = (line_of(columns.pop(part).at(places), roster.number[places]) for part in names)
+    lines = (line_of(columns.pop(part), roster.number) for part in names)
     items = zip(names, lines, repeat(least), repeat(shortest), strict=False)
     done = 0
 
@@ -123,4 +123,4 @@ def recurring(
         Recurring(one.pattern, one.part, len(one.cells), one.captures, one.hits, one, captures)
         for one in ranked(found)
     ]
-    return Motifs(listed, len(places), len(roster), notes)
+    return Motifs(listed, len(roster), len(every), notes)

@@ -178,3 +178,19 @@ def test_counts_stored_with_segments_are_those_of_the_rows(tmp_path):
             connection.execute("DELETE FROM segment")
             connection.execute("UPDATE state SET columns = 0")
         assert replace(library.stats(), size=without.size) == without
+
+
+def test_columns_of_some_captures_are_those_cut_from_all(tmp_path):
+    fill(tmp_path / "some.db", 9)
+    with Store.open(tmp_path / "some.db") as library:
+        library.cache.compact()
+        library.label(3, "walk")
+        library.remove(5)
+        library.cache.compact()
+        library.label(1, "walk")
+        parts, some = ["head", "r_arm", "r_hand"], [1, 2, 3, 5, 8]
+        roster, columns = library.columns(parts, some, more=["swings"], kept=False)
+        whole, by_part = library.columns(parts, some, more=["swings"])
+        assert roster.same_as(whole)
+        assert roster.number.tolist() == [1, 2, 3, 8]
+        assert all(columns[part].same_as(by_part[part]) for part in parts)

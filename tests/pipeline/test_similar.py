@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from dances import BOW, RAISE, dance
 
@@ -65,10 +66,13 @@ def test_of_a_large_library_a_sample_is_looked_at(library: Library) -> None:
 
 
 def test_a_sample_is_the_same_each_time_and_in_order() -> None:
-    places = sampled(1000, 50)
-    assert places.tolist() == sorted(set(places.tolist())) == sampled(1000, 50).tolist()
+    numbers = np.arange(1000)
+    places = sampled(numbers, 50)
+    assert places.tolist() == sorted(set(places.tolist())) == sampled(numbers, 50).tolist()
     assert len(places) == 50
-    assert sampled(7, 50).tolist() == sampled(7, None).tolist() == list(range(7))
+    assert (
+        sampled(numbers[:7], 50).tolist() == sampled(numbers[:7], None).tolist() == list(range(7))
+    )
 
 
 @pytest.mark.parametrize(
