@@ -24,7 +24,7 @@ WHOLE = 32 << 20
 PIECE = 1 << 20
 """Bytes of a file that are held at a time where it is gone through."""
 
-SMALL = 4 << 20
+SMALL = 8 << 20
 """Bytes up to which a file of a store is fetched whole: to ask for parts takes as long."""
 
 FETCHED = 1 << 19
@@ -160,7 +160,7 @@ class _OnDisk:
 
 
 class _InStore:
-    """A file's bytes, fetched from its store piece by piece; all at once if half of them were.
+    """A file's bytes, fetched from its store piece by piece; all, once a quarter of them was.
 
     A piece of another version is refused.
     """
@@ -198,7 +198,7 @@ class _InStore:
     def _part(self, start: int, stop: int) -> bytes:
         if self._whole is None:
             self._fetched += stop - start
-            if self._fetched <= self._size // 2:
+            if self._fetched <= self._size // 4:
                 data = locations.part(self._url, self._mark, start, stop)
                 if data is not None:
                     return data

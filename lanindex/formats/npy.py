@@ -89,6 +89,17 @@ class Arrays:
         order = "F" if header.fortran else "C"
         return np.frombuffer(data, header.kind).reshape(header.shape, order=order)  # type: ignore[call-overload,no-any-return]
 
+    def frames(self, name: str, axis: int, span: Span) -> NDArray[Any]:
+        """Return some frames of an array: no others are read where they lie side by side."""
+        header = self.headers[name]
+        shape = header.shape
+        if header.fortran or math.prod(shape[:axis]) != 1:
+            some = slice(span.start, span.stop)
+            return self[name][:, some] if axis else self[name][some]
+        step = header.size // shape[axis]
+        data = self.fetch(name, *(header.first + it * step for it in (span.start, span.stop)))
+        return np.frombuffer(data, header.kind).reshape(*shape[:axis], -1, *shape[axis + 1 :])
+
 
 def header_of(head: bytes, there: int, place: str) -> Header:
     """Return the header of an array."""
@@ -182,13 +193,27 @@ def unpacked(
     stop = min(stop, info.file_size)
     try:
         with packed.open(info) as member:
-            member.seek(first)
-            data = member.read(max(stop - first, 0))
+            # what is read to its end is checked; what is sought would be read up to there
+            if stop < info.file_size and info.compress_type == zipfile.ZIP_STORED:
+                data = _stored(packed.fp, info.header_offset, first, stop)
+            else:
+                member.seek(first)
+                data = member.read(max(stop - first, 0))
     except _UNPACKING as error:
         found = f"{quoted(info.filename)} cannot be unpacked ({error})"
         raise CaptureError(found, place=place, wanted="a sound ZIP") from error
     if len(data) < stop - first:
         raise CaptureError(f"{quoted(info.filename)} ends early", place=place, wanted="all of it")
+    return data
+
+
+def _stored(stream: Any, header: int, first: int, stop: int) -> bytes:
+    """Return some bytes of a member that is not packed; its name and more lie behind its header."""
+    stream.seek(header + 26)
+    sizes = stream.read(4)
+    begin = header + 30 + int.from_bytes(sizes[:2], "little") + int.from_bytes(sizes[2:], "little")
+    stream.seek(begin + first)
+    data: bytes = stream.read(max(stop - first, 0))
     return data
 
 
@@ -457,8 +482,7 @@ def _has_frames_of(name: str, header: Header, movement: MovementArray) -> bool:
 
 def _cut_array(arrays: Arrays, name: str, axis: int, span: Span) -> bytes:
     """Return an array's file with some of its frames."""
-    array = arrays[name]
-    some = array[:, span.start : span.stop] if axis else array[span.start : span.stop]
+    some = arrays.frames(name, axis, span)
     if arrays.headers[name].fortran:
         some = np.asfortranarray(some)
     clip = io.BytesIO()

@@ -272,6 +272,35 @@ def test_a_member_that_is_damaged():
     data[200:260] = bytes(60)
     with pytest.raises(CaptureError, match=r"cannot be unpacked|a damaged|the header"):
         read(bytes(data))
+    data = bytearray(npz(joints=ordered(SMPL[:22]), fps=25))
+    data[1000] ^= 1
+    with pytest.raises(CaptureError, match=r"cannot be unpacked \(Bad CRC"):
+        read(bytes(data))
+
+
+class Asked:
+    """A file's content that counts the bytes which are asked of it."""
+
+    def __init__(self, content: bytes) -> None:
+        self.content, self.count = content, 0
+
+    def __len__(self) -> int:
+        return len(self.content)
+
+    def __getitem__(self, piece: slice) -> bytes:
+        data = self.content[piece]
+        self.count += len(data)
+        return data
+
+
+def test_a_clip_asks_for_its_own_frames():
+    places = person(20_000) / 1000
+    for source in (npz(joints=places, names=np.array(NAMES), fps=25), npz(joints=places[None])):
+        content = Asked(source)
+        clip = formats.cutter(formats.File("walk.npz", content))(Span(9_000, 9_100))
+        cut = np.load(io.BytesIO(clip))["joints"]
+        np.testing.assert_array_equal(cut.reshape(100, -1, 3), places[9_000:9_100])
+        assert len(clip) < content.count < len(source) / 20
 
 
 def test_clips_keep_kind_order_and_packing():
