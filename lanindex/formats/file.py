@@ -28,10 +28,10 @@ SMALL = 8 << 20
 """Bytes up to which a file of a store is fetched whole: to ask for parts takes as long."""
 
 FETCHED = 1 << 19
-"""Bytes of a file of a store that are fetched at a time."""
+"""Bytes of a file of a store that are fetched at once where fewer are asked."""
 
 KEPT = 16
-"""Such pieces that are kept of a file."""
+"""Such pieces of a file that are kept."""
 
 
 class Content(Protocol):
@@ -179,7 +179,7 @@ class _InStore:
         first, end = start // FETCHED, -(-stop // FETCHED)
         try:
             with self._turn:
-                if end - first > KEPT:
+                if stop - start > FETCHED:  # one question instead of several
                     return self._part(start, stop)
                 data = b"".join(map(self._piece, range(first, end)))
         except OSError as error:
