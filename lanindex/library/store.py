@@ -221,6 +221,22 @@ class Store:
         texts = {name: [getattr(capture, name) for capture in captures] for name in names}
         return [captures[place] for place in selected(selection, texts, len(captures))]
 
+    def each(self, numbers: Iterable[int] | None = None) -> Iterator[Capture]:
+        """Yield some captures, by number, or all, in order; few of them are in memory."""
+        if numbers is None:
+            with self.session.reading() as connection:
+                numbers = read.capture_numbers(connection)
+        wanted = sorted(set(numbers))
+        for first in range(0, len(wanted), MOST):
+            some = wanted[first : first + MOST]
+            with self.session.reading() as connection:
+                chosen = read.read_captures(connection, some)
+                if len(chosen) < len(some):  # Raises if captures are lost
+                    read.capture_numbers(connection)
+            self.session.progress("captures", first + len(some), len(wanted))
+            for one in chosen:
+                yield one.capture
+
     def numbers(self, selection: Selection = ALL) -> list[int] | None:
         """Return the numbers of the selected captures, without reading each; None: all."""
         if not selection.globs:

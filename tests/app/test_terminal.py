@@ -202,6 +202,11 @@ def test_lists_are_short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert "label bow" in told
     assert "label greet" not in told
     assert "the 1 most frequent of 2 labels; --json has all" in told
+    monkeypatch.setattr("lanindex.app.commands.library.CAPTURES_ON_TERMINAL", 2)
+    told = shown("list", cwd=tmp_path)
+    assert ["0.bvh" in told, "1.bvh" in told, "2.bvh" in told] == [True, True, False]
+    assert "; the first 2 are shown, a pipe or --json has all" in told
+    assert len(called(tmp_path, "list", "--json").stdout.splitlines()) == 3
 
 
 class TestProgress:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lanindex.model import Capture, Track
     from lanindex.pipeline.library import Library
 
+CAPTURES_ON_TERMINAL = 1000  # captures that a terminal shows of a library
 MEASURES_WIDTH = 94  # columns of a terminal that has room for measures
 
 
@@ -32,13 +33,54 @@ def list_captures(
 ) -> int:
     """List the captures in the library."""
     with options.opened(db, out) as library:
-        captures = library.captures(selection)
-    if doubts:
-        captures = [capture for capture in captures if capture.warnings]
-    # As fractions divide, but in a fifth of the time
-    seconds = [it.frames * it.rate.denominator / it.rate.numerator for it in captures]
+        numbers = library.store.numbers(selection)
+        if doubts:
+            captures = [it for it in library.store.each(numbers) if it.warnings]
+            count, seconds = len(captures), sum(_seconds(it) for it in captures)
+            _doubts(out, captures)
+        else:
+            roster, _ = library.store.columns([], numbers)
+            count, rates = len(roster), roster.rate[:, 0] / roster.rate[:, 1]
+            seconds = float((roster.frames / rates).sum())
+            numbers = roster.number[: CAPTURES_ON_TERMINAL if out.terminal else None].tolist()
+            if count:
+                _table(out, library.store.each(numbers))
+    shown = f"; the first {CAPTURES_ON_TERMINAL:,} are shown, a pipe or --json has all"
+    cut = out.terminal and not doubts and count > CAPTURES_ON_TERMINAL
+    out.note(f"{counted(count, 'capture')}, {duration(seconds)}{shown if cut else ''}")
+    return not count
+
+
+def _seconds(capture: Capture) -> float:
+    """Return how long a capture is: as fractions divide, but in a fifth of the time."""
+    return capture.frames * capture.rate.denominator / capture.rate.numerator
+
+
+def _table(out: Output, captures: Iterable[Capture]) -> None:
+    """Print a line for each capture; only those of a terminal are in memory together."""
+    captures = list(captures) if out.terminal else captures
+    folder = out.folder(it.path for it in captures) if out.terminal else ""
+    rows = (
+        (
+            it.id,
+            it.path.removeprefix(folder),
+            it.label,
+            f"{float(it.rate):g}",
+            it.frames,
+            f"{_seconds(it):.2f}",
+        )
+        for it in captures
+    )
+    head = ("id", "path", "label", "fps", "frames", "seconds")
+    out.table(head, rows, map(records.of_capture, captures))
+
+
+def _doubts(out: Output, captures: list[Capture]) -> None:
+    """Print what was doubtful in captures: on a terminal, the captures of each doubt."""
     folder = out.folder(capture.path for capture in captures)
-    if doubts and out.terminal and not out.json:
+    if out.json:
+        out.records(map(records.of_capture, captures))
+    elif out.terminal:
         doubtful: dict[str, list[str]] = defaultdict(list)
         for capture in captures:
             for warning in capture.warnings:
@@ -47,20 +89,10 @@ def list_captures(
             out.line(warning)
             for path in those:
                 out.line("  ", out.paint(path, "path"))
-    elif doubts and not out.json:
+    else:
         for capture in captures:
             for warning in capture.warnings:
                 out.row([capture.id, capture.path, warning])
-    elif captures:
-        paths = (it.path.removeprefix(folder) for it in captures)
-        rows = (
-            (it.id, path, it.label, f"{float(it.rate):g}", it.frames, f"{length:.2f}")
-            for it, path, length in zip(captures, paths, seconds, strict=True)
-        )
-        head = ("id", "path", "label", "fps", "frames", "seconds")
-        out.table(head, rows, map(records.of_capture, captures))
-    out.note(f"{counted(len(captures), 'capture')}, {duration(sum(seconds))}")
-    return not captures
 
 
 def show(
