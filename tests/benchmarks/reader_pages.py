@@ -101,8 +101,9 @@ def made(seed: int, damage: str = "clean") -> Made:
     beats = 5 if seconds else score.meter.beats
     bars = int(rng.integers(2, max(17 // beats, 3)))
     beat = round(BEAT * float(rng.choice([1, 1, 1, 0.75])))
-    tempo = "a tick a second" if seconds else f"{beats}/4, {float(score.meter.speed):g} a minute"
-    heading = (f"page {seed}", tempo) if rng.random() < 0.8 else ()
+    tempo = f"{beats}/{score.meter.beat}, {float(score.meter.speed):g} beats a minute"
+    lines = (f"page {seed}", f"{'a tick a second' if seconds else tempo}; full score")
+    heading = lines if rng.random() < 0.8 else ()
     picture = draw(score, heading=heading, bars=bars, seconds=seconds, beat=beat)
     scale = rng.uniform(1.5, 2.5)
     text = svg.write(picture, scale=scale, ink=svg.INK)
