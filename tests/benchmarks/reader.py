@@ -31,9 +31,9 @@ Pair = tuple[Sign | None, Any | None]
 
 def wrong(truth: Sign, read: Any) -> list[str]:
     """Return in what a sign that was read differs from the one on the page."""
-    close = 0.5 / GRID
+    close = 0.5 / GRID + 1e-6  # eighths may be rounded either way
     found = [name for name in ("direction", "level") if getattr(read, name) != getattr(truth, name)]
-    if max(abs(read.start - truth.start), abs(read.end - truth.end)) >= close:
+    if max(abs(read.start - truth.start), abs(read.end - truth.end)) > close:
         found.append("times")
     if truth.amount is not None and getattr(read, "amount", None) != truth.amount:
         found.append("amount")

@@ -36,7 +36,7 @@ class Sign:
     direction: str | None
     level: str | None
     amount: int | None  # What is written: degrees, or the degree of a bend; None: nothing
-    start: float  # Counts from the beginning of the score, in quarters
+    start: float  # Counts from the beginning of the score; two of the corpus have eighths
     end: float  # A starting position has no length
 
 
@@ -150,7 +150,7 @@ def _sign(group: MarkGroup, picture: Picture, score: Score, seconds: bool) -> Si
     elif not any(isinstance(mark, Label) for mark in group.marks):
         told = None  # there is no number, or no room for it
     per = 1.0 if seconds else float(score.meter.speed) / 60
-    start, end = (round(float(data[it]) * per * GRID) / GRID for it in ("start", "end"))
+    start, end = (round(float(data[it]) * per * 2 * GRID) / (2 * GRID) for it in ("start", "end"))
     staff = bisect_right(picture.staves, _left(group)) - 1
     again = kind == "gesture" and direction is None
     name = "again" if again else kind

@@ -11,7 +11,7 @@ from effort import some
 pytest.importorskip("cv2")
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 
-from reader import Figures, show
+from reader import Figures, show, wrong
 from reader_damage import LEVELS
 from reader_pages import CORPUS, GRID, JUDGING, made
 
@@ -49,6 +49,12 @@ def test_each_mistake_lowers_its_own_figure() -> None:
         assert {it for it, share in figures.items() if share < 1} == {"right", name, "false"}
         assert figures["right"] == figures[name] == most
         assert figures["false"] == 0
+
+
+def test_an_eighth_may_be_rounded_either_way() -> None:
+    sign = next(sign for sign in made(7).truth if sign.start * GRID % 1)  # a conductor's beat
+    for by, faults in ((-0.125, []), (0.125, []), (0.25, ["times"])):
+        assert wrong(sign, replace(sign, start=sign.start + by)) == faults
 
 
 def test_signs_that_are_missed_and_that_are_not_there_count() -> None:
