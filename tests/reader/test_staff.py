@@ -1,0 +1,118 @@
+"""Staves of made pages, whose lines are known."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lanindex
+from lanindex import notation
+from lanindex.draw import staff as drawing
+from lanindex.draw.picture import PIXEL
+from lanindex.draw.plain import plain
+from lanindex.draw.svg import rendered
+from lanindex.errors import CaptureError
+from lanindex.model import Score
+
+cv2 = pytest.importorskip("cv2")
+pytest.importorskip("resvg_py")
+reader = pytest.importorskip("lanindex.reader.staff")
+
+SCALE = 2.0
+
+
+def made(
+    score: Score, monkeypatch: pytest.MonkeyPatch, *, seconds: bool = False
+) -> tuple[np.ndarray, drawing.PageLayout]:
+    """Return a page of a score, and where its staves are."""
+    layouts, lines = [], drawing._lines
+    monkeypatch.setattr(drawing, "_lines", lambda it: layouts.append(it) or lines(it))
+    picture = drawing.draw(plain(score), seconds=seconds, heading=("A dance", "slowly"))
+    content = np.frombuffer(rendered(picture, "png", SCALE), np.uint8)
+    return cv2.imdecode(content, cv2.IMREAD_GRAYSCALE), layouts[0]
+
+
+def score(name: str, repository: Path) -> Score:
+    path = str(repository / "corpus" / name)
+    if name.endswith(".lnd"):
+        return notation.read(path)
+    return lanindex.encode(lanindex.read(path))
+
+
+def turned(page: np.ndarray, degrees: float) -> np.ndarray:
+    height, width = page.shape
+    place = cv2.getRotationMatrix2D((width / 2, height / 2), degrees, 1.0)
+    return cv2.warpAffine(page, place, (width, height), borderValue=255)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 0.7])
+@pytest.mark.parametrize("name", ["port_de_bras.lnd", "marching.lnd", "jumping_jacks.bvh"])
+def test_each_staff_is_found_where_it_was_drawn(
+    name: str, degrees: float, repository: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seconds = name.endswith(".bvh")
+    page, layout = made(score(name, repository), monkeypatch, seconds=seconds)
+    height, width = page.shape
+    place = cv2.getRotationMatrix2D((width / 2, height / 2), degrees, 1.0)
+    found = reader.staves(turned(page, degrees))
+    assert len(found) == len(layout.edges) - 1
+    for number, staff in enumerate(found):
+        centre, inner = layout.centre(number), layout.columns.inner
+        low, high = layout.edges[number : number + 2]
+        assert staff.inner == pytest.approx(inner / PIXEL * SCALE, abs=1.5)
+        assert (staff.first, staff.last) == (number == 0, number == len(found) - 1)
+        for y, height_on_staff in ((staff.base, 0), (staff.top, high - low)):
+            for side in (-1, 0, 1):
+                x, y_drawn = centre + side * inner, layout.base - height_on_staff
+                want = place @ [x / PIXEL * SCALE, y_drawn / PIXEL * SCALE, 1]
+                assert staff.on_page(staff.centre + side * staff.inner, y) == pytest.approx(
+                    want, abs=3
+                )
+        counts = layout.clock.bar
+        beats = [it for it in range(1, round((high - low) / layout.beat)) if it % counts]
+        assert len(staff.ticks) == len(beats)
+        step = layout.beat / PIXEL * SCALE
+        for y in staff.bars:
+            bars_up = (staff.base - y) / (step * counts)
+            assert bars_up == pytest.approx(round(bars_up), abs=0.02)
+
+
+def test_the_image_holds_what_stands_beside_a_staff(
+    repository: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page, layout = made(score("port_de_bras.lnd", repository), monkeypatch)
+    first, *_ = reader.staves(turned(page, 1.0))
+    outer = layout.columns.right / PIXEL * SCALE
+    assert first.centre + outer < first.image.shape[1]
+    for side in (-1, 0, 1):
+        x = round(first.centre + side * first.inner)
+        line = first.image[round(first.top) + 3 : round(first.base) - 3, x - 1 : x + 2]
+        assert (line.min(axis=1) < 128).mean() > 0.98
+
+
+def music() -> np.ndarray:
+    page = np.full((1600, 1200), 255, np.uint8)
+    for top in range(150, 1400, 200):
+        for row in range(5):
+            page[top + 16 * row : top + 16 * row + 2, 80:1120] = 0
+        for x in range(80, 1121, 260):
+            page[top : top + 64, x - 1 : x + 1] = 0
+        for number in range(24):
+            at = 110 + 42 * number, top + 8 * (number * 5 % 9)
+            cv2.ellipse(page, at, (9, 7), -20, 0, 360, 0, -1)
+            page[at[1] - 50 : at[1], at[0] + 8 : at[0] + 10] = 0
+    return page
+
+
+def photograph() -> np.ndarray:
+    noise = np.random.default_rng(1).uniform(0, 255, (900, 1200)).astype(np.float32)
+    soft = cv2.GaussianBlur(noise, (0, 0), 12)
+    return cv2.normalize(soft, None, 0, 255, cv2.NORM_MINMAX).astype(np.uint8)
+
+
+@pytest.mark.parametrize(
+    "page", [np.full((800, 600), 255, np.uint8), np.zeros((9, 7), np.uint8), music(), photograph()]
+)
+def test_a_page_without_a_staff_is_refused(page: np.ndarray) -> None:
+    with pytest.raises(CaptureError, match="no staff of Labanotation"):
+        reader.staves(page)
