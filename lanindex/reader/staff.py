@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.draw.staff import FIVE
 from lanindex.errors import CaptureError, extra
 
 with extra("reader", error_type=CaptureError):
@@ -368,8 +369,8 @@ def _measured(near: Ink, lines: _Lines, inner: float, lean: Floats) -> _Found | 
     inside = near[:, (columns < inner * 0.94) & (columns > 0.04 * inner)]
     full = np.quantile(cv2.blur(inside, (5, 1)), 0.12, axis=1)
     strength = float(np.median(uprights))
-    rise = _prominence(full, max(round(0.11 * inner), 4))
-    peaks = _peaks(rise, 0.12 * strength)
+    rise = _prominence(full, max(round(0.2 * inner), 5))
+    peaks = _peaks(rise, 0.07 * strength)
     strong = [y for y in peaks if rise[round(y)] > 0.5 * strength]
     if len(strong) < 2:
         return None
@@ -385,7 +386,9 @@ def _measured(near: Ink, lines: _Lines, inner: float, lean: Floats) -> _Found | 
         foot += 1
     below = foot - lowest > inner / 3
     least = 0.25 * inner
-    bars = [y for y in peaks if top + least < y < base - least]
+    dark = [y for y in strong if top + least < y < base - least]
+    beats = _ticks(near, inner, strength, top, base, dark)
+    bars = dark or _light(peaks, beats, rise, 0.08 * strength)
     return _Found(
         lines=lines,
         inner=inner,
@@ -395,7 +398,7 @@ def _measured(near: Ink, lines: _Lines, inner: float, lean: Floats) -> _Found | 
         top=top,
         foot=float(foot) if below else base,
         bars=tuple(bars[::-1]),
-        ticks=tuple(_ticks(near, inner, strength, top, base, bars)[::-1]),
+        ticks=tuple(y for y in beats[::-1] if min(map(abs, np.subtract(bars, y)), default=9) > 3),
         first=first or below,
         last=last,
     )
@@ -447,6 +450,22 @@ def _ticks(
     best = max((_beats(marks, *pair, top, base) for pair in pairwise(marks)), key=_fits, default=())
     taken = [top, base, *bars]
     return [y for y, _ in best if min(abs(y - it) for it in taken) > 0.15 * inner]
+
+
+def _light(peaks: list[float], beats: list[float], rise: Floats, least: float) -> list[float]:
+    """Return rows of light bar lines, which stand on every fifth beat, of peaks of a profile (H,).
+
+    Edges of symbols side by side look like them, but are not where all of these are.
+    """
+    near = [[y for y in peaks if abs(y - beat) < 2.5] for beat in beats]
+    level = [max((float(rise[round(y)]) for y in own), default=0.0) for own in near]
+    first = max(range(FIVE), key=lambda it: float(np.mean(level[it::FIVE] or [0.0])))
+    if float(np.mean(level[first::FIVE] or [0.0])) < least:
+        return []
+    return [
+        own[0] if own else beat
+        for own, beat in zip(near[first::FIVE], beats[first::FIVE], strict=True)
+    ]
 
 
 def _beats(
