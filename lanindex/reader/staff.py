@@ -300,7 +300,7 @@ def _grid(
     """Return where the pixels (h, w) of a straight staff lie on the page, (h, w, 2)."""
     left, _, right = (it.xs for it in lines)
     low = max(0, min(it.low for it in lines) - ceil(inner / 2))
-    high = min(shape[0], max(it.high for it in lines) + ceil(inner / 2))
+    high = min(shape[0], max(it.high for it in lines) + ceil(1.3 * inner))
     rows = np.arange(low, high).astype(float)
     half = (right - left)[low:high] / 2
     along = np.concatenate([[0], np.cumsum(inner / half)[:-1]])  # stretched as it is across

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from lanindex import records
 from lanindex.app import options
-from lanindex.app.options import captures, exclusive, flag, option
+from lanindex.app.options import argument, captures, exclusive, flag, option
 from lanindex.app.output import Output, choice
-from lanindex.errors import UsageError, counted
+from lanindex.errors import CaptureError, UsageError, counted
 from lanindex.pipeline.files import refuse, safe_stem, write_all
 
 if TYPE_CHECKING:
@@ -253,3 +253,54 @@ def _cells(timed: Timed | None) -> tuple[str, str]:
     return (
         ("", "") if timed is None else (timed.symbol.words, f"{timed.start:.2f}-{timed.stop:.2f}")
     )
+
+
+def read_score(
+    picture: str = argument(..., "PICTURE", "A printed score: an image or a PDF."),
+    output: Path | None = options.output(
+        "FILE.lnd", "Where to write; by default an .lnd file here."
+    ),
+    speed: float = option(60.0, None, "Beats a minute.", min=1),
+    *,
+    force: options.Force = False,
+    out: options.PlainOut,
+) -> int:
+    """Read a printed score into LND.
+
+    Signs of direction and level are read. What is not known is told with its place and left out;
+    what is doubtful is told and kept. A count is a beat. Exits with 1 if something is not known.
+    """
+    from fractions import Fraction
+
+    from lanindex.notation import lnd
+    from lanindex.reader.page import pages
+    from lanindex.reader.score import DOUBTFUL, read_signs, score_of
+
+    target = output or Path(f"{safe_stem(picture)}.lnd")
+    options.ending(target, ["lnd"])
+    refuse(target, force=force)
+    images = pages(picture)
+    read = []
+    for number, image in enumerate(images, 1):
+        out.watch("pages", number - 1, len(images))
+        try:
+            read.append(read_signs(image))
+        except CaptureError as error:
+            place = f"{picture}, page {number}" if len(images) > 1 else picture
+            raise CaptureError(
+                error.found, place=place, wanted=error.wanted, remedy=error.remedy
+            ) from error
+    score = score_of(read, Fraction(speed).limit_denominator(1000))
+    unknown = 0
+    for number, page in enumerate(read, 1):
+        unknown += len(page.unknown)
+        for what in page.unknown:
+            out.note(f"page {number}, {what.place}: not known, left out")
+        for what in page.records:
+            if what.confidence < DOUBTFUL:
+                told = f"{what.direction} {what.level}, {what.confidence:.0%} sure"
+                out.note(f"page {number}, {what.place}: {told}")
+    write_all([(target, lnd.write(score).encode())], force=force, sources=[picture])
+    known = sum(len(page.records) for page in read)
+    out.note(f"{target}: {counted(known, 'sign')}, {unknown} more not known")
+    return int(unknown > 0)

@@ -1,0 +1,94 @@
+"""Pages that we draw are read back: the score that was drawn, or what is not known is told."""
+
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import command
+import numpy as np
+import pytest
+
+import lanindex
+from lanindex.notation import lnd
+
+cv2 = pytest.importorskip("cv2")
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+
+from reader import matched, wrong  # noqa: E402
+from reader_pages import made  # noqa: E402
+
+from lanindex.reader.score import read_signs, score_of  # noqa: E402
+
+CORPUS = Path(lanindex.__file__).parents[1] / "corpus"
+READ = ("gesture", "support")
+"""Kinds of signs that are read; others are told as unknown."""
+
+
+def shares(seeds: range, damage: str) -> tuple[float, float]:
+    """Return the share of signs on made pages that are read rightly, and of false ones."""
+    right = signs = false = 0
+    for seed in seeds:
+        page = made(seed, damage)
+        truth = [it for it in page.truth if it.kind in READ and it.direction]
+        read = read_signs(page.image).records
+        signs += len(truth)
+        for sign, found in matched(truth, read):
+            right += bool(sign and found and not wrong(sign, found))
+            false += sign is None
+    return right / signs, false / signs
+
+
+def test_signs_of_clean_pages_are_read() -> None:
+    right, false = shares(range(3, 9), "clean")
+    assert right > 0.95
+    assert false < 0.03
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("damage", "least"), [("light", 0.85), ("photo", 0.5)])
+def test_signs_of_damaged_pages_are_read(damage: str, least: float) -> None:
+    right, _ = shares(range(20, 32), damage)
+    assert right > least
+
+
+def test_a_score_that_was_drawn_is_the_score_that_is_read(tmp_path: Path) -> None:
+    command.run("score", str(CORPUS / "compass.lnd"), "-o", "page.png", cwd=tmp_path)
+    done = command.run("read-score", "page.png", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "page.lnd: 28 signs, 0 more not known" in done.stderr
+    drawn, read = lnd.read(CORPUS / "compass.lnd"), lnd.read(tmp_path / "page.lnd")
+    names = ["tick", "ticks", "direction", "level"]
+    assert drawn.meter.beats == read.meter.beats == 4
+    scale = drawn.meter.division // 4, read.meter.division // 4
+    for own, other in zip(drawn.tracks["r_arm"].symbols, read.tracks["r_arm"].symbols, strict=True):
+        assert [own[it] for it in names[2:]] == [other[it] for it in names[2:]]
+        assert [own[it] / scale[0] for it in names[:2]] == [
+            other[it] / scale[1] for it in names[:2]
+        ]
+
+
+def test_pages_follow_each_other(tmp_path: Path) -> None:
+    page = read_signs(made(3).image)
+    score = score_of([page, page], Fraction(60))
+    whole = [it for it in page.records if it.end > 0]
+    assert len(score.tracks["r_arm"]) == len(page.records) + len(whole)
+
+
+def test_what_is_not_known_is_told(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "page.png"), made(6).image)  # has frames that carry the body
+    done = command.run("read-score", "page.png", cwd=tmp_path)
+    assert done.returncode == 1
+    assert "page 1, staff 1, other_support, count 3 to 3.5: not known, left out" in done.stderr
+
+
+@pytest.mark.parametrize("kind", ["blank", "none", "text"])
+def test_what_is_no_score_is_refused(tmp_path: Path, kind: str) -> None:
+    if kind == "blank":
+        cv2.imwrite(str(tmp_path / "page.png"), np.full((900, 700), 255, np.uint8))
+    elif kind == "text":
+        (tmp_path / "page.png").write_text("no picture")
+    done = command.run("read-score", "page.png", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("lanindex: page.png: ")
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "page.lnd").exists()
