@@ -304,6 +304,7 @@ def verify(connection: Link) -> None:
     segments.read_rosters(connection, spine)
     for segment in spine.segments:
         segments.read_texts(connection, segment)
+        segments.read_totals(connection, segment)
         for part in segment.parts:
             segments.read_columns(connection, segment, part)
 

@@ -56,7 +56,10 @@ def damage(path, choice):
         ]
     )
     with closing(sqlite3.connect(path)) as connection, connection:
-        rows = connection.execute(f"SELECT rowid, {column} FROM {table}").fetchall()
+        # these are read only to count a segment of which captures are dead
+        unread = " WHERE NOT (segment_id = 2 AND name IN ('profile', 'still'))"
+        unread *= table == "segment_column"
+        rows = connection.execute(f"SELECT rowid, {column} FROM {table}{unread}").fetchall()
         row, value = choice.choice(rows)
         if table != "state" and choice.random() < 0.2:
             connection.execute(f"DELETE FROM {table} WHERE rowid = ?", (row,))

@@ -162,6 +162,10 @@ def test_counts_do_not_trust_what_is_out_of_date(tmp_path):
         assert library.stats() == whole
         library.columns(["head"])
         assert "damaged: totals of the captures in segment 1" in library.session.notes[0]
+    with Store.open(tmp_path / "some.db") as library:
+        assert replace(library.stats(), size=whole.size) == whole
+        library.columns(["head"])
+        assert library.session.notes == []
 
 
 def test_counts_stored_with_segments_are_those_of_the_rows(tmp_path):
