@@ -158,11 +158,9 @@ class ColumnCache:
         trusted: bool = True,
     ) -> tuple[Roster, dict[str, Columns]]:
         if only is not None and (held.roster is None or held.missing(parts, extra)):
-            spine, every = (
-                segments.read_spine(connection, trusted=trusted),
-                dict.fromkeys(parts, extra),
-            )
-            return segments.read_all_columns(connection, spine, every, tick, only)
+            spine = segments.read_spine(connection, trusted=trusted)
+            wanted_extra = dict.fromkeys(parts, extra)
+            return segments.read_all_columns(connection, spine, wanted_extra, tick, only)
         with held.loading(held.missing(parts, extra), tick):
             missing = held.missing(parts, extra)  # another thread may have loaded them
             if missing or held.roster is None:

@@ -1,7 +1,8 @@
 """What stands in the columns of a staff: signs of direction and level, holds, and what is unknown.
 
 Each column is brought to one size and cut where its ink has gaps; each piece is compared with the
-signs that `lanindex.draw.picture` draws at its height, blurred as the page is.
+signs that `lanindex.draw.picture` draws at its height. Ink lower than a third of a symbol's width
+is no sign: digits, and what is left of lines.
 """
 
 from __future__ import annotations
@@ -36,8 +37,7 @@ _STROKE = 7  # units: as symbols are drawn
 _FINE = 4  # a template is drawn so many times larger, and made smaller
 _SHIFT = 2  # pixels by which a piece may lie elsewhere than its ink says
 _INK = 0.3  # darkness of a row from which on it belongs to a sign
-_SURE, _DOUBTFUL = 0.5, 0.75
-"""Likeness below which a piece is unknown, and below which it is doubtful."""
+_SURE = 0.5  # likeness below which a piece is unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,7 +231,7 @@ def _signs(
             yield Sign(column, start, stop, kind, direction, level, likeness)
 
 
-BLUR = 0.6
+BLUR = 0.6  # pixels by which templates are blurred
 
 
 def _pieces(strip: Floats) -> list[tuple[int, int]]:
