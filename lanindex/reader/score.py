@@ -10,11 +10,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, kind_of
+from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, TRACKS, kind_of
 from lanindex.errors import CaptureError
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 from lanindex.model.derived import with_steps
 from lanindex.model.symbol import blank
+from lanindex.reader.boxes import Box, box_of
 from lanindex.reader.names import named
 from lanindex.reader.signs import Page, read
 from lanindex.reader.staff import Staff, staves
@@ -38,6 +39,7 @@ class Record:
     start: float  # Counts from the beginning of the page
     end: float  # A starting position begins and ends at 0
     confidence: float
+    box: Box  # On the page, pixels
 
     @property
     def place(self) -> str:
@@ -69,14 +71,16 @@ def read_signs(image: NDArray[np.uint8]) -> Read:
     for sign in page.signs:
         part = parts[sign.column.number]
         kind = kind_of(part)
-        fits = sign.kind == "sign" and {"direction", "level"} <= {*KINDS[kind].fields}
+        fits = part in TRACKS and {"direction", "level"} <= {*KINDS[kind].fields}
         below = sign.start < -0.5 / GRID
         start, end = (0.0 if below else round(it * GRID) / GRID for it in (sign.start, sign.end))
         staff = sum(it <= start for it in page.counts[1:-1])
         if sign.kind != "hold":
-            name = kind if fits and (below or start < end) else ""
+            fits = fits and sign.kind == "sign" and (below or start < end)
+            name = kind if fits else ""
             what = sign.direction, sign.level
-            records.append(Record(staff, part, name, *what, start, end, sign.confidence))
+            box = box_of(found, page, sign)
+            records.append(Record(staff, part, name, *what, start, end, sign.confidence, box))
     beats = _beats(found, page)
     known, unknown = [it for it in records if it.kind], [it for it in records if not it.kind]
     return Read(known, unknown, beats, round(page.counts[-1]))

@@ -1,0 +1,39 @@
+"""Where signs stand on a page: boxes of its pixels, and pictures cut out of it."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from itertools import product
+from typing import TYPE_CHECKING
+
+from lanindex.reader.staff import Image
+
+if TYPE_CHECKING:
+    from lanindex.reader.signs import Page, Sign
+    from lanindex.reader.staff import Staff
+
+Box = tuple[int, int, int, int]
+"""Left, top, right and bottom."""
+
+_ROUND = 1.5  # widths of a symbol round a sign that a picture of it shows
+
+
+def box_of(staves: Sequence[Staff], page: Page, sign: Sign) -> Box:
+    """Return the box of a sign on its page; of one on two staves, what stands on the first."""
+    number = min(max(bisect_right(page.counts, sign.start) - 1, 0), len(staves) - 1)
+    staff, (low, high) = staves[number], page.counts[number : number + 2]
+    rows = (staff.base - staff.top) / (high - low)
+    unit = page.unit * staff.inner
+    x = staff.centre + sign.column.x * unit
+    ys = [staff.base - (count - low) * rows for count in (sign.start, min(sign.end, high))]
+    corners = [staff.on_page(*it) for it in product((x - unit / 2, x + unit / 2), ys)]
+    across, down = zip(*corners, strict=True)
+    return round(min(across)), round(min(down)), round(max(across)), round(max(down))
+
+
+def cut_out(image: Image, box: Box) -> Image:
+    """Return what an image (H, W) shows in a box and a little around it."""
+    left, top, right, bottom = box
+    edge = round(_ROUND * (right - left))
+    return image[max(top - edge, 0) : bottom + edge, max(left - edge, 0) : right + edge]
