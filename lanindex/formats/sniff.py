@@ -35,7 +35,7 @@ def begins(pattern: bytes) -> Callable[[bytes], bool]:
 
 
 bvh = begins(_TEXT + rb"(?i:HIERARCHY)")
-c3d = begins(rb"[^\0]\x50.{510}")  # where its parameters begin, then its key
+c3d = begins(rb"(?!\x89PNG)[^\0]\x50.{510}")  # where its parameters begin, then its key
 trc = begins(_TEXT + rb"(?i:PathFileType)")
 mvnx = begins(_TEXT + rb"(?=<).*?<mvnx")
 npy = begins(rb"\x93NUMPY")
