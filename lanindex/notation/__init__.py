@@ -3,7 +3,8 @@
 A notation is a line in `NOTATIONS` and a module with
 
 - ``read(content, place) -> Score``, or of a table ``rows(content, place)``, and
-- ``write(score) -> str or bytes``, or of a table ``save(rows, file) -> int``.
+- ``write(score) -> str or bytes``, or of a table ``save(rows, file) -> int``; a printed score is
+  only read.
 
 Nothing else knows one from another. Beside them stand borders (LPD) and rules (LDD), which are
 only read.
@@ -36,7 +37,8 @@ class Notation:
     title: str  # For people
     suffix: str  # The ending as it is written; it is read in any case
     ingested: bool = False  # Whether ingest looks for it in folders
-    module: str = ""  # Of this package; by default its name
+    written: bool = True  # Whether scores can be written in it
+    module: str = ""  # Of this package, or with all its name elsewhere; by default its name
     text: bool = True  # Whether people can read it
     parts: bool = False  # Whether it has room for the ``PARTS`` of its module only
     table: str = ""  # Of a table: the end of the names of its functions in `tables`
@@ -45,20 +47,28 @@ class Notation:
         """Return a function or constant of its module, imported when it is first needed."""
         module = self.module or ("tables" if self.table else self.name)
         name = f"{name}_{self.table}" if self.table else name
-        return getattr(importlib.import_module(f"lanindex.notation.{module}"), name)
+        whole = module if "." in module else f"lanindex.notation.{module}"
+        return getattr(importlib.import_module(whole), name)
 
 
 NOTATIONS = {it["name"]: Notation(**it) for it in shipped("notation/notations.toml")["notations"]}
 """Every notation of scores, by name."""
 
 TABLES = {it.table: it for it in NOTATIONS.values() if it.table}  # the tables, by their last ending
-WRITTEN = tuple(NOTATIONS)  # notations that scores can be written in: all
+WRITTEN = tuple(name for name, it in NOTATIONS.items() if it.written)
+"""Those that scores are written in: all but pictures."""
 
 
 def notation_of(path: str) -> Notation | None:
     """Return the notation that a file's ending stands for, or None."""
     name = Path(path).name.lower()
     return next((it for it in NOTATIONS.values() if name.endswith(f".{it.name}")), None)
+
+
+def is_printed(path: str) -> bool:
+    """Tell whether a file is a picture, which may be of a printed score."""
+    form = notation_of(path)
+    return form is not None and not form.written
 
 
 def read(path: str, content: bytes | None = None) -> Score:

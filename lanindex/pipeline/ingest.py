@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex import formats, locations
-from lanindex.errors import CaptureError, LanindexError, UsageError, shown
+from lanindex.errors import CaptureError, LanindexError, UsageError, counted, shown
 from lanindex.formats import archives, parted
 from lanindex.formats.file import SUBJECT, on_disk
 from lanindex.formats.sniff import COMPANIONS, unread
@@ -27,7 +27,7 @@ from lanindex.library.rows import Encoding
 from lanindex.library.selection import absolute, is_gone, printable
 from lanindex.library.store import Store
 from lanindex.model import Reading
-from lanindex.notation import NOTATIONS
+from lanindex.notation import NOTATIONS, is_printed
 from lanindex.notation.text import read_text
 from lanindex.pipeline.prepare import (
     Outcome,
@@ -307,15 +307,20 @@ def _captures_in(path: str, others: list[str], apart: bool) -> Iterator[str]:
 def left_out(others: Iterable[str]) -> str:
     """Say how many files were passed over: by ending for formats that are not read yet."""
     paths = set(map(locations.located, others))
-    kinds = Counter("/" if os.path.isdir(path) else unread(path) for path in paths)
-    rest, linked = kinds.pop("", 0), kinds.pop("/", 0)
+    kinds = Counter(
+        "/" if os.path.isdir(path) else "picture" if is_printed(path) else unread(path)
+        for path in paths
+    )
+    rest, linked, pictures = (kinds.pop(kind, 0) for kind in ("", "/", "picture"))
     by_number = sorted(kinds.items(), key=lambda kind: (-kind[1], kind[0]))
     counts = []
     for angles, why in ((False, "formats that are not read yet"), (True, "angles without places")):
         some = [f"{number} {kind}" for kind, number in by_number if (kind in ANGLES) is angles]
         counts += [f"{', '.join(some)} ({why})"] if some else []
+    if pictures:
+        counts.append(f"{counted(pictures, 'picture')} (name those of printed scores)")
     for number, noun in ((rest, "other file"), (linked, "linked folder")):
-        counts += [f"{number} {noun}" + "s" * (number > 1)] if number else []
+        counts += [counted(number, noun)] if number else []
     return "; ".join(counts)
 
 

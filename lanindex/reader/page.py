@@ -20,13 +20,15 @@ PAGES = 200  # of a PDF, at most
 _IMAGES = "PNG, JPEG, TIFF, BMP, WebP"
 
 
-def pages(path: str) -> list[NDArray[np.uint8]]:
+def pages(path: str, content: bytes | None = None) -> list[NDArray[np.uint8]]:
     """Return the pages of a picture or a PDF.
 
     Parameters
     ----------
     path : str
         A file: PNG, JPEG, TIFF, BMP, WebP or PDF. Of a TIFF all its pages are read.
+    content : bytes, optional
+        What is in it, where it is at hand.
 
     Returns
     -------
@@ -39,7 +41,7 @@ def pages(path: str) -> list[NDArray[np.uint8]]:
         If the file cannot be read, or is too large.
     """
     try:
-        content = Path(path).read_bytes()
+        content = Path(path).read_bytes() if content is None else content
     except OSError as error:
         found = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
         raise CaptureError(found, place=path, wanted="a file that can be read") from error

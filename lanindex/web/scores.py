@@ -40,7 +40,7 @@ from lanindex.film.figure import figure
 from lanindex.model import Score, Span, Track
 from lanindex.model.derived import STEP
 from lanindex.model.symbol import blank, listed
-from lanindex.notation import NOTATIONS, edited, left_out, lnd, read, write
+from lanindex.notation import NOTATIONS, WRITTEN, edited, left_out, lnd, read, write
 from lanindex.notation.excerpt import excerpt
 from lanindex.perform import perform
 from lanindex.pipeline.files import safe_stem
@@ -90,6 +90,7 @@ def _alphabet() -> dict[str, Any]:
         "notations": [
             {"name": it.name, "title": it.title, "suffix": it.suffix, "text": it.text}
             for it in NOTATIONS.values()
+            if it.written
         ],
     }
 
@@ -238,8 +239,8 @@ def motion(call: Call) -> dict[str, Any]:
 def save(call: Call) -> Response:
     """Return a score as a file in a notation."""
     form = call.said("format", str, "lnd")
-    if form not in NOTATIONS:
-        raise UsageError(f'"{form[:20]}"', place="format", wanted=f"one of {', '.join(NOTATIONS)}")
+    if form not in WRITTEN:
+        raise UsageError(f'"{form[:20]}"', place="format", wanted=f"one of {', '.join(WRITTEN)}")
     score = _score(call)
     name = safe_stem(call.said("name", str, "score")) + NOTATIONS[form].suffix
     missing = ", ".join(left_out(score, form)).encode("ascii", "replace").decode()

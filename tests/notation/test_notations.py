@@ -113,10 +113,10 @@ def test_the_page_has_every_notation() -> None:
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()
             if line.startswith("| `")]  # fmt: skip
     assert {row[0].strip("`"): row[1].strip("`") for row in rows} == {
-        it.name: it.suffix for it in NOTATIONS.values()
+        name: NOTATIONS[name].suffix for name in WRITTEN
     }
-    for row, it in zip(rows, NOTATIONS.values(), strict=True):
-        assert it.title in row[2]
+    for row, name in zip(rows, WRITTEN, strict=True):
+        assert NOTATIONS[name].title in row[2]
 
 
 def test_endings(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from starlette.testclient import TestClient
 
 import lanindex
 from lanindex.alphabet import KINDS, TRACKS, kind_of
-from lanindex.notation import NOTATIONS, edited, lnd, read, write
+from lanindex.notation import NOTATIONS, WRITTEN, edited, lnd, read, write
 
 CORPUS = Path(__file__).parent.parent.parent / "corpus"
 
@@ -42,7 +42,7 @@ def test_the_alphabet_has_every_track_with_its_words(ask: TestClient) -> None:
         assert track["drawn"]
     assert found["mirrored"]["r_forward"] == "l_forward"
     assert len(found["signs"]["gesture"]) == 27
-    assert [it["name"] for it in found["notations"]] == [*NOTATIONS]
+    assert [it["name"] for it in found["notations"]] == [*WRITTEN]
 
 
 def test_a_capture_is_opened_whole_or_in_part(ask: TestClient, library: lanindex.Library) -> None:
@@ -99,7 +99,7 @@ def test_the_figure_carries_out_all_or_some_seconds(ask: TestClient) -> None:
     assert ask.post("/api/scores/motion", json={"score": EMPTY}).status_code == 200
 
 
-@pytest.mark.parametrize("name", [*NOTATIONS])
+@pytest.mark.parametrize("name", WRITTEN)
 def test_a_score_is_saved_in_every_notation(ask: TestClient, name: str) -> None:
     answer = ask.post("/api/scores/save", json={"score": score(), "format": name, "name": "ä/b c"})
     assert answer.status_code == 200

@@ -10,7 +10,7 @@ from lanindex import records
 from lanindex.app import options
 from lanindex.app.options import argument, captures, exclusive, flag, option
 from lanindex.app.output import Output, choice
-from lanindex.errors import CaptureError, UsageError, counted
+from lanindex.errors import UsageError, counted
 from lanindex.pipeline.files import refuse, safe_stem, write_all
 
 if TYPE_CHECKING:
@@ -273,34 +273,17 @@ def read_score(
     from fractions import Fraction
 
     from lanindex.notation import lnd
-    from lanindex.reader.page import pages
-    from lanindex.reader.score import DOUBTFUL, read_signs, score_of
+    from lanindex.reader.printed import open_printed
 
     target = output or Path(f"{safe_stem(picture)}.lnd")
     options.ending(target, ["lnd"])
     refuse(target, force=force)
-    images = pages(picture)
-    read = []
-    for number, image in enumerate(images, 1):
-        out.watch("pages", number - 1, len(images))
-        try:
-            read.append(read_signs(image))
-        except CaptureError as error:
-            place = f"{picture}, page {number}" if len(images) > 1 else picture
-            raise CaptureError(
-                error.found, place=place, wanted=error.wanted, remedy=error.remedy
-            ) from error
-    score = score_of(read, Fraction(speed).limit_denominator(1000))
-    unknown = 0
-    for number, page in enumerate(read, 1):
-        unknown += len(page.unknown)
-        for what in page.unknown:
-            out.note(f"page {number}, {what.place}: not known, left out")
-        for what in page.records:
-            if what.confidence < DOUBTFUL:
-                told = f"{what.direction} {what.level}, {what.confidence:.0%} sure"
-                out.note(f"page {number}, {what.place}: {told}")
+    printed = open_printed(picture, watch=partial(out.watch, "pages"))
+    score = printed.score(Fraction(speed).limit_denominator(1000))
+    for what in score.warnings:
+        out.note(what)
     write_all([(target, lnd.write(score).encode())], force=force, sources=[picture])
-    known = sum(len(page.records) for page in read)
+    known = sum(len(page.records) for page in printed.read.values())
+    unknown = sum(len(page.unknown) for page in printed.read.values())
     out.note(f"{target}: {counted(known, 'sign')}, {unknown} more not known")
     return int(unknown > 0)
