@@ -305,8 +305,8 @@ def ending(path: Path, allowed: Collection[str], option: str = "--output") -> st
     form = path.suffix.lower().removeprefix(".")
     if form not in allowed:
         *others, last = allowed
-        wanted = f"an ending of {', '.join(others)} or {last}"
-        raise UsageError(f'"{path}"', place=option, wanted=wanted)
+        endings = f"{', '.join(others)} or {last}" if others else last
+        raise UsageError(f'"{path}"', place=option, wanted=f"an ending of {endings}")
     writable(form)
     return form
 

@@ -1,4 +1,4 @@
-"""Where signs stand on a page: boxes of its pixels, and pictures cut out of it."""
+"""Where signs stand on a page: boxes of its pixels."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 Box = tuple[int, int, int, int]
 """Left, top, right and bottom."""
 
-_ROUND = 1.5  # widths of a symbol round a sign that a picture of it shows
+_ROUND = 1.5  # widths of a symbol that are shown round a sign
 
 
 def box_of(staves: Sequence[Staff], page: Page, sign: Sign) -> Box:
@@ -32,8 +32,10 @@ def box_of(staves: Sequence[Staff], page: Page, sign: Sign) -> Box:
     return round(min(across)), round(min(down)), round(max(across)), round(max(down))
 
 
-def cut_out(image: Image, box: Box) -> Image:
-    """Return what an image (H, W) shows in a box and a little around it."""
+def around(image: Image, box: Box) -> Box:
+    """Return a box with a little around it, of what an image (H, W) shows there."""
     left, top, right, bottom = box
-    edge = round(_ROUND * (right - left))
-    return image[max(top - edge, 0) : bottom + edge, max(left - edge, 0) : right + edge]
+    edge, (height, width) = round(_ROUND * (right - left)), image.shape
+    across = max(left - edge, 0), min(right + edge, width)
+    down = max(top - edge, 0), min(bottom + edge, height)
+    return across[0], down[0], across[1], down[1]

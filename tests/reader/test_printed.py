@@ -15,7 +15,7 @@ sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 
 from reader_pages import made  # noqa: E402
 
-from lanindex.reader.boxes import cut_out  # noqa: E402
+from lanindex.reader.boxes import around  # noqa: E402
 from lanindex.reader.printed import open_printed  # noqa: E402
 from lanindex.reader.score import read_signs  # noqa: E402
 
@@ -69,6 +69,20 @@ def test_what_is_not_known_is_a_doubt_of_the_capture(tmp_path: Path) -> None:
     assert "page 1, staff 1, other_support, count 3 to 3.5: not known, left out" in doubts
 
 
+def test_what_is_not_known_is_shown(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "page.png"), made(6).image)
+    words = ["read-score", "page.png", "--doubts", "doubts.html"]
+    done = command.run(*words, cwd=tmp_path)
+    shown = (tmp_path / "doubts.html").read_text()
+    told = [line for line in done.stderr.splitlines() if line.startswith("page 1, ")]
+    assert len(told) > 10
+    assert all(line in shown for line in told)
+    assert shown.count("<rect ") == shown.count("<li>") == len(told)
+    assert command.run(*words, cwd=tmp_path).returncode == 2  # it is there already
+    done = command.run(*words[:3], "doubts.png", "--force", cwd=tmp_path)
+    assert done.stderr == 'lanindex: --doubts: "doubts.png", wanted an ending of html\n'
+
+
 def test_folders_are_not_searched_for_pictures(folder: Path, tmp_path: Path) -> None:
     done = command.run("ingest", str(folder), "--db", str(tmp_path / "l.db"))
     assert done.returncode == 1
@@ -95,6 +109,6 @@ def test_boxes_lie_where_signs_are_drawn() -> None:
             drawn = *corners.min(axis=0), *corners.max(axis=0)
             unit = record.box[2] - record.box[0]
             assert np.abs(np.array(drawn) - record.box).max() < 0.4 * unit
-            assert min(cut_out(page.image, record.box).shape) > unit
+            assert np.ptp(np.reshape(around(page.image, record.box), (2, 2)), axis=0).min() > unit
             seen += 1
     assert seen > 10

@@ -261,6 +261,9 @@ def read_score(
         "FILE.lnd", "Where to write; by default an .lnd file here."
     ),
     speed: float = option(60.0, None, "Beats a minute.", min=1),
+    doubts: Path | None = option(
+        None, "FILE.html", "Show what is not known or doubtful on the picture."
+    ),
     *,
     force: options.Force = False,
     out: options.PlainOut,
@@ -278,11 +281,19 @@ def read_score(
     target = output or Path(f"{safe_stem(picture)}.lnd")
     options.ending(target, ["lnd"])
     refuse(target, force=force)
+    if doubts is not None:
+        options.ending(doubts, ["html"], "--doubts")
+        refuse(doubts, force=force)
     printed = open_printed(picture, watch=partial(out.watch, "pages"))
     score = printed.score(Fraction(speed).limit_denominator(1000))
     for what in score.warnings:
         out.note(what)
-    write_all([(target, lnd.write(score).encode())], force=force, sources=[picture])
+    files = [(target, lnd.write(score).encode())]
+    if doubts is not None:
+        from lanindex.reader.doubts import written
+
+        files.append((doubts, written(printed).encode()))
+    write_all(files, force=force, sources=[picture])
     known = sum(len(page.records) for page in printed.read.values())
     unknown = sum(len(page.unknown) for page in printed.read.values())
     out.note(f"{target}: {counted(known, 'sign')}, {unknown} more not known")
