@@ -10,7 +10,7 @@ import os
 import posixpath
 import re
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from errno import ENOSPC
@@ -319,14 +319,19 @@ def head(path: str, size: int) -> bytes:
         return bytes(system.cat_file(place, start=0, end=size)[:size])
 
 
-def part(url: str, mark: Mark, start: int, stop: int) -> bytes | None:
+def parts(url: str, mark: Mark, ranges: Sequence[tuple[int, int]]) -> list[bytes] | None:
     """Return some bytes of one version of a file; None: its store gives no parts."""
+    starts, stops = map(list, zip(*ranges, strict=True))
     with asking(url) as (system, path):
-        data = bytes(system.cat_file(path, start=start, end=stop))
+        found = system.cat_ranges([path] * len(ranges), starts, stops)
+        for one in found:
+            if isinstance(one, Exception):
+                raise one
         after = _told(url, system.info(path))
     if after.mark != mark:
         raise changed(url)
-    return data if len(data) == stop - start else None
+    whole = all(len(one) == b - a for one, (a, b) in zip(found, ranges, strict=True))
+    return [bytes(one) for one in found] if whole else None
 
 
 # Copies of files of stores, by what tells their versions apart; the least recently used is let go.

@@ -26,10 +26,12 @@ from page_client import asking
 import lanindex
 from lanindex import formats, locations
 from lanindex.errors import CaptureError, ExportError
+from lanindex.film.figure import figure
 from lanindex.library.selection import Selection, absolute, is_gone
-from lanindex.model import Hit, Span
+from lanindex.model import Hit, Reading, Span
 from lanindex.pipeline import ingest as ingests
 from lanindex.pipeline.library import Library, open_library
+from lanindex.pipeline.preview import _bodies
 
 URL = "counted://bucket/dance"
 WALKED = ["counted://bucket/dance/a/bow.bvh", "counted://bucket/dance/raise.lnd"]
@@ -204,6 +206,41 @@ def test_a_clip_fetches_its_own_part_of_a_large_file(
     (again,) = library.ingest(TRIAL)
     assert (again.status, again.sha256) == ("unchanged", hashlib.sha256(large).hexdigest())
     assert Counted.asked["copy"] == 1  # to be ingested first
+
+
+@pytest.mark.parametrize("form", ["c3d", "npz"])
+def test_a_film_fetches_little_of_a_large_file(
+    library: Library,
+    store: MemoryFileSystem,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    form: str,
+) -> None:
+    for name, size in {"SMALL": 1 << 20, "NEAR": 1 << 10, "FETCHED": 1 << 14}.items():
+        monkeypatch.setattr(f"lanindex.formats.file.{name}", size)
+    read = lanindex.read("corpus/compass.bvh")
+    long = np.tile(read.positions, (10, 1, 1)).astype(float)
+    file = io.BytesIO()
+    if form == "c3d":
+        analog = np.arange(len(long))[:, None] + np.zeros(100)
+        file.write(made_c3d.c3d(made_c3d.standing(len(long), 1.0), analog=analog))
+    else:
+        named = {"joint_names": np.array(read.skeleton.names), "fps": 30, "unit": "mm"}
+        np.savez(file, joints=long, **named)
+    path, url = tmp_path / f"long.{form}", f"counted://bucket/long.{form}"
+    path.write_bytes(file.getvalue())
+    store.pipe_file(f"/bucket/long.{form}", file.getvalue())
+    assert [it.status for it in library.ingest(url, path)] == ["added", "added"]
+    shutil.rmtree(tmp_path / "cache")
+    Counted.fetched, span = 0, Span(3000, 3030)
+    remote, here = (
+        _bodies(library.store, 25)(library.store.capture(it), span) for it in (url, str(path))
+    )
+    whole = figure(formats.read_file(formats.opened(path), Reading(), formats.Wanted(True)))
+    assert np.array_equal(remote.places, here.places, equal_nan=True)
+    assert np.abs(remote.places[3000:3030] - whole.places[3000:3030]).max() < 0.1
+    assert Counted.fetched < len(file.getvalue()) / 5
+    assert not (tmp_path / "cache").exists()
 
 
 def test_a_large_file_is_copied_where_a_quarter_of_it_or_no_part_is_had(

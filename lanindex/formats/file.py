@@ -7,7 +7,8 @@ import io
 import os
 import stat
 import threading
-from collections.abc import Callable, Iterable
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Any, Protocol, TypeVar
@@ -32,6 +33,9 @@ FETCHED = 1 << 19
 
 KEPT = 16
 """Such pieces of a file that are kept."""
+
+NEAR = 1 << 15
+"""Bytes between two stretches of a file of a store that are fetched too: to ask twice is slower."""
 
 
 class Content(Protocol):
@@ -82,6 +86,13 @@ def holding(content: Content, first: int, stop: int) -> tuple[bytes, int]:
     """Return bytes that hold a stretch of some, and which of them is their first."""
     # what is in memory is not copied: of a small file that costs as much as to read it
     return (content, 0) if isinstance(content, bytes) else (content[first:stop], first)
+
+
+def several(content: Content, pieces: Sequence[tuple[int, int]]) -> list[bytes]:
+    """Return stretches of a file (first byte, last + 1; rising)."""
+    if isinstance(content, _InStore):
+        return content.several(pieces)
+    return [content[start:stop] for start, stop in pieces]
 
 
 def line_of(data: Content, offset: int) -> int:
@@ -196,15 +207,38 @@ class _InStore:
         return data
 
     def _part(self, start: int, stop: int) -> bytes:
+        return self._parts([(start, stop)])[0]
+
+    def _parts(self, ranges: list[tuple[int, int]]) -> list[bytes]:
         if self._whole is None:
-            self._fetched += stop - start
+            self._fetched += sum(stop - start for start, stop in ranges)
             if self._fetched <= self._size // 4:
-                data = locations.part(self._url, self._mark, start, stop)
+                data = locations.parts(self._url, self._mark, ranges)
                 if data is not None:
                     return data
             status = os.stat(locations.copy_of(self._url, self._mark))
             self._whole = _OnDisk(self._url, status, self._mark)
-        return self._whole[start:stop]
+        return [self._whole[start:stop] for start, stop in ranges]
+
+    def several(self, pieces: Sequence[tuple[int, int]]) -> list[bytes]:
+        """Return stretches, rising, all of which are asked for at once."""
+        joined: list[tuple[int, int]] = []
+        for start, stop in pieces:
+            if joined and start - joined[-1][1] <= NEAR:
+                joined[-1] = joined[-1][0], stop
+            else:
+                joined.append((start, stop))
+        try:
+            with self._turn:
+                held = self._parts(joined)
+        except OSError as error:
+            raise _error(self._url, error) from error
+        begins = [start for start, _ in joined]
+        places = [bisect_right(begins, start) - 1 for start, _ in pieces]
+        return [
+            held[place][start - begins[place] : stop - begins[place]]
+            for place, (start, stop) in zip(places, pieces, strict=True)
+        ]
 
 
 SUBJECT = "#"

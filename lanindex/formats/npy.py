@@ -32,7 +32,7 @@ from lanindex.body import Declared
 from lanindex.errors import CaptureError, quoted
 from lanindex.formats import smpl
 from lanindex.formats.file import Content, File, Wanted
-from lanindex.formats.points import Points, motion_of
+from lanindex.formats.points import Points, gathered, motion_of, spread
 from lanindex.formats.rates import rate_by
 from lanindex.model import Motion, Reading, Span
 
@@ -80,24 +80,24 @@ class Arrays:
 
     place: str  # the file, for errors
     headers: dict[str, Header]  # by name; of a file of one array the name is empty
-    fetch: Callable[[str, int, int], bytes]  # from name, first byte and last to bytes of a member
+    # from name and (N, 2) stretches, rising, to these bytes of a member, end to end
+    fetch: Callable[[str, NDArray[np.int64]], bytes]
     refused: dict[str, str]  # names of what cannot be read, and why
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         header = self.headers[name]
-        data = self.fetch(name, header.first, header.first + header.size)
+        data = self.fetch(name, header.first + np.array([[0, header.size]]))
         order = "F" if header.fortran else "C"
         return np.frombuffer(data, header.kind).reshape(header.shape, order=order)  # type: ignore[call-overload,no-any-return]
 
-    def frames(self, name: str, axis: int, span: Span) -> NDArray[Any]:
-        """Return some frames of an array: no others are read where they lie side by side."""
+    def frames(self, name: str, axis: int, some: NDArray[np.int64]) -> NDArray[Any]:
+        """Return some frames of an array, rising: where these lie alone, no others are read."""
         header = self.headers[name]
         shape = header.shape
         if header.fortran or math.prod(shape[:axis]) != 1:
-            some = slice(span.start, span.stop)
-            return self[name][:, some] if axis else self[name][some]
-        step = header.size // shape[axis]
-        data = self.fetch(name, *(header.first + it * step for it in (span.start, span.stop)))
+            return self[name].take(some, axis)
+        edges = np.stack((some, some + 1), axis=1) * (header.size // shape[axis])
+        data = self.fetch(name, header.first + edges)
         return np.frombuffer(data, header.kind).reshape(*shape[:axis], -1, *shape[axis + 1 :])
 
 
@@ -150,7 +150,7 @@ def arrays(file: File) -> Arrays:
     content = file.content
     if content[:2] != b"PK":
         header = header_of(content[:_HEADER], len(content), file.name)
-        return Arrays(file.name, {"": header}, lambda _, a, b: content[a:b], {})
+        return Arrays(file.name, {"": header}, lambda _, pieces: gathered(content, pieces)[0], {})
     packed = archive(file)
     headers, refused = {}, {}
     for info in packed.infolist():
@@ -158,13 +158,13 @@ def arrays(file: File) -> Arrays:
         if name == info.filename:
             continue
         try:
-            head = unpacked(file.name, packed, info, 0, _HEADER)
+            head = unpacked(file, packed, info, np.array([[0, _HEADER]]))
             headers[name] = header_of(head, info.file_size, f"{file.name}: {quoted(name)}")
         except CaptureError as error:
             refused[name] = error.found
 
-    def fetch(name: str, first: int, stop: int) -> bytes:
-        return unpacked(file.name, packed, packed.getinfo(name + SUFFIX), first, stop)
+    def fetch(name: str, pieces: NDArray[np.int64]) -> bytes:
+        return unpacked(file, packed, packed.getinfo(name + SUFFIX), pieces)
 
     return Arrays(file.name, headers, fetch, refused)
 
@@ -183,38 +183,38 @@ def archive(file: File) -> zipfile.ZipFile:
 
 
 def unpacked(
-    place: str, packed: zipfile.ZipFile, info: zipfile.ZipInfo, first: int, stop: int
+    file: File, packed: zipfile.ZipFile, info: zipfile.ZipInfo, pieces: NDArray[np.int64]
 ) -> bytes:
-    """Return some bytes of a member of a ZIP."""
+    """Return stretches of a member of a ZIP, (N, 2) and rising, end to end."""
     if info.file_size > RATIO * info.compress_size + SPARE:
         found = f"{quoted(info.filename)} unpacks to {info.file_size} bytes"
         wanted = f"at most {RATIO} times its packed size of {info.compress_size}"
-        raise CaptureError(found, place=place, wanted=wanted)
-    stop = min(stop, info.file_size)
+        raise CaptureError(found, place=file.name, wanted=wanted)
+    pieces = np.minimum(pieces, info.file_size)
+    first, stop, size = int(pieces[0, 0]), int(pieces[-1, 1]), int(np.diff(pieces).sum())
     try:
         with packed.open(info) as member:
             # what is read to its end is checked; what is sought would be read up to there
-            if stop < info.file_size and info.compress_type == zipfile.ZIP_STORED:
-                data = _stored(packed.fp, info.header_offset, first, stop)
+            sought = stop < info.file_size or size < stop - first
+            if sought and info.compress_type == zipfile.ZIP_STORED:
+                data, _ = gathered(file.content, _begin(file.content, info.header_offset) + pieces)
             else:
                 member.seek(first)
-                data = member.read(max(stop - first, 0))
+                data, _ = gathered(member.read(stop - first), pieces - first)
     except _UNPACKING as error:
         found = f"{quoted(info.filename)} cannot be unpacked ({error})"
-        raise CaptureError(found, place=place, wanted="a sound ZIP") from error
-    if len(data) < stop - first:
-        raise CaptureError(f"{quoted(info.filename)} ends early", place=place, wanted="all of it")
+        raise CaptureError(found, place=file.name, wanted="a sound ZIP") from error
+    if len(data) < size:
+        found = f"{quoted(info.filename)} ends early"
+        raise CaptureError(found, place=file.name, wanted="all of it")
     return data
 
 
-def _stored(stream: Any, header: int, first: int, stop: int) -> bytes:
-    """Return some bytes of a member that is not packed; its name and more lie behind its header."""
-    stream.seek(header + 26)
-    sizes = stream.read(4)
-    begin = header + 30 + int.from_bytes(sizes[:2], "little") + int.from_bytes(sizes[2:], "little")
-    stream.seek(begin + first)
-    data: bytes = stream.read(max(stop - first, 0))
-    return data
+def _begin(content: Content, header: int) -> int:
+    """Return the first byte of a member that is not packed, behind its header, a name and more."""
+    sizes = content[header + 26 : header + 30]
+    name, more = int.from_bytes(sizes[:2], "little"), int.from_bytes(sizes[2:], "little")
+    return header + 30 + name + more
 
 
 class _Stream(io.RawIOBase):
@@ -258,13 +258,16 @@ class MovementArray:
     doubts: tuple[str, ...] = ()  # what was guessed
 
 
+frames = spread
+
+
 def read(file: File, options: Reading, wanted: Wanted) -> Motion:
     """Read an array, or a file of arrays: every joint, with its rotations in AMASS."""
     found = arrays(file)
     movement = movement_of(found)
     form = "npz" if file.content[:2] == b"PK" else "npy"
     kinds = {"places": _from_places, "turns": _from_turns, "features": _from_features}
-    points = kinds[movement.kind](found, movement, options)
+    points = kinds[movement.kind](found, movement, options, frames(wanted, movement.frames))
     return motion_of(points, file, form, options, wanted)
 
 
@@ -355,9 +358,11 @@ def _declared(arrays: Arrays, unit: str | None = None, up: str | None = None) ->
     return Declared(said.get("unit", unit), said.get("up", up))
 
 
-def _from_places(arrays: Arrays, movement: MovementArray, options: Reading) -> Points:
-    """Return the points of an array of places."""
-    places = arrays[movement.key]
+def _from_places(
+    arrays: Arrays, movement: MovementArray, options: Reading, some: NDArray[np.int64]
+) -> Points:
+    """Return the points of an array of places in some frames."""
+    places = arrays.frames(movement.key, movement.axis, some)
     places = _checked_numbers(
         places[0] if movement.axis else places, movement.key, LARGEST, arrays.place
     )
@@ -392,12 +397,14 @@ def _assumed_rate(rate: str, order: smpl.Order, options: Reading) -> tuple[str, 
     return order.rate, (f"{assumed}. If that is wrong, give --fps",)
 
 
-def _from_features(arrays: Arrays, movement: MovementArray, options: Reading) -> Points:
-    """Return the points of features."""
+def _from_features(
+    arrays: Arrays, movement: MovementArray, options: Reading, some: NDArray[np.int64]
+) -> Points:
+    """Return the points of features in some frames: each tells how it goes on from the last."""
     values = arrays[movement.key]
     title, many = smpl.TITLES[values.shape[1]], smpl.used(values.shape[1])
     values = _checked_numbers(values[:, :many], movement.key, LARGEST, arrays.place, known=True)
-    places = smpl.placed(values)
+    places = smpl.placed(values)[some]
     order = smpl.order_of(places)
     if order is None:
         raise CaptureError(
@@ -413,15 +420,18 @@ def _from_features(arrays: Arrays, movement: MovementArray, options: Reading) ->
     )
 
 
-def _from_turns(arrays: Arrays, movement: MovementArray, options: Reading) -> Points:
-    """Return the points of poses of SMPL."""
+def _from_turns(
+    arrays: Arrays, movement: MovementArray, options: Reading, some: NDArray[np.int64]
+) -> Points:
+    """Return the points of poses of SMPL in some frames."""
     place = arrays.place
     hertz, doubts = rate_by(options, place, _rate(arrays))
     poses = np.concatenate(
-        [_checked_numbers(arrays[name][:, : 3 * smpl.TURNED], name, _TURNS, place, known=True)
-         for name in _PARTS[movement.key]], axis=1
+        [_checked_numbers(held[:, : 3 * smpl.TURNED], name, _TURNS, place, known=True)
+         for name in _PARTS[movement.key] for held in [arrays.frames(name, 0, some)]], axis=1
     )  # fmt: skip
-    shift = _checked_numbers(arrays["trans"], "trans", LARGEST, place, known=True)
+    held = arrays.frames("trans", 0, some)
+    shift = _checked_numbers(held, "trans", LARGEST, place, known=True)
     places, turns = smpl.posed(poses, shift)
     declared = _declared(arrays, "m", "z")
     return Points(smpl.SMPL, places, hertz, declared, smpl.PARENTS, smpl.OFFSETS, turns, doubts)
@@ -462,7 +472,7 @@ def cutter(file: File, options: Reading | None = None) -> Callable[[Span], bytes
                         found, name, movement.axis if name == movement.key else 0, span
                     )
                 else:
-                    data = unpacked(file.name, packed, info, 0, info.file_size)
+                    data = unpacked(file, packed, info, np.array([[0, info.file_size]]))
                 copy = zipfile.ZipInfo(info.filename, info.date_time)
                 copy.compress_type = info.compress_type
                 out.writestr(copy, data)
@@ -482,7 +492,7 @@ def _has_frames_of(name: str, header: Header, movement: MovementArray) -> bool:
 
 def _cut_array(arrays: Arrays, name: str, axis: int, span: Span) -> bytes:
     """Return an array's file with some of its frames."""
-    some = arrays.frames(name, axis, span)
+    some = arrays.frames(name, axis, np.arange(span.start, span.stop))
     if arrays.headers[name].fortran:
         some = np.asfortranarray(some)
     clip = io.BytesIO()

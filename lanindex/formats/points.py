@@ -21,7 +21,7 @@ from lanindex.body.mapping import LONGEST_GAP, POSES, read_body_file
 from lanindex.body.markers import Clusters, MarkerSet, marker_set_of
 from lanindex.body.rest_pose import parents_of, rest_offsets
 from lanindex.errors import BodyError
-from lanindex.formats.file import Content, File, Wanted
+from lanindex.formats.file import Content, File, Wanted, several
 from lanindex.formats.rates import rate_doubt
 from lanindex.model import Markers, Motion, Reading, Skeleton, Source
 
@@ -96,7 +96,7 @@ def gathered(content: Content, pieces: NDArray[np.int64]) -> tuple[bytes, NDArra
     apart = np.flatnonzero(pieces[1:, 0] != pieces[:-1, 1]) + 1
     runs = zip(pieces[[0, *apart], 0].tolist(), pieces[[*(apart - 1), -1], 1].tolist(), strict=True)
     stops = np.cumsum(pieces[:, 1] - pieces[:, 0])
-    data = b"".join([content[first:stop] for first, stop in runs])
+    data = b"".join(several(content, list(runs)))
     return data, np.stack((stops - (pieces[:, 1] - pieces[:, 0]), stops), axis=1)
 
 

@@ -96,7 +96,7 @@ def clips(
     if options.preview is not None:
         from lanindex.pipeline.preview import filmed
 
-        side, film = filmed(store, requests, options.preview)
+        side, film = filmed(store, requests, options.preview, options.pad)
     used_names, lost = {*manifest.FILES}, Counter[str]()
     made = _made(store, requests, options, film)
     if spread is not None:

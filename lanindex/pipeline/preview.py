@@ -5,8 +5,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
+from math import ceil
 from pathlib import Path
 
+import numpy as np
+
+from lanindex import formats
+from lanindex.body.markers import DOUBT
 from lanindex.draw.svg import image
 from lanindex.errors import LanindexError, UsageError, shown, writable
 from lanindex.film.figure import Figure, figure
@@ -14,6 +19,7 @@ from lanindex.film.film import FORMS as FILMS
 from lanindex.film.film import RATE as FILM_RATE
 from lanindex.film.film import RATES, Film
 from lanindex.film.hits import (
+    LEAST,
     PAGE_HITS,
     RATE,
     SHEET_HITS,
@@ -25,6 +31,7 @@ from lanindex.film.hits import (
     seen_from,
     sheet,
 )
+from lanindex.formats.file import Wanted
 from lanindex.library.connect import Progress, no_progress
 from lanindex.library.store import Store
 from lanindex.model import Capture, Hit, Motion, Reading, Score, Span
@@ -33,7 +40,7 @@ from lanindex.model.derived import STEP
 from lanindex.notation import NOTATIONS
 from lanindex.perform import perform
 from lanindex.pipeline import convert
-from lanindex.pipeline.export import by_capture, stored_motion
+from lanindex.pipeline.export import by_capture, clip_span, padded, source_of, stored_motion
 from lanindex.pipeline.named import Named, Request, counts_beats, matched
 from lanindex.search.hits import Hits
 
@@ -42,6 +49,9 @@ FORMS = {"png": SHEET_HITS, "svg": SHEET_HITS, "html": PAGE_HITS}
 
 Filming = Callable[[Capture, Score, Request, Span], bytes]
 """Returns the film of a clip."""
+
+_Body = Callable[[Capture, Span], Figure]
+"""Returns who moves in a stretch of a capture, by all of its frames."""
 
 
 def preview(
@@ -70,16 +80,22 @@ def preview(
 
 
 def _shots(store: Store, hits: Sequence[Hit]) -> Iterator[tuple[int, HitPreview]]:
-    """Yield hits to look at by their places; each capture is read once, and let go of."""
+    """Yield hits to look at by their places; a capture that is read whole is read once."""
     places = defaultdict[int, list[int]](list)
     for place, hit in enumerate(hits):
         places[hit.capture.id].append(place)
+    body = _bodies(store, Fraction(RATE))
     for own in places.values():
         capture = hits[own[0]].capture
         score = _score(store, capture, [hits[place] for place in own])
-        body, trouble = _body(store, capture)
+        around = ceil(LEAST * capture.rate)
         for place in own:
-            yield place, preview_of(score, hits[place], body, trouble)
+            span = padded(Span(hits[place].start, hits[place].stop), around, capture.frames)
+            try:
+                found, trouble = body(capture, span), ""
+            except LanindexError as error:
+                found, trouble = None, f"{error.found}. {error.remedy}".removesuffix(". ")
+            yield place, preview_of(score, hits[place], found, trouble)
 
 
 def _score(store: Store, capture: Capture, hits: Sequence[Hit]) -> Score:
@@ -91,45 +107,36 @@ def _score(store: Store, capture: Capture, hits: Sequence[Hit]) -> Score:
     return Score(capture.rate, capture.frames, capture.meter, tracks)
 
 
-def _body(store: Store, capture: Capture) -> tuple[Figure | None, str]:
-    """Return what moves in a capture, or why nothing does."""
-    try:
-        return figure(stored_motion(store, capture, Fraction(RATE))), ""
-    except LanindexError as error:
-        return None, f"{error.found}. {error.remedy}".removesuffix(". ")
-
-
-def filmed(store: Store, requests: Iterable[Request], form: str) -> tuple[float, Filming]:
+def filmed(store: Store, requests: Iterable[Request], form: str, pad: str) -> tuple[float, Filming]:
     """Return from where films of clips are seen, all of them from one side, and what films them.
 
-    A capture that is alone is read once for both.
+    What is alone is read once for both.
     """
     if form not in FILMS:
         raise UsageError(f'"{shown(form)}"', place="--preview", wanted=", ".join(FILMS))
     writable(form)
-    body = _bodies(store, form)
+    body = _bodies(store, RATES.get(form, FILM_RATE))
 
     def played() -> Iterator[Playback | None]:
-        for capture, own in by_capture(store, requests):
-            for it in own:
+        for capture, of_capture in by_capture(store, requests):
+            for it in of_capture:
                 seconds = float(it.hit.start / capture.rate), float(it.hit.stop / capture.rate)
                 parts = (symbol["part"] for symbol in it.symbols)
-                yield playback(body(capture), parts, seconds, seconds)
+                own = body(capture, clip_span(capture, it.hit, pad))
+                yield playback(own, parts, seconds, seconds)
 
     side = seen_from(played()).turn
     return side, filming(store, form, side, body)
 
 
-def filming(
-    store: Store, form: str, side: float, body: Callable[[Capture], Figure] | None = None
-) -> Filming:
+def filming(store: Store, form: str, side: float, body: _Body | None = None) -> Filming:
     """Return what films clips from one side, the symbols of their hits in colour."""
-    body = body or _bodies(store, form)
+    body = body or _bodies(store, RATES.get(form, FILM_RATE))
 
     def film(capture: Capture, score: Score, request: Request, span: Span) -> bytes:
         start, stop = (float(frame / capture.rate) for frame in (span.start, span.stop))
         return Film(
-            body(capture),
+            body(capture, span),
             score,
             title=capture.path,
             start=start,
@@ -143,10 +150,31 @@ def filming(
     return film
 
 
-def _bodies(store: Store, form: str) -> Callable[[Capture], Figure]:
-    """Return what reads who moves in a capture for films of a form; the last one is kept."""
-    rate = RATES.get(form, FILM_RATE)
-    return lru_cache(1)(lambda capture: figure(stored_motion(store, capture, rate)))
+def _bodies(store: Store, rate: Fraction | int) -> _Body:
+    """Return what reads who moves in a stretch of a capture, a score at some frames a second.
+
+    Of a format whose clips are sought no more is read, and little known outside the stretch. Of
+    other captures the last one is kept.
+    """
+    whole = lru_cache(1)(lambda capture: figure(stored_motion(store, capture, Fraction(rate))))
+    source = lru_cache(1)(lambda capture: source_of(store, capture, sought=True))
+
+    @lru_cache(1)
+    def body(capture: Capture, span: Span) -> Figure:
+        if not formats.is_sought(capture.format):
+            return whole(capture)
+        file, reading = source(capture)
+        reading, wanted = replace(reading, rate=capture.rate), Wanted(True, (span.start, span.stop))
+        motion, frames = formats.read_file(file, reading, wanted), formats.ranged(file, reading)
+        if frames is None or DOUBT in motion.warnings:  # all frames together tell joints
+            return whole(capture)
+        some, known = figure(motion), frames(wanted, capture.frames)
+        places = np.full((capture.frames, *some.places.shape[1:]), np.nan, np.float32)
+        fronts = np.zeros(capture.frames)
+        places[known], fronts[known] = some.places, some.fronts
+        return replace(some, places=places, fronts=fronts)
+
+    return body
 
 
 def motion_of(named: Named, store: Callable[[], Store], reading: Reading, rate: Fraction) -> Motion:
