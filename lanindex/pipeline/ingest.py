@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lanindex import formats, locations
-from lanindex.errors import CaptureError, LanindexError, UsageError, counted, shown
+from lanindex.errors import CaptureError, LanindexError, LibraryError, UsageError, counted, shown
 from lanindex.formats import archives, parted
 from lanindex.formats.file import SUBJECT, on_disk
 from lanindex.formats.sniff import COMPANIONS, unread
@@ -79,10 +79,11 @@ def ingest(
     spread: Spread | None = None,
 ) -> Generator[Outcome, None, None]:
     """Read files into a library."""
-    known = store.known() if store else {}
+    files = list(paths)
     target = None if dry_run else store
     if target:
-        target.check_writable()
+        check_writable(target, files, force=force)
+    known = store.known() if store else {}
     moved = Moved(known)
     first = {
         (sha, encoding.beside, parted(place)[1]): place for place, (sha, encoding) in known.items()
@@ -104,7 +105,7 @@ def ingest(
         return replace(outcome, score=None)
 
     waiting = 0
-    for outcomes in prepared_together(map(task, paths), jobs, spread):
+    for outcomes in prepared_together(map(task, files), jobs, spread):
         for at in range(0, len(outcomes), TOGETHER):
             some = outcomes[at : at + TOGETHER]
             several = sum(one.score is not None for one in some) > 1
@@ -117,6 +118,19 @@ def ingest(
                 waiting = 0
     if target:
         target.cache.compact()
+
+
+def check_writable(store: Store, paths: Iterable[str], *, force: bool) -> None:
+    """Refuse a library that this user may not change, before the work whose result it keeps.
+
+    Where it holds all of the files, they may be unchanged: then there is nothing to write.
+    """
+    try:
+        store.check_writable()
+    except LibraryError:
+        held = {parted(place)[0] for place in store.known()}
+        if force or not held.issuperset(parted(absolute(path))[0] for path in paths):
+            raise
 
 
 def again(

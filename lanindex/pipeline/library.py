@@ -334,7 +334,7 @@ class Library:
     ) -> tuple[int, Generator[Outcome, None, None]]:
         """Return how many files there are, and what reads them; `tick` is called with each."""
         from lanindex.encoding.profile import load
-        from lanindex.pipeline.ingest import discover, ingest, read_labels
+        from lanindex.pipeline.ingest import check_writable, discover, ingest, read_labels
 
         lists = ([path] if isinstance(path, str | os.PathLike) else path for path in paths)
         files = list[str]()
@@ -342,9 +342,10 @@ class Library:
             tick()
             files.append(file)
         table = read_labels(labels, files) if isinstance(labels, str | os.PathLike) else labels
+        chosen = load(os.fspath(profile))
+        check_writable(self.store, files, force=force)  # before a cluster is reached
         how: dict[str, Any] = {"labels": table, "jobs": jobs, "force": force}
         how |= {"spread": self.spread}
-        chosen = load(os.fspath(profile))
         return len(files), ingest(self.store, files, chosen, reading=reading, **how)
 
     def search(

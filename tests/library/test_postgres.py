@@ -7,6 +7,7 @@ import sys
 from contextlib import closing
 from threading import Event, Thread
 
+import command
 import psycopg
 import pytest
 from crowd import crowd
@@ -260,10 +261,16 @@ def test_readers_and_writers_may_do_what_the_guide_says(url, server, repository,
             pytest.raises(LibraryError, match=r"no right to do this.*role of a reader or"),
         ):
             library.ingest("nowhere.bvh")  # before it is found to be missing
+        words = "ingest", repository / "corpus", "--db", reader, "--cluster", "tcp://127.0.0.1:1"
+        assert "no right to do this" in command.run(*words).stderr  # before that is reached
         with open_library(writer) as library:
             before = library.stamp
             assert [it.status for it in library.ingest("nowhere.bvh")] == ["failed"]
             assert library.stamp == before
+            assert library.ingest(repository / "corpus" / "greetings.bvh")[0].status == "added"
+        with open_library(reader) as library:  # nothing is new to it
+            (outcome,) = library.ingest(repository / "corpus" / "greetings.bvh")
+            assert outcome.status == "unchanged"
         fill(url, 5)
         with open_library(reader) as library:  # all have changed, and no segment has them
             assert len(library.search("head any")) > 0

@@ -10,6 +10,7 @@ import pytest
 from dances import BOW, RAISE, dance
 
 from lanindex.encoding.profile import load
+from lanindex.errors import LibraryError
 from lanindex.formats.sniff import UNREAD, unread
 from lanindex.model import Reading
 from lanindex.pipeline.ingest import SUFFIXES, discover, ingest, left_out, read_labels
@@ -310,3 +311,19 @@ def test_who_breaks_off_does_not_wait_for_what_is_half_done(folder: Path) -> Non
     outcomes = prepared(tasks, 2)
     assert next(outcomes).status == "failed"
     outcomes.close()
+
+
+def test_a_library_that_may_not_be_written_takes_what_it_has_and_nothing_else(
+    folder: Path, tmp_path: Path
+) -> None:
+    path, new = tmp_path / "l.db", dance(tmp_path / "new.bvh")
+    with open_library(path, create=True) as library:
+        library.ingest(folder)
+    for cluster in (None, "local"):
+        with open_library(path, readonly=True, cluster=cluster) as library:
+            for what, how in (([new], {}), ([folder, new], {}), ([folder], {"force": True})):
+                with pytest.raises(LibraryError, match="may not be written"):
+                    library.ingest(*what, **how)
+            assert "spread" not in vars(library)  # no cluster was begun
+            if cluster is None:
+                assert statuses(library.ingest(folder)) == ["unchanged"] * 3

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from lanindex.app import options
 from lanindex.app.options import argument, exclusive, flag, option
 from lanindex.app.output import Output, duration, say_error
-from lanindex.errors import UsageError, counted
+from lanindex.errors import LibraryError, UsageError, counted
 from lanindex.pipeline.files import write_all
 
 if TYPE_CHECKING:
@@ -60,6 +60,8 @@ def ingest(
     start, division = time.monotonic(), chosen.meter.division
     is_new = not os.path.exists(db)
     no_library = dry_run and is_new
+    if cluster is not None and not dry_run:
+        _check_writable(db, files, force=force)
     with (
         options.spread(cluster, out) as spread,  # before a library is made
         nullcontext()
@@ -91,6 +93,19 @@ def ingest(
     if tally["finer"]:
         out.detail(f"grid finer than 1/{division} of a unit: {counted(tally['finer'], 'score')}")
     return 2 if tally["failed"] else 0
+
+
+def _check_writable(db: str, files: list[str], *, force: bool) -> None:
+    """Refuse a library that may not be written; one that cannot be opened may have to be made."""
+    from lanindex.library.store import Store
+    from lanindex.pipeline.ingest import check_writable
+
+    try:
+        store = Store.open(db)
+    except LibraryError:
+        return
+    with store:
+        check_writable(store, files, force=force)
 
 
 def _processes(out: Output, files: list[str], requested: int | None) -> int:
