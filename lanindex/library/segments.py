@@ -18,6 +18,7 @@ import json
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -675,24 +676,24 @@ def stored_columns(
     chosen, first = None if order is None else np.sort(order), 0
     pieces, sizes = list[Columns | None](), list[int]()
 
-    def read_pieces() -> Iterator[tuple[Columns | None, int]]:
+    def unread() -> Iterator[tuple[Callable[[], Columns] | None, int]]:
         for one in stored_segments:
-            there = (part, "counts") in one.entries
-            yield read_columns(connection, one, part, more, tick) if there else None, one.captures
+            read_piece = partial(read_columns, connection, one, part, more, tick)
+            yield read_piece if (part, "counts") in one.entries else None, one.captures
         if added is not None:
-            last = added.columns.get(part)
             spare: dict[str, Any] = {name: None for name in EXTRA if name not in more}
-            yield None if last is None else replace(last, **spare), len(added.roster)
+            last = added.columns.get(part)
+            yield None if last is None else partial(replace, last, **spare), len(added.roster)
 
-    for piece, captures in read_pieces():
-        if chosen is None:
-            places = np.arange(captures)
-        else:  # the others leave the memory before the next are read
+    for read_piece, captures in unread():
+        places = np.arange(captures)
+        if chosen is not None:
             begin, end = np.searchsorted(chosen, (first, first + captures))
             places = chosen[begin:end] - first
             first += captures
+        piece = read_piece() if read_piece is not None and len(places) else None
         if piece is not None and len(places) < captures:
-            piece = piece.at(places)
+            piece = piece.at(places)  # the others leave the memory before the next are read
         pieces.append(piece)
         sizes.append(len(places))
     columns = joined_columns(part, pieces, sizes)

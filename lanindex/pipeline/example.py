@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf
@@ -34,6 +35,7 @@ from lanindex.search.example.likeness import (
     Clips,
     ClipSource,
     Grouped,
+    LargeSource,
     Near,
     Pair,
     Windows,
@@ -117,11 +119,45 @@ def alike(
 ) -> Alike:
     """Return the captures of a library that are most like a clip; its own is left out."""
     query = _laid_out(clip)
-    roster, source = source_of(store, numbers, query.parts, clip.capture)
-    seconds = len(clip.span) / float(clip.score.rate)
-    found = nearest(query, seconds, source, limit, watch=watch)
+    asked = numbers, query.parts, clip.capture
+    with suppress(_Changed):
+        return _alike(store, clip, query, *_in_parts(store, *asked), limit, watch)
+    return _alike(store, clip, query, *source_of(store, *asked), limit, watch)
+
+
+def _alike(
+    store: Store,
+    clip: Named,
+    query: Clips,
+    roster: Roster,
+    source: ClipSource | LargeSource,
+    limit: int,
+    watch: Progress,
+) -> Alike:
+    found = nearest(query, len(clip.span) / float(clip.score.rate), source, limit, watch=watch)
     hits = ListedHits(_hits(store, query, roster, source, found.near), f"like {clip.named}")
     return Alike(clip, hits, len(roster), found.aligned, found.sure)
+
+
+class _Changed(Exception):
+    """Somebody has written to the library between two parts of it that were read."""
+
+
+def _in_parts(
+    store: Store, numbers: Iterable[int] | None, parts: tuple[str, ...], but: Capture | None
+) -> tuple[Roster, LargeSource]:
+    """Return captures, and their movements, of which those of a part of them are in memory."""
+    stamp, (roster, _) = store.stamp(), store.columns([], numbers)
+    roster = roster.at(np.flatnonzero(roster.number != (but.id if but is not None else 0)))
+
+    def read(places: NDArray[np.int64]) -> ClipSource:
+        _, source = source_of(store, roster.number[places].tolist(), parts)
+        if store.stamp() != stamp:
+            raise _Changed
+        return source
+
+    rates = roster.rate[:, 0] / roster.rate[:, 1]
+    return roster, LargeSource(roster.frames.astype(np.int64), rates, read)
 
 
 def source_of(
@@ -138,14 +174,20 @@ def source_of(
 
 
 def _hits(
-    store: Store, query: Clips, roster: Roster, source: ClipSource, near: list[Near]
+    store: Store,
+    query: Clips,
+    roster: Roster,
+    source: ClipSource | LargeSource,
+    near: list[Near],
 ) -> Iterator[Hit]:
     """Yield what is near as hits, with the symbols that correspond."""
     numbers = [int(roster.number[one.clip]) for one in near]
     held = {capture.id: (capture, tracks) for capture, tracks in store.tracks(numbers, query.parts)}
+    places = np.unique(np.array([one.clip for one in near], np.int64))
+    source = source.at(places)
     for number, one in zip(numbers, near, strict=True):
         capture, tracks = held[number]
-        clip = source.clips(np.array([one.clip]))
+        clip = source.clips(np.searchsorted(places, [one.clip]))
         whole = one.begin == 0 and one.end == capture.frames
         clip = clip if whole else clip.cut(0, one.begin, one.end)
         matched = [pairs(query, clip, part) for part in range(len(query.parts))]

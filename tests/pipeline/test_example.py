@@ -1,8 +1,10 @@
 """Search by example in a library: what may be an example, and what results say."""
 
 import json
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +13,12 @@ from made_clips import clips_of
 
 from lanindex.errors import CaptureError, LanindexError, UsageError
 from lanindex.library.selection import Selection
-from lanindex.pipeline.example import source_of
+from lanindex.library.store import Store
+from lanindex.model import Span
+from lanindex.pipeline import example
+from lanindex.pipeline.example import Alike, source_of
 from lanindex.pipeline.library import Library, open_library
+from lanindex.search.example import likeness
 
 TWICE = RAISE.replace("unit_total 2", "unit_total 8") + "".join(
     f"#unit{unit}\ndirection r_arm {cell} mid 0.5 1.5\ndirection r_arm place low 2 3.5\n"
@@ -77,6 +83,31 @@ def test_only_captures_that_fit_are_looked_through(library: Library) -> None:
     ]
     assert len(library.like("raise.bvh", limit=1).hits) == 1
     assert names(library.like("raise.bvh", Selection("none")).hits) == []
+
+
+def test_a_large_library_is_read_in_parts(
+    library: Library, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def told(found: Alike) -> list[tuple[str, Span, float]]:
+        return [(hit.path, hit.span, hit.fit) for hit in found.hits]
+
+    wanted, parts, source_of = told(library.like("raise.bvh")), [], example.source_of
+
+    def counted(store: Store, numbers: Iterable[int] | None, *others: Any) -> Any:
+        parts.append(numbers)
+        return source_of(store, numbers, *others)
+
+    def written(store: Store, numbers: Iterable[int] | None, *others: Any) -> Any:
+        with open_library(tmp_path / "l.db") as other:
+            other.label(2, f"{len(parts)}")
+        return counted(store, numbers, *others)
+
+    monkeypatch.setattr(likeness, "TOGETHER", 2)
+    for read, reads in ((counted, [2, 2, 4]), (written, [2, None])):
+        parts.clear()
+        monkeypatch.setattr(example, "source_of", read)
+        assert told(library.like("raise.bvh")) == wanted
+        assert [None if it is None else len(it) for it in parts] == reads
 
 
 def test_captures_are_laid_out_as_their_rows_would_be(library: Library) -> None:

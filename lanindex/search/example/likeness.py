@@ -34,6 +34,7 @@ _ROWS = 1 << 13  # rows of the other side worked on at a time: what a processor'
 
 LONGER = 4.0  # times the example's length from which on stretches of a clip are tried, too
 MOST = 4096  # clips that are aligned at most
+TOGETHER = 1 << 16  # clips whose columns are in memory at a time, where they come from a library
 _BLOCK, _LAID_OUT = 256, 1 << 18  # clips aligned at a time, and rows of clips laid out
 _LONG = 16  # rows a part of an example from which on these are fewer
 LONGEST = 2048  # movements of a part of the example that are each compared with every movement
@@ -128,6 +129,18 @@ class ClipSource:
     def __len__(self) -> int:
         return len(self.places)
 
+    @property
+    def counts(self) -> Numbers:
+        """How many symbols each clip has, (C,)."""
+        each = [np.diff(it.bounds)[self.places] for it in self.columns.values()]
+        counts: Numbers = np.sum(each, axis=0)
+        return counts
+
+    def at(self, places: Numbers) -> ClipSource:
+        """Return some of the captures: (D,) which."""
+        own = self.places[places], self.frames[places], self.rates[places]
+        return ClipSource(self.columns, *own)
+
     def clips(self, places: Numbers, watch: Progress = unwatched) -> Clips:
         """Return some of the clips, laid out: (D,) which."""
         tables: list[MoveTable] = []
@@ -140,6 +153,26 @@ class ClipSource:
         first = np.arange(len(tables))[:, None] * len(places) + np.arange(len(places) + 1)
         moves = MoveTable(*map(np.concatenate, zip(*tables, strict=True)))
         return Clips(tuple(self.columns), moves, ends[first])
+
+
+class LargeSource:
+    """The captures of a library, of which a few at a time are read: (C,) frames and rates."""
+
+    def __init__(
+        self, frames: Numbers, rates: Doubles, read: Callable[[Numbers], ClipSource]
+    ) -> None:
+        self.frames, self.rates, self._read = frames, rates, read
+        self._places, self._held = frames[:0], ClipSource({}, frames[:0], frames[:0], rates[:0])
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def at(self, places: Numbers) -> ClipSource:
+        """Return some of the captures: (D,) which, rising; those read last are at hand."""
+        if not np.isin(places, self._places).all():
+            del self._held  # it leaves the memory first
+            self._places, self._held = places, self._read(places)
+        return self._held.at(np.searchsorted(self._places, places))
 
 
 def _moves(columns: Columns, rates: Doubles) -> tuple[MoveTable, Numbers]:
@@ -393,7 +426,7 @@ class NearestClips(NamedTuple):
 def nearest(
     query: Clips,
     seconds: float,
-    source: ClipSource,
+    source: ClipSource | LargeSource,
     limit: int,
     *,
     most: int = MOST,
@@ -401,24 +434,32 @@ def nearest(
 ) -> NearestClips:
     """Return the `limit` clips of a source that are most like a query of so many seconds."""
     # of a long example fewer clips at a time, so that `watch` is called as often
-    counts = np.sum([np.diff(it.bounds)[source.places] for it in source.columns.values()], axis=0)
-    work = counts * max(1, len(query.moves.rows) // (_LONG * len(query.parts)))
+    long = max(1, len(query.moves.rows) // (_LONG * len(query.parts)))
+    work = np.zeros(len(source), np.int64)
     bound_of_clip, bound_of_stretch = np.zeros((2, len(source)), np.float32)
-    for some in pieces(work, _LAID_OUT):
-        watch("captures", some.start, len(source))
-        clips = source.clips(np.arange(some.start, some.stop))
-        bound_of_clip[some], bound_of_stretch[some], *_ = bounds_of(query, clips)
+
+    def bound(start: int, held: ClipSource) -> None:
+        work[start : start + len(held)] = own = held.counts * long
+        for some in pieces(own, _LAID_OUT):
+            watch("captures", start + some.start, len(source))
+            clips = held.clips(np.arange(some.start, some.stop))
+            here = slice(start + some.start, start + some.stop)
+            bound_of_clip[here], bound_of_stretch[here], *_ = bounds_of(query, clips)
+
+    for start in range(0, len(source), TOGETHER):
+        bound(start, source.at(np.arange(start, min(start + TOGETHER, len(source)))))
     lengths = seconds * source.rates
     longer = source.frames >= LONGER * lengths
-    bound = np.where(longer, np.maximum(bound_of_clip, bound_of_stretch), bound_of_clip)
-    order = np.argsort(-bound, kind="stable")
+    most_alike = np.where(longer, np.maximum(bound_of_clip, bound_of_stretch), bound_of_clip)
+    order = np.argsort(-most_alike, kind="stable")
     near: list[Near] = []
     done, worst = 0, 0.0
-    while done < min(most, len(order)) and bound[order[done]] > worst:
+    held = source.at(candidates := np.sort(order[:most]))
+    while done < min(most, len(order)) and most_alike[order[done]] > worst:
         watch("candidates", done, min(most, len(order)))
         block = order[done : min(done + _BLOCK, most)]
         block = block[next(pieces(work[block], _LAID_OUT))]
-        clips, frames = source.clips(block), source.frames[block]
+        clips, frames = held.clips(np.searchsorted(candidates, block)), source.frames[block]
         alike = compared(query, clips.full_windows())
         near = _best(near, _Tried(block, np.zeros_like(block), frames, alike), limit)
         worst = near[-1].likeness if len(near) == limit else 0.0
@@ -428,7 +469,7 @@ def nearest(
             near = _best(near, stretches._replace(clips=block[stretches.clips]), limit)
             worst = near[-1].likeness if len(near) == limit else 0.0
         done += len(block)
-    return NearestClips(near, done, done >= len(order) or bool(bound[order[done]] <= worst))
+    return NearestClips(near, done, done >= len(order) or bool(most_alike[order[done]] <= worst))
 
 
 class _Tried(NamedTuple):
