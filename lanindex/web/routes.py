@@ -182,23 +182,29 @@ def failed(error: Exception, path: str) -> Response:
     return JSONResponse({"error": {"found": found, "remedy": "Its terminal tells more."}}, 500)
 
 
-async def _body(request: Request) -> dict[str, Any]:
-    """Return the JSON object of a request; nothing where it has none."""
+async def received(request: Request, most: int) -> bytes:
+    """Return the body of a request: so many bytes at most."""
     parts, size = [], 0
     try:
         with fail_after(PATIENCE):
             async for part in request.stream():
                 size += len(part)
-                if size > LARGEST_BODY:
-                    wanted = f"{LARGEST_BODY:,} bytes at most"
+                if size > most:
+                    wanted = f"{most:,} bytes at most"
                     raise UsageError("a request that is too long", wanted=wanted)
                 parts.append(part)
     except TimeoutError as error:
         raise LanindexError("the request came too slowly", remedy="Send it again.") from error
-    if not size:
+    return b"".join(parts)
+
+
+async def _body(request: Request) -> dict[str, Any]:
+    """Return the JSON object of a request; nothing where it has none."""
+    content = await received(request, LARGEST_BODY)
+    if not content:
         return {}
     try:
-        value = json.loads(b"".join(parts))
+        value = json.loads(content)
         json.dumps(value, ensure_ascii=False).encode()  # halves of letters cannot be kept
     except (ValueError, RecursionError) as error:
         raise UsageError("a request that is no JSON", wanted="a JSON object") from error

@@ -92,6 +92,7 @@ def _alphabet() -> dict[str, Any]:
             for it in NOTATIONS.values()
             if it.written
         ],
+        "pictures": [it.suffix for it in NOTATIONS.values() if not it.written],
     }
 
 

@@ -19,7 +19,7 @@ from starlette.routing import BaseRoute, Route
 
 from lanindex.errors import LibraryError, UsageError
 from lanindex.pipeline.kept import Latest
-from lanindex.web import files, jobs, names
+from lanindex.web import files, jobs, names, printed
 from lanindex.web.guard import Guard
 from lanindex.web.jobs import Jobs
 from lanindex.web.routes import import_all, route, works
@@ -115,6 +115,7 @@ def application(site: Site, *, token: str, host: str, port: int) -> Starlette:
         *(route(site, path, work, method) for path, work, method in works()),
         Route("/api/jobs/{job}/events", partial(jobs.events, site)),
         Route("/api/uploads/{name:path}", partial(receive, site), methods=["PUT"]),
+        Route("/api/scores/printed", partial(printed.receive, site), methods=["POST"]),
         *(Route(path, files.page) for path in SCREENS),
         Route("/static/{name:path}", files.static),
     ]

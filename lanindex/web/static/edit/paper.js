@@ -61,6 +61,10 @@ export class Paper {
   scale = 1.5;
   /** @type {ReadonlySet<Sign>} what is otherwise in another score */
   marked = new Set();
+  /** @type {ReadonlySet<Sign>} what was read from a picture and may be otherwise there */
+  doubtful = new Set();
+  /** @type {{part: string, start: number, stop: number}[]} where a picture has what was not read */
+  unknown = [];
 
   /**
    * @param {HTMLElement} root scrolls
@@ -191,17 +195,20 @@ export class Paper {
   /** Draw the cursor, the selection and what has no column. */
   refresh() {
     const { score, selection, cell, step } = this.#hands.state(), lanes = this.lanes, { beat, foot } = this.#shape();
-    const chosen = new Set(selection), { marked } = this;
+    const chosen = new Set(selection), { marked, doubtful } = this;
     this.#grid.style.bottom = `${foot}px`;
     this.#grid.style.setProperty("--beat", `${beat}px`);
     this.#grid.style.setProperty("--step", `${step / grain(score) * beat}px`);
     /** @type {HTMLElement[]} */
     const boxes = [];
     for (const { track, left, right } of lanes) {
-      if (track.column && !selection.length && !marked.size) continue;
+      for (const gap of this.unknown) {
+        if (gap.part === track.part) boxes.push(this.#box("edit-gap", left, right, ...this.#ends(gap), "?"));
+      }
+      if (track.column && !selection.length && !marked.size && !doubtful.size) continue;
       for (const sign of score.symbols) {
-        if (sign.part !== track.part || track.column && !chosen.has(sign) && !marked.has(sign)) continue;
-        const kind = `${chosen.has(sign) ? "edit-chosen" : ""} ${track.column ? "" : `edit-block edit-${track.kind}`} ${marked.has(sign) ? "edit-differs" : ""}`;
+        if (sign.part !== track.part || track.column && !chosen.has(sign) && !marked.has(sign) && !doubtful.has(sign)) continue;
+        const kind = `${chosen.has(sign) ? "edit-chosen" : ""} ${track.column ? "" : `edit-block edit-${track.kind}`} ${marked.has(sign) ? "edit-differs" : ""} ${doubtful.has(sign) ? "edit-doubtful" : ""}`;
         boxes.push(this.#box(kind, left, right, ...this.#ends(sign), track.column ? "" : sign.words.map(nameOf).join(" ")));
       }
     }
@@ -213,7 +220,7 @@ export class Paper {
     this.#over.replaceChildren(...boxes);
   }
 
-  /** @param {Sign} sign @returns {[number, number]} pixels from below */
+  /** @param {{start: number, stop: number}} sign @returns {[number, number]} pixels from below */
   #ends(sign) {
     if (sign.stop === 0) return [6, this.#start() - 6];
     return [this.#y(sign.start), Math.max(this.#y(sign.stop), this.#y(sign.start) + 5)];

@@ -8,6 +8,7 @@ import { nameOf } from "../names.js";
  * @property {number} start
  * @property {number} stop
  * @property {string[]} words of its fields, as in LND
+ * @property {string} [seen] which sign of a picture it was
  *
  * @typedef {object} Score
  * @property {string} speed beats a minute
@@ -36,6 +37,7 @@ import { nameOf } from "../names.js";
  * @property {Record<string, string>} mirrored
  * @property {Record<string, Record<string, string>>} signs SVG, by kind and words
  * @property {{name: string, title: string, suffix: string, text: boolean}[]} notations
+ * @property {string[]} pictures endings of files that may be of printed scores
  */
 
 const GRAIN = 24; // ticks of a beat of a new score

@@ -4,6 +4,7 @@ import { address, ask, get, isAbort, problemOf, send } from "../api.js";
 import { announce, counted, duration, el, trouble } from "../dom.js";
 import { Palette } from "../edit/palette.js";
 import { Paper } from "../edit/paper.js";
+import { Picture, linked } from "../edit/picture.js";
 import { blank, changed, end, grain, inMeter, later, mirrored, ofBars, packed, part, placeOf, short, stretched, told, trackOf, unpacked } from "../edit/score.js";
 import { Stage } from "../edit/stage.js";
 import { Figure, spaceDrawer } from "../figure.js";
@@ -36,7 +37,9 @@ export async function show(app) {
   /** @type {import("../edit/score.js").Alphabet} */
   const alphabet = await get("/api/scores/alphabet", signal);
   const capture = url.searchParams.get("capture"), draft = `lanindex-edit ${library.name} ${url.search}`;
-  let { score, title, left } = await opened();
+  let { score, title, left, checked } = await opened();
+  /** @type {Picture | null} what the score was read from */
+  let picture = null;
   /** @type {Sign[]} */
   let selection = [];
   /** @type {Cell} */
@@ -49,14 +52,20 @@ export async function show(app) {
   let lasting = 1, each = 1 / 2;
   app.title(title);
 
-  /** @returns {Promise<{score: Score, title: string, left: string[] | null}>} left: tracks of the capture that are not shown; null: it is a draft */
+  /** @returns {Promise<{score: Score, title: string, left: string[] | null, checked: string[]}>} left: tracks of the capture that are not shown; null: it is a draft */
   async function opened() {
     const kept = stored(draft);
-    if (kept) return { ...kept, left: null };
-    if (!capture) return { score: blank(), title: "new score", left: [] };
+    if (kept) return { checked: [], ...kept, left: null };
+    if (!capture) return { score: blank(), title: "new score", left: [], checked: [] };
     const query = Object.fromEntries(["from", "to", "detail"].map((it) => [it, url.searchParams.get(it)]));
     const found = await get(address(`/api/scores/captures/${encodeURIComponent(capture)}`, query), signal);
-    return { score: unpacked(found.score), title: found.title.split("/").pop().replace(/\.[^.]*$/, ""), left: found.left_out };
+    const own = unpacked(found.score), name = found.title.split("/").pop();
+    return { score: isPicture(name) ? linked(own) : own, title: name.replace(/\.[^.]*$/, ""), left: found.left_out, checked: [] };
+  }
+
+  /** @param {string} name of a file */
+  function isPicture(name) {
+    return alphabet.pictures.some((it) => name.toLowerCase().endsWith(it));
   }
 
   /** Say what is opened, where it is not all of it. */
@@ -106,7 +115,9 @@ export async function show(app) {
   const columns = el("fieldset", { class: "edit-columns" }, el("legend", { class: "hidden" }, "Columns"),
     ...[...boxes].map(([own, box]) => el("label", {}, box, ` ${nameOf(own)}`)));
   const canvas = el("canvas", { class: "figure edit-waits" });
-  const file = el("input", { type: "file", hidden: true, accept: alphabet.notations.filter((it) => it.text).map((it) => it.suffix).join(",") });
+  const file = el("input", { type: "file", hidden: true, accept: [...alphabet.notations.filter((it) => it.text).map((it) => it.suffix), ...alphabet.pictures].join(",") });
+  const pair = el("div", { class: "edit-pair" }, sheet), side = el("div", { class: "edit-beside" });
+  const pictureSize = el("label", { hidden: true }, "Picture ", select([["100 %", 1], ["150 %", 1.5], ["200 %", 2], ["300 %", 3]], 1, (it) => { if (picture) picture.scale = it; }));
 
   main.classList.add("edit");
   main.append(
@@ -117,13 +128,13 @@ export async function show(app) {
       el("label", {}, "Tempo ", tempo), el("label", {}, "Metre ", beats), el("label", {}, " / ", beat), el("label", {}, "Bars ", bars),
       el("label", {}, "Grid ", select(GRIDS, each, (it) => { each = it; cell = snapped(cell); look(); })),
       el("label", {}, "Length ", select(LENGTHS, lasting, (it) => { lasting = it; })),
-      el("label", {}, "Size ", select([["100 %", 1], ["150 %", 1.5], ["200 %", 2], ["300 %", 3]], 1.5, (it) => { paper.scale = it; paper.draw(); }))),
+      el("label", {}, "Size ", select([["100 %", 1], ["150 %", 1.5], ["200 %", 2], ["300 %", 3]], 1.5, (it) => { paper.scale = it; paper.draw(); })), pictureSize),
     notice() ?? "", problems,
     el("div", { class: "edit-body" },
-      el("section", { class: "edit-side", "aria-label": "Signs" }, heading, board,
+      el("section", { class: "edit-side", "aria-label": "Signs" }, heading, board, side,
         el("details", {}, el("summary", {}, "Columns"), columns),
         el("details", {}, el("summary", {}, "Keys"), el("dl", { class: "edit-keys" }, ...KEYS.flatMap(([key, what]) => [el("dt", {}, key), el("dd", {}, what)])))),
-      el("section", { class: "edit-middle", "aria-label": "Staff" }, sheet, state),
+      el("section", { class: "edit-middle", "aria-label": "Staff" }, pair, state),
       el("section", { class: "edit-side", "aria-label": "Figure" }, el("div", { class: "edit-figure" }, canvas), cannot, el("div", { class: "edit-player" }),
         el("div", { class: "card edit-acts" },
           el("div", { class: "row" }, notation, tool("Save", "", save)),
@@ -212,11 +223,15 @@ export async function show(app) {
     heading.textContent = nameOf(cell.part);
     palette.show(track, own && trackOf(own.part, alphabet).kind === track.kind ? own.words : undefined);
     const sign = here(), under = alone ? sign : own ?? sign;
-    let said = under ? told(score, under) : `${nameOf(cell.part)}, ${placeOf(score, cell.tick)}, empty`;
+    let said = under ? told(score, under) : `${nameOf(cell.part)}, ${placeOf(score, cell.tick)}, ${picture?.gap(cell) ? "not known" : "empty"}`;
     if (under && !selection.includes(under)) said += ", not chosen";
     if (alone) said += `, ${selection.length} chosen`;
     else if (selection.length > 1) said = `${counted(selection.length, "symbol")} chosen`;
     if (state.textContent !== said) state.textContent = said;
+    const open = picture?.open(score);
+    paper.doubtful = open?.doubtful ?? new Set();
+    paper.unknown = open?.unknown ?? [];
+    picture?.refresh(score, selection, cell);
     undo.disabled = !done.length;
     redo.disabled = !undone.length;
     paper.refresh();
@@ -281,7 +296,7 @@ export async function show(app) {
 
   function keep() {
     try {
-      const text = JSON.stringify({ score, title: name.value });
+      const text = JSON.stringify({ score, title: name.value, checked });
       for (const it of [sessionStorage, localStorage]) it.setItem(draft, text);
     } catch {
       announce("This browser has no room for a draft: save the score before you leave.");
@@ -307,7 +322,7 @@ export async function show(app) {
 
   function write() {
     const track = trackOf(cell.part, alphabet), words = palette.words(track);
-    const start = Math.max(cell.tick, 0), stop = cell.tick < 0 ? 0 : start + Math.round(grain(score) * lasting);
+    const gap = picture?.gap(cell), start = gap?.start ?? Math.max(cell.tick, 0), stop = gap?.stop ?? (cell.tick < 0 ? 0 : start + Math.round(grain(score) * lasting));
     if (cell.tick < 0 && !track.lasts) return say(`${nameOf(cell.part)} has no starting position`);
     if (cell.tick >= 0 && stop === 0) return say("A position at the first beat stands below it");
     commit([], [{ part: cell.part, start, stop, words }]);
@@ -379,6 +394,7 @@ export async function show(app) {
     if (score.symbols.length && !await asked("Begin a new score?", "What is written here goes. Saved as a file, or put into the library, it stays.", [], "Begin a new one")) return;
     forget(draft);
     if (capture) return app.go("/edit");
+    alone();
     name.value = "new score";
     become(blank(), []);
     forget(draft);
@@ -470,20 +486,66 @@ export async function show(app) {
   file.addEventListener("change", () => act(async () => {
     const own = file.files?.[0];
     if (!own) return;
-    const answer = await send("POST", "/api/scores/read", { name: own.name, text: await own.text() }, signal);
-    file.value = "";
+    const read = isPicture(own.name) ? await seen(own.name, ask(address("/api/scores/printed", { name: own.name }), { method: "POST", body: own, signal })) : null;
+    const answer = read ?? await send("POST", "/api/scores/read", { name: own.name, text: await own.text() }, signal);
     name.value = own.name.replace(/\.[^.]*$/, "");
-    become(unpacked(answer.score), []);
+    checked = [];
+    alone();
+    if (read) besides(read);
+    become(read ? linked(unpacked(answer.score)) : unpacked(answer.score), []);
     announce(`${own.name} is open`);
-  }));
+  }, problems).finally(() => { file.value = ""; }));
 
-  /** Do what asks the server, and show what it says where it cannot. @param {() => Promise<void>} work */
-  async function act(work) {
+  /** Wait until a picture is read; that takes seconds. @param {string} own its name @param {Promise<Response>} coming @returns {Promise<any>} */
+  async function seen(own, coming) {
+    problems.replaceChildren(el("p", { role: "status" }, `${own} is being read …`));
     try {
-      found.replaceChildren();
+      return await (await coming).json();
+    } finally {
+      problems.replaceChildren();
+    }
+  }
+
+  /** Show the picture that the score was read from beside it. @param {import("../edit/picture.js").Printed} printed */
+  function besides(printed) {
+    const own = new Picture(printed, checked, (it) => {
+      const at = { part: paper.lanes.some(({ track }) => track.part === it.part) ? it.part : cell.part, tick: it.stop ? it.start : -1 };
+      const sign = own.symbol(score, it);
+      if (sign) choose([sign], { part: sign.part, tick: sign.stop ? sign.start : -1 });
+      else choose([], at);
+      paper.follow();
+      sheet.focus({ preventScroll: true });
+      pair.scrollIntoView({ block: "nearest" });
+    }, () => {
+      checked = [...own.checked];
+      look();
+      keep();
+    });
+    for (const it of own.parts) if (alphabet.tracks.some((track) => track.part === it)) shown.add(it);
+    picture = own;
+    pictureSize.hidden = false;
+    pair.prepend(own.root);
+    side.replaceChildren(own.list);
+    main.classList.add("edit-read");
+    own.begin();
+  }
+
+  /** Let the score stand alone again. */
+  function alone() {
+    picture?.root.remove();
+    side.replaceChildren();
+    picture = null;
+    pictureSize.hidden = true;
+    main.classList.remove("edit-read");
+  }
+
+  /** Do what asks the server, and show what it says where it cannot. @param {() => Promise<void>} work @param {HTMLElement} [where] */
+  async function act(work, where = found) {
+    try {
+      where.replaceChildren();
       await work();
     } catch (error) {
-      if (!isAbort(error)) found.replaceChildren(trouble(problemOf(error)));
+      if (!isAbort(error)) where.replaceChildren(trouble(problemOf(error)));
     }
   }
 
@@ -553,6 +615,15 @@ export async function show(app) {
   look();
   stage.perform(score, 0, false);
   sheet.focus({ preventScroll: true });
+  if (against && isPicture(against.capture) && !url.searchParams.has("from")) {
+    const own = against.capture;
+    act(async () => {
+      besides(await seen(own, ask(`/api/scores/captures/${encodeURIComponent(capture ?? "")}/printed`, { signal })));
+      lanes();
+      look();
+      paper.draw();
+    }, problems);
+  }
   return () => {
     player.dispose();
     stage.dispose();
