@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -179,8 +179,11 @@ class Dialect(ABC):
         """
 
     @abstractmethod
-    def damaged_pages(self, link: Link, most: int) -> list[str]:
-        """Return the damage that the database itself finds, a line each, so many at the most."""
+    def damaged_pages(self, link: Link, most: int, watch: Callable[[int, int], None]) -> list[str]:
+        """Return the damage that the database itself finds, a line each, so many at the most.
+
+        `watch` is called with how many pages are done, and of how many; it may raise.
+        """
 
     @abstractmethod
     def size(self, link: Link) -> int:

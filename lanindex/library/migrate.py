@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -205,7 +206,7 @@ def check(named: str | os.PathLike[str] = DEFAULT, progress: Progress = no_progr
 
 
 def _check_connection(connection: Link, progress: Progress) -> list[str]:
-    if pages := dialect_of(connection).damaged_pages(connection, _MOST):
+    if pages := dialect_of(connection).damaged_pages(connection, _MOST, partial(progress, "pages")):
         # Answers of a damaged file to other questions mean nothing.
         return [f"the file is damaged: {line}" for line in pages]
     state, damage, unlike, symbols = list[str](), Damage(), list[str](), 0

@@ -10,7 +10,7 @@ they come one after the other, as in SQLite, and never fail halfway. Nobody wait
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -183,7 +183,7 @@ class Postgres(Dialect):
         content = b"".join(rows for (rows,) in self.ask(link, asked, None))
         return np.frombuffer(content, ">i8").reshape(-1, len(names)).astype(np.int64)
 
-    def damaged_pages(self, link: Link, most: int) -> list[str]:
+    def damaged_pages(self, link: Link, most: int, watch: Callable[[int, int], None]) -> list[str]:
         """Return nothing: the server checks each page that it reads, if its owner wants that."""
         return []
 

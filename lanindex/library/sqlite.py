@@ -14,11 +14,12 @@ from __future__ import annotations
 
 import sqlite3
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from itertools import chain
 from operator import methodcaller
 from pathlib import Path
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +29,9 @@ from lanindex.library.dialect import MEMORY, MOST, Dialect, Link, Target, Values
 
 if TYPE_CHECKING:
     import sqlalchemy
+
+_TICK = 0.1
+"""Seconds after which who waits for SQLite is told."""
 
 
 class Sqlite(Dialect):
@@ -161,14 +165,35 @@ class Sqlite(Dialect):
             found[:, names.index(name)] = wide[:, at]
         return found
 
-    def damaged_pages(self, link: Link, most: int) -> list[str]:
-        """Return the damage in the pages of the file."""
-        # quick_check takes two thirds of the time, but leaves out whether the keys of rows rise,
-        # and nothing else looks at the keys of symbols.
+    def damaged_pages(self, link: Link, most: int, watch: Callable[[int, int], None]) -> list[str]:
+        """Return the damage in the pages of the file.
+
+        SQLite looks at all of them at once, and does not tell how far it is: in a thread, so that
+        whoever waits is told that it does, and can break it off.
+        """
+        ((pages,),) = link.execute("PRAGMA page_count")
+        lines = list[str]()
+
+        def look() -> None:
+            # quick_check takes two thirds of the time, but leaves out whether the keys of rows
+            # rise, and nothing else looks at the keys of symbols.
+            try:
+                found = link.execute(f"PRAGMA integrity_check({most})").fetchall()
+                lines.extend(line for (line,) in found)
+            except (sqlite3.Error, UnicodeDecodeError) as error:
+                lines.append(str(error))
+
+        thread = Thread(target=look)
+        thread.start()
         try:
-            lines = [line for (line,) in link.execute(f"PRAGMA integrity_check({most})").fetchall()]
-        except (sqlite3.Error, UnicodeDecodeError) as error:
-            return [str(error)]
+            while thread.is_alive():
+                watch(0, pages)
+                thread.join(_TICK)
+        finally:
+            while thread.is_alive():  # what is broken off may not have begun yet
+                link.interrupt()
+                thread.join(_TICK)
+        watch(pages, pages)
         return [line for line in lines if line != "ok"]
 
     def size(self, link: Link) -> int:

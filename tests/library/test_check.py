@@ -204,3 +204,23 @@ def test_a_damaged_page_is_found(tmp_path):
     path.write_bytes(content)
     (found,) = check(path)[:1]
     assert found.startswith("the file is damaged: ")
+
+
+@pytest.mark.sqlite
+def test_a_look_at_the_pages_is_told_and_can_be_broken_off(tmp_path):
+    path, told = tmp_path / "some.db", []
+    fill(path, 40)
+
+    def progress(noun, done, total):
+        told.append((noun, done, total))
+        if len(told) == last:
+            raise KeyboardInterrupt
+
+    last = 1
+    with pytest.raises(KeyboardInterrupt):
+        check(path, progress)
+    last = -1
+    assert check(path, progress) == []
+    assert {noun for noun, *_ in told} == {"pages", "captures"}
+    pages = [(done, total) for noun, done, total in told if noun == "pages"]
+    assert pages[-1] == (path.stat().st_size // 4096,) * 2
