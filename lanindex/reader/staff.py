@@ -1,26 +1,30 @@
-"""Staves of a page, found by their lines, cut out, and made straight."""
+"""Staves of a page, found by their lines, cut out, and made straight.
+
+A page is made flat first: its lines become upright and level. Then its staves are of one kind:
+equally wide, equally far apart, on one base, and with beats of one height.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations, pairwise
-from math import ceil, radians, tan
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.draw.staff import FIVE
+from lanindex.draw.picture import C
+from lanindex.draw.staff import DOUBLE, MARGIN, START
 from lanindex.errors import CaptureError, extra
 
 with extra("reader", error_type=CaptureError):
     import cv2
 
-_TURNED = 7.0  # degrees by which a page may be turned, at most
-_SIDE = 1800  # pixels of a page's longer side, at most, where lines are looked for
+_MOST = 4_000_000  # pixels of a page that are looked at; a larger one is made smaller
 _LEAST = 60  # pixels of a staff's height, at least
-_COVERED = 0.9  # share of a line that shows ink, at least
-_DOUBLE = 0.115  # from one line of a double line to the other, by the staff's half width, at most
+_TURNED = 0.2  # slope of lines, at most: a page turned by 6 degrees and seen from the side
+_COARSE = 500  # pixels of a page's longer side where its lines' slopes are looked for first
+_COVERED = 0.85  # share of a line that shows ink, at least
 
 Image = NDArray[np.uint8]
 Ink = NDArray[Any]  # of floats: 0 paper, 1 ink; also what OpenCV makes of it
@@ -55,34 +59,15 @@ class Staff:
         return float(place[0]), float(place[1])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Line:
-    """A long line of a page, nearly vertical."""
+@dataclass(frozen=True, slots=True)
+class _Trio:
+    """The lines of a staff on a flat page."""
 
-    xs: Floats  # (H,) where it is on each row of the page, also beyond its ends
-    low: int  # Rows of its upper end and its lower end
-    high: int
-    cover: float  # Share of rows between that show ink
-
-
-_Lines = tuple[_Line, _Line, _Line]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Found:
-    """A staff on a page, and where its marks are when it is made straight, as of `Staff`."""
-
-    lines: _Lines
+    centre: float
     inner: float
-    lean: Floats  # (2,) slope of lines across by height, from 0 to 1, as `polyval` takes it
-    stroke: float
-    base: float
-    top: float
-    foot: float
-    bars: tuple[float, ...]
-    ticks: tuple[float, ...]
-    first: bool
-    last: bool
+    roof: float  # Row of their upper end
+    foot: float  # Row of their lower end
+    cover: float  # Share of them that shows ink
 
 
 def staves(page: Image) -> list[Staff]:
@@ -104,30 +89,31 @@ def staves(page: Image) -> list[Staff]:
     CaptureError
         If there is no staff of Labanotation.
     """
+    shrink = min((_MOST / max(page.size, 1)) ** 0.5, 1.0)
+    if shrink < 1:
+        small = cv2.resize(page, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
+        page = np.asarray(small, np.uint8)
     even = evenly_lit(page)
-    ink = (255 - even).astype(np.float32) / 255
-    found = [_straight(ink, lines) for lines in _trios(_long_lines(ink))]
-    chosen = list[_Found]()
-    for it in sorted(filter(None, found), key=lambda it: it.lines[1].low - it.lines[1].high):
-        if chosen and not 0.8 < it.inner / chosen[0].inner < 1.25:  # staves of a page are alike
-            continue
-        row = (it.lines[1].low + it.lines[1].high) // 2
-        apart = [abs(it.lines[1].xs[row] - other.lines[1].xs[row]) for other in chosen]
-        if all(x > 0.9 * (it.inner + other.inner) for x, other in zip(apart, chosen, strict=True)):
-            chosen.append(it)
-    if not chosen:
-        wanted = "three vertical lines at equal distances, joined by a line at either end"
-        remedy = "Give it an upright page of Labanotation, not turned by more than 6 degrees."
-        raise CaptureError("no staff of Labanotation", wanted=wanted, remedy=remedy)
-    chosen.sort(key=lambda it: float(it.lines[1].xs[len(page) // 2]))
-    places = [0.0, *(float(it.lines[1].xs[len(page) // 2]) for it in chosen), float(page.shape[1])]
-    cut = list[Staff]()
-    for number, it in enumerate(chosen, 1):
-        before, behind = (abs(places[number] - places[number + side]) for side in (-1, 1))
-        before /= 2 if number > 1 else 1
-        behind /= 2 if number < len(chosen) else 1
-        cut.append(_cut(even, it, before, behind))
-    return cut
+    if min(even.shape) >= _LEAST:
+        grid = _flat((255 - even).astype(np.float32) / 255)
+        for again in (True, False):
+            flat = _remapped(even, grid)
+            ink = (255 - flat).astype(np.float32) / 255
+            trios = _trios(ink)
+            if not trios:
+                break
+            to_page = (grid + np.float32(0.5)) / np.float32(shrink) - np.float32(0.5)
+            found, rows = _measured(np.asarray(flat, np.uint8), ink, trios, to_page)
+            if not found:
+                break
+            if not again or np.abs(rows - np.arange(len(rows))).max() < 0.4:
+                return found
+            places = _grid(*flat.shape)
+            places[..., 1] = rows[:, None]
+            grid = _through(grid, places)
+    wanted = "three vertical lines at equal distances, joined by a line at either end"
+    remedy = "Give it an upright page of Labanotation, not turned by more than 6 degrees."
+    raise CaptureError("no staff of Labanotation", wanted=wanted, remedy=remedy)
 
 
 def evenly_lit(page: Image) -> Image:
@@ -146,365 +132,465 @@ def evenly_lit(page: Image) -> Image:
     return np.asarray(((light - black) / (1 - black) * 255).clip(0, 255), np.uint8)
 
 
-def _thin(ink: Ink, wide: int) -> Ink:
-    """Return of ink (H, W) what is narrower than a width, from left to right."""
-    kernel = np.ones((1, wide), np.uint8)
+def _remapped(image: Ink, grid: NDArray[np.float32]) -> Ink:
+    """Return an image whose pixels lie at places (h, w, 2) of another: paper beyond its edges."""
+    paper = 255 if image.dtype == np.uint8 else 0
+    x, y = np.ascontiguousarray(grid[..., 0]), np.ascontiguousarray(grid[..., 1])
+    return np.asarray(cv2.remap(image, x, y, cv2.INTER_CUBIC, borderValue=paper))
+
+
+def _thin(ink: Ink) -> Ink:
+    """Return of ink (H, W) what is narrow from left to right."""
+    kernel = np.ones((1, 9 if max(ink.shape) > 1800 else 7), np.uint8)
     return np.asarray(ink - cv2.morphologyEx(ink, cv2.MORPH_OPEN, kernel), np.float32)
 
 
-def _long_lines(ink: Ink) -> list[_Line]:
-    """Return the lines of a page (H, W) that are long and nearly vertical."""
-    height, width = ink.shape
-    thin = cv2.GaussianBlur(_thin(ink, 7 if max(height, width) < 2500 else 11), (0, 0), 0.8)
-    shrink = max(max(height, width) / _SIDE, 1.0)
-    size = max(round(width / shrink), 1), max(round(height / shrink / 4), 1)
-    small = cv2.resize(thin, size, interpolation=cv2.INTER_AREA)
-    coarse, _ = _slopes(small, np.arange(-_TURNED, _TURNED + 0.01, 0.5), 4)
-    mid = float((coarse**2).sum(axis=1).argmax() * 0.5 - _TURNED)
-    sums, degrees = _slopes(small, mid + np.arange(-2.5, 2.51, 0.125), 4)
-    best = sums.max(axis=0)
-    peaks = np.flatnonzero((best >= cv2.dilate(best[None], np.ones((1, 5)))[0]) & (best > 0))
-    peaks = peaks[np.argsort(-best[peaks])][:150]
-    lines = []
-    for x in peaks.tolist():
-        slope = tan(radians(float(degrees[sums[:, x].argmax()])))
-        rows = np.arange(height)
-        xs = (x + 0.5) * shrink - 0.5 + slope * (rows - height / 2)
-        if (line := _traced(ink, thin, xs)) is not None:
-            lines.append(line)
-    return lines
+def _upright(ink: Ink) -> Ink:
+    """Return ink lying on its side (W, H), so that what is level is upright."""
+    return np.ascontiguousarray(ink.T)
 
 
-def _slopes(thin: Ink, degrees: Floats, tall: int) -> tuple[Floats, Floats]:
-    """Return sums (D, W) of an image (H, W) along lines through its middle row.
+def _flat(ink: Ink) -> NDArray[np.float32]:
+    """Return where the pixels (h, w) of a flat page lie on a page (H, W): (h, w, 2)."""
+    grid, seen = _grid(ink.shape[0], ink.shape[1]), ink
+    for most, step in ((_TURNED, 0.005), (0.012, 1 / max(ink.shape))):
+        shrink = min(_COARSE / max(seen.shape), 1.0) if most == _TURNED else 1.0
+        upright, level = (
+            _slopes(cv2.resize(it, None, fx=shrink, fy=shrink, interpolation=3), most, step)
+            for it in (_thin(seen), _thin(_upright(seen)))
+        )
+        there, size = _squared(seen.shape[0], seen.shape[1], upright, level)
+        grid = _through(grid, cv2.perspectiveTransform(_grid(*size), np.linalg.inv(there)))
+        seen = _remapped(ink, grid)
+        places = _grid(seen.shape[0], seen.shape[1])
+        places[..., 0] += _drift(_thin(seen))[:, None]
+        places[..., 1] += _drift(_thin(_upright(seen)))
+        grid = _through(grid, places)
+        seen = _remapped(ink, grid)
+    return grid
 
-    Its pixels are `tall` times as high as wide.
+
+def _grid(height: int, width: int) -> NDArray[np.float32]:
+    """Return x and y of each pixel, (H, W, 2)."""
+    x, y = np.meshgrid(np.arange(width, dtype=np.float32), np.arange(height, dtype=np.float32))
+    return np.stack([x, y], axis=-1)
+
+
+def _through(grid: NDArray[np.float32], places: Ink) -> NDArray[np.float32]:
+    """Return where places (h, w, 2) of a page that lies on another by a grid are on that one."""
+    x, y = (np.ascontiguousarray(places[..., at], np.float32) for at in (0, 1))
+    edge = cv2.BORDER_REPLICATE
+    return np.asarray(cv2.remap(grid, x, y, cv2.INTER_LINEAR, borderMode=edge), np.float32)
+
+
+def _slopes(thin: Ink, most: float, step: float) -> tuple[float, float]:
+    """Return the slopes of nearly upright lines at the left and at the right edge of an image.
+
+    Those that most of the lines agree in; between the edges slopes change evenly.
     """
     height, width = thin.shape
-    sums = np.zeros((len(degrees), width))
-    for index, degree in enumerate(degrees):
-        slope = tan(radians(float(degree))) * tall
-        place = np.array([[1, slope, -slope * (height - 1) / 2], [0, 1, 0]], np.float64)
+    low = cv2.resize(thin, (width, max(height // 3, 1)), interpolation=cv2.INTER_AREA)
+    slopes = np.arange(-round(most / step), round(most / step) + 1) * step
+    sums = np.zeros((len(slopes), width), np.float32)
+    for index, slope in enumerate((slopes * height / len(low)).tolist()):
+        place = np.array([[1, slope, -slope * (len(low) - 1) / 2], [0, 1, 0]], np.float64)
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        sums[index] = cv2.warpAffine(thin, place, (width, height), flags=flags).sum(axis=0)
-    return sums, degrees
+        sums[index] = cv2.warpAffine(low, place, (width, len(low)), flags=flags).sum(axis=0)
+    sharp = np.maximum(sums - cv2.blur(sums, (15, 1)), 0) ** 2
+    columns, share = np.arange(width), np.linspace(0, 1, width)
+    ends, best = np.arange(len(slopes)), (-1.0, 0, 0)
+    parallel = 1 - 0.05 * np.abs(ends[:, None] - ends) / len(ends)  # unless lines tell otherwise
+    for left in ends.tolist():
+        at = np.rint(left + (ends[:, None] - left) * share).astype(int)
+        worth = sharp[at, columns].sum(axis=1) * parallel[left]
+        right = int(worth.argmax())
+        best = max(best, (float(worth[right]), left, right))
+    return float(slopes[best[1]]), float(slopes[best[2]])
 
 
-def _traced(ink: Ink, thin: Ink, xs: Floats) -> _Line | None:
-    """Return the line near places (H,) of an image (H, W), with its ends."""
-    height, width = ink.shape
-    reach, rows = 6, np.arange(height)
-    offsets = np.arange(-reach, reach + 1)
-    for _ in range(2):
-        grid = (xs[:, None] + offsets).astype(np.float32)
-        lines = np.repeat(rows[:, None], len(offsets), axis=1).astype(np.float32)
-        near = cv2.remap(thin, grid, lines, cv2.INTER_LINEAR)
-        near = cv2.blur(near, (1, max(height // 60, 9)))
-        weight = near.max(axis=1).astype(float)
-        shift = offsets[near.argmax(axis=1)].astype(float)
-        inside = (xs > 1) & (xs < width - 2)
-        good = (
-            inside & (weight > 0.4 * np.quantile(weight[inside], 0.9)) if inside.any() else inside
-        )
-        if good.sum() < _LEAST:
-            return None
-        keep = good
-        for _ in range(3):
-            ends = np.flatnonzero(keep)[[0, -1]]
-            at = (rows - ends[0]) / (ends[1] - ends[0])
-            fit = np.polynomial.Polynomial.fit(
-                at[keep], shift[keep], 3 if ends[1] - ends[0] > height / 3 else 1, w=weight[keep]
-            )
-            error = np.abs(fit(at) - shift)
-            keep = good & (error < max(1.0, 2 * float(np.median(error[keep]))))
-            if keep.sum() < _LEAST:
-                return None
-        moved = fit(at.clip(0, 1))  # beyond its ends it goes on straight
-        moved += (at - at.clip(0, 1)) * np.where(at < 0.5, fit.deriv()(0.1), fit.deriv()(0.9))
-        xs = xs + moved
-        offsets = np.arange(-3, 4)
-    grid = (xs[:, None] + np.arange(-1, 2)).astype(np.float32)
-    lines = np.repeat(rows[:, None], 3, axis=1).astype(np.float32)
-    level = cv2.remap(ink, grid, lines, cv2.INTER_LINEAR).max(axis=1)
-    usual = float(np.median(level[keep]))
-    shown = (level > 0.45 * usual).astype(np.uint8)[:, None]
-    joined = cv2.morphologyEx(shown, cv2.MORPH_CLOSE, np.ones((max(height // 150, 7), 1)))[:, 0]
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], joined, [0]])))
-    begins, ends_ = edges[::2], edges[1::2]
-    if not len(begins):
-        return None
-    longest = int((ends_ - begins).argmax())
-    low, high = int(begins[longest]), int(ends_[longest])
-    if high - low < _LEAST:
-        return None
-    return _Line(xs, low, high, float(shown[low:high].mean()))
+def _squared(
+    height: int, width: int, upright: tuple[float, float], level: tuple[float, float]
+) -> tuple[Floats, tuple[int, int]]:
+    """Return the homography that makes lines upright and level, and height and width then.
+
+    Their slopes are those at the left and the right edge, and at the upper and the lower one.
+    """
+    corners = []
+    for y, down in zip((0, height - 1), level, strict=True):
+        for x, right in zip((0, width - 1), upright, strict=True):
+            middle = (width - 1) / 2, (height - 1) / 2
+            own = (x + right * (y - middle[1] - down * middle[0])) / (1 - right * down)
+            corners.append((own, y + down * (own - middle[0])))
+    seen = np.array(corners)
+    wide = np.linalg.norm(seen[1::2] - seen[::2], axis=1).mean()
+    tall = np.linalg.norm(seen[2:] - seen[:2], axis=1).mean()
+    square = np.array([(0, 0), (wide, 0), (0, tall), (wide, tall)])
+    there = cv2.getPerspectiveTransform(seen.astype(np.float32), square.astype(np.float32))
+    page = np.array([[(0, 0), (width - 1, 0), (0, height - 1), (width - 1, height - 1)]], float)
+    ends = cv2.perspectiveTransform(page, there)[0]
+    least, size = ends.min(axis=0), np.ceil(np.ptp(ends, axis=0)).astype(int) + 1
+    moved = np.array([[1, 0, -least[0]], [0, 1, -least[1]], [0, 0, 1]])
+    return moved @ there, (int(size[1]), int(size[0]))
 
 
-def _trios(lines: list[_Line]) -> list[_Lines]:
-    """Return lines that may be those of a staff: equally far apart, and equally high."""
-    good = list[_Line]()
-    for it in lines:  # the strongest first, and one of those that run together
-        if it.cover > _COVERED and not any(_together(it, other) for other in good):
-            good.append(it)
-    good.sort(key=lambda it: float(it.xs[(it.low + it.high) // 2]))
-    found = []
-    for left, right in combinations(good, 2):
-        low, high = max(left.low, right.low), min(left.high, right.high)
-        if high - low < _LEAST:
-            continue
-        ends = [low + (high - low) // 10, high - (high - low) // 10]
-        wide = right.xs[ends] - left.xs[ends]
-        if wide.min() < 16 or wide.max() > 1.25 * wide.min() or wide.mean() > high - low:
-            continue
-        middle, slack = (left.xs[ends] + right.xs[ends]) / 2, max(2.5, 0.03 * float(wide.mean()))
-        between = [it for it in good if (np.abs(it.xs[ends] - middle) < slack).all()]
-        for centre in between:
-            lows, highs = zip(*((it.low, it.high) for it in (left, centre, right)), strict=True)
-            if min(highs) - max(lows) > 0.85 * (max(highs) - min(lows)):
-                found.append((left, centre, right))
-    return found
+_BANDS, _WAVES = 20, 5
+"""Bands of a page whose lines are compared, and the degree of the curve through them."""
 
 
-def _together(line: _Line, other: _Line) -> bool:
-    """Return whether a line is another, longer one, or a piece of it."""
-    rows = [line.low, (line.low + line.high) // 2, line.high - 1]
-    beside = np.abs(line.xs[rows] - other.xs[rows]) < 3.5
-    return bool(beside[1] or beside.sum() > 1) and other.low <= rows[1] < other.high
-
-
-def _straight(ink: Ink, lines: _Lines) -> _Found | None:
-    """Return the staff of three lines on a page (H, W); None if no lines join them."""
-    left, centre, right = lines
-    low, high = max(it.low for it in lines), min(it.high for it in lines)
-    inner = float(np.median((right.xs - left.xs)[low:high] / 2))
-    turned = -np.polyfit(np.arange(low, high), centre.xs[low:high], 1)[0]
-    lean, near = np.array([0.0, turned]), ink
+def _drift(thin: Ink) -> Floats:
+    """Return by how much upright lines of an image (H, W) lie to the right on each row: (H,)."""
+    height, width = thin.shape
+    edges = np.linspace(0, height, _BANDS + 1).astype(int)
+    bands = np.array([thin[a:b].sum(axis=0) for a, b in pairwise(edges)], np.float32)
+    sharp = cv2.GaussianBlur(bands, (0, 0), sigmaX=1.2, sigmaY=0.01)
+    bands = np.asarray(sharp - cv2.blur(sharp, (31, 1)), np.float32)
+    columns, reach = np.arange(width), np.arange(-5, 5.01, 0.5)
+    rows = (edges[:-1] + edges[1:] - 1) / 2
+    waves = np.polynomial.chebyshev.chebvander(rows / max(height - 1, 1) * 2 - 1, _WAVES)
+    every = np.polynomial.chebyshev.chebvander(np.linspace(-1, 1, height), _WAVES)
+    curve: Floats = np.zeros(_WAVES + 1)
     for _ in range(4):
-        grid = _grid(ink.shape, lines, inner, lean, inner * 1.15, inner * 1.15)
-        near = cv2.remap(ink, grid[..., 0], grid[..., 1], cv2.INTER_LINEAR)
-        change = _leaning(near, inner)
-        if np.abs(change).max() < 0.002:
-            break
-        lean = lean + change
-    return _measured(near, lines, inner, lean)
+        shifts = waves @ curve
+        moved = np.array(
+            [np.interp(columns + by, columns, band) for by, band in zip(shifts, bands, strict=True)]
+        )
+        found, weight = np.zeros(_BANDS), np.zeros(_BANDS)
+        for number, band in enumerate(bands):
+            others = moved.sum(axis=0) - moved[number]
+            likeness = [
+                float(others @ np.interp(columns + shifts[number] + by, columns, band))
+                for by in reach
+            ]
+            at = int(np.argmax(likeness))
+            found[number] = shifts[number] + reach[at]
+            size = float(np.linalg.norm(others) * np.linalg.norm(band)) or 1.0
+            weight[number] = max(likeness[at] / size, 0) ** 2 * (0 < at < len(reach) - 1)
+        for _ in range(3):  # those far from the curve count less
+            sides = (waves.T * weight) @ waves + np.diag(0.02 * np.arange(_WAVES + 1.0) ** 2 + 1e-6)
+            curve = np.asarray(np.linalg.solve(sides, (waves.T * weight) @ found), float)
+            weight = weight / (1 + (waves @ curve - found) ** 2)
+    curve[0] = 0
+    return np.asarray(every @ curve)
 
 
-def _grid(
-    shape: tuple[int, ...],
-    lines: _Lines,
-    inner: float,
-    lean: Floats,
-    before: float,
-    behind: float,
-) -> NDArray[np.float32]:
-    """Return where the pixels (h, w) of a straight staff lie on the page, (h, w, 2)."""
-    left, _, right = (it.xs for it in lines)
-    low = max(0, min(it.low for it in lines) - ceil(inner / 2))
-    high = min(shape[0], max(it.high for it in lines) + ceil(1.3 * inner))
-    rows = np.arange(low, high).astype(float)
-    half = (right - left)[low:high] / 2
-    along = np.concatenate([[0], np.cumsum(inner / half)[:-1]])  # stretched as it is across
-    steps = np.interp(np.arange(int(along[-1]) + 1), along, rows)
-    across = np.arange(-round(before), round(behind) + 1) / inner
-    span = (steps - low) / max(high - 1 - low, 1)
-    leans = np.polyval(lean, span)
-    everywhere = np.arange(shape[0])
-    middle, wide = (left + right) / 2, (right - left) / 2
-    x, y = np.zeros((2, len(steps), len(across)))
-    y += steps[:, None]
-    for _ in range(2):  # the lines are met at heights that depend on where they are met
-        own = np.interp(y, everywhere, middle) + across * np.interp(y, everywhere, wide)
-        x = own
-        origin = np.interp(steps, everywhere, middle)[:, None]
-        y = steps[:, None] + leans[:, None] * (x - origin)
-    return np.stack([x, y], axis=-1).astype(np.float32)
+def _runs(shown: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp], Floats]:
+    """Return where the longest stretches of upright lines (H, W) begin and end, and their cover."""
+    gain = np.where(shown, np.float32(1), np.float32(-_COVERED / (1 - _COVERED)))
+    total = np.concatenate([np.zeros((1, shown.shape[1]), np.float32), gain.cumsum(axis=0)])
+    high = (total - np.minimum.accumulate(total, axis=0)).argmax(axis=0)
+    rows = np.arange(len(total))[:, None]
+    low = np.where(rows <= high, total, np.inf).argmin(axis=0)
+    inked = np.concatenate([np.zeros((1, shown.shape[1])), shown.cumsum(axis=0)])
+    columns = np.arange(shown.shape[1])
+    cover = (inked[high, columns] - inked[low, columns]) / np.maximum(high - low, 1)
+    return low, high, cover
 
 
-def _leaning(near: Ink, inner: float) -> Floats:
-    """Return by how much lines across lean in a nearly straight staff (h, w): slope by height."""
-    height, width = near.shape
-    thin = _thin(np.ascontiguousarray(near.T), 7 if inner < 120 else 11)  # (w, h)
-    columns = np.arange(width) - width // 2
-    used = np.abs(columns) < inner * 0.96
-    thin[~used] = 0
-    slopes, found = np.arange(-0.06, 0.0601, 0.004), list[tuple[float, float, float]]()
-    sums = np.zeros((len(slopes), height))
-    for index, slope in enumerate(slopes):
-        place = np.array([[1, slope, -slope * (width // 2)], [0, 1, 0]], np.float64)
-        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        sums[index] = cv2.warpAffine(thin, place, (height, width), flags=flags).sum(axis=0)
-    best = sums.max(axis=0)
-    least = 0.5 * np.sort(best)[-3:].mean()
-    for y in np.flatnonzero((best >= cv2.dilate(best[None], np.ones((1, 9)))[0]) & (best > least)):
-        at = int(sums[:, y].argmax())
-        shift = 0.0
-        if 0 < at < len(slopes) - 1:
-            a, b, c = sums[at - 1 : at + 2, y]
-            shift = 0.5 * (a - c) / (a - 2 * b + c) if a - 2 * b + c < 0 else 0.0
-        found.append((y / max(height - 1, 1), slopes[at] + 0.004 * shift, best[y]))
-    if not found:
-        return np.zeros(2)
-    at_, lean, weight = np.array(found).T
-    if len(found) < 3 or np.ptp(at_) < 0.4:
-        return np.array([0.0, float(np.median(lean))])
-    keep = np.ones(len(lean), bool)
-    fit = np.zeros(2)
-    for _ in range(3):
-        fit = np.polyfit(at_[keep], lean[keep], 1, w=weight[keep])
-        error = np.abs(np.polyval(fit, at_) - lean)
-        keep = error <= max(0.004, 2 * float(np.median(error)))
-        if keep.sum() < 3:
-            return np.array([0.0, float(np.median(lean))])
-    return np.asarray(fit)
+def _trios(ink: Ink) -> list[_Trio]:
+    """Return the lines of the staves of a flat page (H, W), from left to right.
+
+    Those equally wide, without two at one place, whose lines show most ink.
+    """
+    height, width = ink.shape
+    sums = cv2.GaussianBlur(_thin(ink).sum(axis=0)[None], (0, 0), 0.8)[0]
+    peaks = np.flatnonzero((sums >= cv2.dilate(sums[None], np.ones((1, 5)))[0]) & (sums > 0))
+    peaks = peaks[np.argsort(-sums[peaks])][:60]
+    wide = cv2.dilate(ink, np.ones((1, 3), np.uint8))
+    usual = float(np.median(np.quantile(wide[:, peaks[:6]], 0.7, axis=0))) if len(peaks) else 1.0
+    low, high, cover = _runs(wide > max(0.45 * usual, 0.12))
+    long = (high - low > max(_LEAST, 0.15 * height)) & (cover > _COVERED)
+    worth = cv2.dilate(sums[None], np.ones((1, 3)))[0]
+    centres = [it for it in peaks.tolist() if long[it] and 8 < it < width - 9]
+    if not centres:
+        return []
+    value = np.zeros((len(centres), width // 2 + 1), np.float32)
+    for row, x in zip(value, centres, strict=True):
+        slack = 0.01 * (high[x] - low[x]) + 5
+        like = long & (np.abs(low - low[x]) < slack) & (np.abs(high - high[x]) < slack)
+        like = cv2.dilate(like[None].astype(np.uint8), np.ones((1, 3)))[0]
+        halves = np.arange(8, min(x, width - 1 - x, int((high[x] - low[x]) / 1.2)) + 1)
+        both = (like[x - halves] * like[x + halves]) > 0
+        row[halves] = both * (sums[x] + worth[x - halves] + worth[x + halves])
+    value = cv2.dilate(value, np.ones((1, 3)))
+    inked = (cv2.dilate(ink, np.ones((3, 1), np.uint8)) > 0.4 * usual).astype(np.float32)
+    total = np.concatenate([np.zeros((height, 1), np.float32), inked.cumsum(axis=1)], axis=1)
+
+    def joined(x: int, half: int) -> bool:
+        first, last = x - half + 3, x + half - 2
+        rows = np.flatnonzero(total[:, last] - total[:, first] > 0.85 * (last - first))
+        rows = rows[(rows > low[x] - 4) & (rows < high[x] + 4)]
+        return len(rows) > 1 and bool(np.ptp(rows) > half / 2)
+
+    best = (0.0, 0, list[int]())
+    for half in np.flatnonzero(value.sum(axis=0)).tolist():
+        if value[:, half].sum() <= best[0]:
+            continue
+        own, sum_ = list[int](), 0.0
+        for at in np.argsort(-value[:, half]).tolist():
+            x = centres[at]
+            apart = all(abs(x - it) > 2 * half + 2 for it in own)
+            if value[at, half] and apart and joined(x, half):
+                own.append(x)
+                sum_ += float(value[at, half])
+        best = max(best, (sum_, half, own))
+    _, half, own = best
+    if not own:
+        return []
+    middles = {x: x + _peak(sums, x) for x in own}
+    away = [
+        (sums[at], abs(at + _peak(sums, at) - middles[x]))
+        for x in own
+        for side in (-half, half)
+        for at in [x + side - 2 + int(sums[x + side - 2 : x + side + 3].argmax())]
+    ]
+    weight, inner = np.array(sorted(away)[-max(len(away) // 2, 2) :]).reshape(-1, 2).T
+    exact = float((weight * inner).sum() / max(weight.sum(), 1e-9))
+    return [
+        _Trio(middles[x], exact, float(low[x]), float(high[x]), float(cover[x]))
+        for x in sorted(own)
+    ]
 
 
-def _measured(near: Ink, lines: _Lines, inner: float, lean: Floats) -> _Found | None:
-    """Return the staff of lines with what stands across it, from ink made straight (h, w)."""
-    height, width = near.shape
-    middle, far = width // 2, round(inner)
-    uprights = np.stack(
-        [near[:, x - 1 : x + 2].max(axis=1) for x in (middle - far, middle, middle + far)]
-    )
-    columns = np.abs(np.arange(width) - middle)
-    inside = near[:, (columns < inner * 0.94) & (columns > 0.04 * inner)]
-    full = np.quantile(cv2.blur(inside, (5, 1)), 0.12, axis=1)
-    strength = float(np.median(uprights))
-    rise = _prominence(full, max(round(0.2 * inner), 5))
-    peaks = _peaks(rise, 0.07 * strength)
-    strong = [y for y in peaks if rise[round(y)] > 0.5 * strength]
-    if len(strong) < 2:
-        return None
-    lowest, top = strong[-1], strong[0]
-    first = len(strong) > 2 and lowest - strong[-2] < _DOUBLE * inner
-    last = len(strong) > 2 and strong[1] - top < _DOUBLE * inner
-    base = strong[-2] if first else lowest
-    if base - top < inner:
-        return None
-    outer = cv2.blur(uprights[[0, 2]].min(axis=0)[:, None], (1, 5))[:, 0]
-    foot = round(lowest)
-    while foot + 1 < height and outer[foot + 1 : foot + 6].max() > 0.4 * strength:
-        foot += 1
-    below = foot - lowest > inner / 3
-    least = 0.25 * inner
-    dark = [y for y in strong if top + least < y < base - least]
-    beats = _ticks(near, inner, strength, top, base, dark)
-    bars = dark or _light(peaks, beats, rise, 0.08 * strength)
-    return _Found(
-        lines=lines,
-        inner=inner,
-        lean=lean,
-        stroke=_thickness(near, (middle - far, middle + far)),
-        base=base,
-        top=top,
-        foot=float(foot) if below else base,
-        bars=tuple(bars[::-1]),
-        ticks=tuple(y for y in beats[::-1] if min(map(abs, np.subtract(bars, y)), default=9) > 3),
-        first=first or below,
-        last=last,
-    )
+def _peak(profile: Floats, x: int) -> float:
+    """Return how far from a place the top of a profile's peak is."""
+    if not 0 < x < len(profile) - 1:
+        return 0.0
+    a, b, c = profile[x - 1 : x + 2].tolist()
+    return float(np.clip(0.5 * (a - c) / min(a - 2 * b + c, -1e-9), -0.5, 0.5))
 
 
-def _prominence(profile: Floats, reach: int) -> Floats:
-    """Return by how much each of a profile (H,) stands out from what is near on both sides."""
-    padded = np.pad(profile, reach, mode="edge")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, reach)
-    lows = windows.min(axis=1)
-    return np.asarray(profile - np.maximum(lows[: len(profile)], lows[-len(profile) :]))
+@dataclass(frozen=True, slots=True, eq=False)
+class _Marks:
+    """What stands across a staff, by row of a flat page (H,)."""
+
+    trio: _Trio
+    lines: Floats  # Ink of lines from one outer line to the other; 0: hidden
+    rows: list[float]  # Where such lines are, downwards
 
 
-def _peaks(profile: Floats, least: float) -> list[float]:
-    """Return where a profile (H,) has peaks, between its rows."""
-    found = list[float]()
-    for y in range(1, len(profile) - 1):
-        a, b, c = profile[y - 1 : y + 2].tolist()
-        if b > least and b >= a and b > c:
-            found.append(y + 0.5 * (a - c) / min(a - 2 * b + c, -1e-9))
-    return found
+def _measured(
+    flat: Image, ink: Ink, trios: list[_Trio], to_page: NDArray[np.float32]
+) -> tuple[list[Staff], Floats]:
+    """Return the staves of a flat page (H, W), and where its rows (H,) would make counts equal."""
+    height, width = flat.shape
+    stroke = _thickness(ink, trios)
+    marks = [_across(ink, it, stroke) for it in trios]
+    if all(len(it.rows) < 2 for it in marks):
+        return [], np.zeros(0)
+    inner = trios[0].inner
+    feet = [it.foot - stroke / 2 for it in trios]
+    level = float(np.median(feet[1:])) if len(feet) > 1 else max(marks[0].rows, default=feet[0])
+    begins = feet[0] - level > 0.35 * inner
+    base, unit = level, 0.0
+    if begins:
+        middle = _middle(marks[0].lines, level, 0.12 * inner)
+        unit = (feet[0] + stroke / 2 - middle) / (MARGIN + START - DOUBLE / 2)
+        base = middle - unit * DOUBLE / 2
+    if own := [_nearest(it.rows, level, 3.0) for it in marks[begins:]]:
+        base = float(np.median(own))
+    roof = float(np.median([_nearest(it.rows, it.trio.roof + stroke / 2, 3.0) for it in marks]))
+    above = [it for it in marks[-1].rows if it < base - inner / 2]
+    tops = [roof] * (len(marks) - 1) + [above[0] if above else roof]
+    singles = [(it.lines, top) for it, top in zip(marks[:-1], tops, strict=False)]
+    singles += [(it.lines, base) for it in marks[begins:]]
+    reach, end = 0.12 * inner + 1, marks[-1].lines
+    single = float(np.median([_ink(*it, reach) for it in singles])) if singles else 0.0
+    last = _ink(end, tops[-1], reach) > 1.4 * (single or stroke)
+    if last:
+        double = unit * DOUBLE if unit else 0.06 * inner
+        tops[-1] = _middle(end, tops[-1], reach) - double / 2
+    tick = unit * C / 4 if unit else 0.05 * inner
+    ticked = [_ticked(ink, it.trio, stroke, tick) for it in marks]
+    beat, bent = _beat(marks, base, tops, ticked)
+    bars = _bars(marks, base, tops, beat)
+    edges = [0.0]
+    edges += [(a.trio.centre + b.trio.centre) / 2 for a, b in pairwise(marks)]
+    edges.append(float(width))
+    found = list[Staff]()
+    for number, (trio, top) in enumerate(zip(trios, tops, strict=True)):
+        first = begins and number == 0
+        foot = trio.foot if first else base
+        y, x = max(round(trio.roof - inner / 2), 0), round(edges[number])
+        rows = slice(y, min(round(foot + 2.3 * inner), height))
+        columns = slice(x, round(edges[number + 1]))
+        counts = range(1, _counts(base - top, beat)) if beat else range(0)
+        heights = [base - beat * count - y for count in counts]
+        barred = [count in bars[number] for count in counts]
+        found.append(
+            Staff(
+                image=np.ascontiguousarray(flat[rows, columns]),
+                centre=trio.centre - x,
+                inner=trio.inner,
+                stroke=stroke,
+                base=base - y,
+                top=top - y,
+                foot=foot - y,
+                bars=tuple(at for at, bar in zip(heights, barred, strict=True) if bar),
+                ticks=tuple(at for at, bar in zip(heights, barred, strict=True) if not bar),
+                first=first,
+                last=last and number + 1 == len(marks),
+                to_page=to_page[rows, columns],
+            )
+        )
+    every = np.arange(height, dtype=float)
+    up = (base - every) / (beat or 1)
+    most = int((base - min(tops) + 1) / (beat or 1))
+    inside = up.clip(0, most)
+    shift = inside * (inside - most) + (up - inside) * np.where(up < 0, -most, most)
+    return found, every - bent * shift
 
 
-def _thickness(near: Ink, xs: tuple[int, int]) -> float:
-    """Return how thick lines of ink (h, w) at columns are: all ink of their rows without others."""
+def _nearest(rows: list[float], y: float, reach: float) -> float:
+    """Return which of some rows is the nearest to one; itself, if none is near."""
+    return min((it for it in rows if abs(it - y) < reach), key=lambda it: abs(it - y), default=y)
+
+
+def _thickness(ink: Ink, trios: list[_Trio]) -> float:
+    """Return how thick upright lines are: all ink of their rows without others."""
     reach, found = 5, list[Floats]()
-    for x in xs:
-        part = near[:, max(x - reach, 0) : x + reach + 1]
-        found.append(part.sum(axis=1)[part[:, [0, -1]].max(axis=1) < 0.15])
+    for it in trios:
+        for x in (it.centre - it.inner, it.centre, it.centre + it.inner):
+            rows = slice(round(it.roof) + 3, round(it.foot) - 3)
+            part = ink[rows, max(round(x) - reach, 0) : round(x) + reach + 1]
+            found.append(part.sum(axis=1)[part[:, [0, -1]].max(axis=1) < 0.15])
     sums = np.concatenate(found)
     return float(np.median(sums)) if len(sums) else 1.5
 
 
-def _ticks(
-    near: Ink,
-    inner: float,
-    strength: float,
-    top: float,
-    base: float,
-    bars: list[float],
-) -> list[float]:
-    """Return rows of short lines on the centre line of a straight staff's ink (h, w)."""
-    middle = near.shape[1] // 2
-    reach = max(round(0.05 * inner), 3)
-    sides = [near[:, middle - reach : middle - 1], near[:, middle + 2 : middle + reach + 1]]
-    level = np.minimum(*(it.mean(axis=1) for it in sides))
-    rise = _prominence(level, max(round(0.11 * inner), 4))
-    marks = sorted({*bars, *(y for y in _peaks(rise, 0.35 * strength) if top < y < base)})
-    best = max((_beats(marks, *pair, top, base) for pair in pairwise(marks)), key=_fits, default=())
-    taken = [top, base, *bars]
-    return [y for y, _ in best if min(abs(y - it) for it in taken) > 0.15 * inner]
-
-
-def _light(peaks: list[float], beats: list[float], rise: Floats, least: float) -> list[float]:
-    """Return rows of light bar lines, which stand on every fifth beat, of peaks of a profile (H,).
-
-    Edges of symbols side by side look like them, but are not where all of these are.
-    """
-    near = [[y for y in peaks if abs(y - beat) < 2.5] for beat in beats]
-    level = [max((float(rise[round(y)]) for y in own), default=0.0) for own in near]
-    first = max(range(FIVE), key=lambda it: float(np.mean(level[it::FIVE] or [0.0])))
-    if float(np.mean(level[first::FIVE] or [0.0])) < least:
-        return []
-    return [
-        own[0] if own else beat
-        for own, beat in zip(near[first::FIVE], beats[first::FIVE], strict=True)
-    ]
-
-
-def _beats(
-    marks: list[float], first: float, second: float, top: float, base: float
-) -> tuple[tuple[float, bool], ...]:
-    """Return rows of beats between two ends that go on from two, and whether each has a mark."""
-    step = second - first
-    if step < 6:
-        return ()
-    found = [(first, True), (second, True)]
-    for at, way in ((first, -step), (second, step)):
-        while top < at + way < base:
-            near = min(marks, key=lambda it: abs(it - at - way))
-            seen = abs(near - at - way) < max(0.06 * step, 1.5)
-            way, at = (0.7 * way + 0.3 * (near - at), near) if seen else (way, at + way)
-            found.append((at, seen))
-    return tuple(sorted(found))
-
-
-def _fits(beats: tuple[tuple[float, bool], ...]) -> int:
-    """Return how many beats have marks, less those that do not."""
-    return sum(1 if seen else -1 for _, seen in beats)
-
-
-def _cut(even: Image, found: _Found, before: float, behind: float) -> Staff:
-    """Return a staff with what stands beside it, as far as two distances from its centre."""
-    grid = _grid(even.shape, found.lines, found.inner, found.lean, before, behind)
-    image = cv2.remap(even, grid[..., 0], grid[..., 1], cv2.INTER_LINEAR, borderValue=255)
-    return Staff(
-        image=np.asarray(image, np.uint8),
-        centre=float(round(before)),
-        inner=found.inner,
-        stroke=found.stroke,
-        base=found.base,
-        top=found.top,
-        foot=found.foot,
-        bars=found.bars,
-        ticks=found.ticks,
-        first=found.first,
-        last=found.last,
-        to_page=grid,
+def _across(ink: Ink, trio: _Trio, stroke: float) -> _Marks:
+    """Return what stands across a staff of a flat page (H, W)."""
+    edge = stroke / 2 + 1.5
+    left, right = trio.centre - trio.inner + edge, trio.centre + trio.inner - edge
+    columns = np.rint(np.linspace(left, right, min(round(right - left), 80))).astype(int)
+    columns = columns[np.abs(columns - trio.centre) > max(0.1 * trio.inner, 4)]
+    lines, seen = _level(
+        ink[:, columns], max(round(0.12 * trio.inner + 2 * stroke + 1), 5), stroke, 0.3
     )
+    lines[seen < 0.12] = 0
+    near = lines[max(round(trio.roof) - 6, 0) : round(trio.foot) + 6]
+    rows = [y + max(round(trio.roof) - 6, 0) for y in _peaks(near, 0.5)]
+    return _Marks(trio, lines, rows)
+
+
+def _ticked(ink: Ink, trio: _Trio, stroke: float, tick: float) -> tuple[Floats, Floats]:
+    """Return the ink of short lines on both sides of a centre line, by row (H,) of a flat page.
+
+    And on how many sides it is not hidden.
+    """
+    short, room = np.zeros((2, len(ink)))
+    near, reach = stroke / 2 + 1, max(tick - 0.5, stroke / 2 + 2)
+    for side in (-1, 1):
+        ends = sorted(round(trio.centre + side * it) for it in (near, reach))
+        part, free = _level(ink[:, ends[0] : ends[1] + 1], max(round(tick), 3), stroke, 0.5)
+        short += part * (free > 0.6)
+        room += free > 0.6
+    return short, room
+
+
+def _level(part: Ink, gap: int, stroke: float, share: float) -> tuple[Floats, Floats]:
+    """Return by how much of a line's ink each row (H,) of ink is darker than those around.
+
+    Of the columns (H, W) that are paper above and below, and the share of these.
+    """
+    rows = 2 * round(stroke / 2 + 0.6) + 1  # that a blurred line takes
+    thick = cv2.blur(part, (1, rows), borderType=cv2.BORDER_REPLICATE) * rows
+    padded = np.pad(part, ((gap, gap), (0, 0)), mode="edge")
+    above, below = padded[: len(part)], padded[2 * gap :]
+    hidden = np.maximum(above, below) > 0.35
+    ordered = np.sort(np.where(hidden, 9.0, thick - rows / 2 * (above + below)), axis=1)
+    count = part.shape[1] - hidden.sum(axis=1)
+    level = ordered[np.arange(len(part)), (share * count).astype(int).clip(0, part.shape[1] - 1)]
+    return np.where(count > 0, np.maximum(level, 0), 0) / stroke, count / part.shape[1]
+
+
+def _peaks(profile: Floats, least: float) -> list[float]:
+    """Return where a profile (H,) has peaks, between its rows."""
+    middle = profile[1:-1]
+    tops = (middle > least) & (middle >= profile[:-2]) & (middle > profile[2:])
+    return [y + _peak(profile, y) for y in (np.flatnonzero(tops) + 1).tolist()]
+
+
+def _ink(profile: Floats, y: float, reach: float) -> float:
+    """Return the sum of a profile (H,) near a row."""
+    return float(profile[max(round(y - reach), 0) : round(y + reach) + 1].sum())
+
+
+def _middle(profile: Floats, y: float, reach: float) -> float:
+    """Return the middle of what a profile (H,) has near a row."""
+    rows = np.arange(max(round(y - reach), 0), min(round(y + reach) + 1, len(profile)))
+    weight = np.maximum(profile[rows] - 0.2 * profile[rows].max(), 0)
+    return float(rows @ weight / max(weight.sum(), 1e-9))
+
+
+def _counts(height: float, beat: float) -> int:
+    """Return how many counts begin in a height: one that ends close to its end does not."""
+    return int(np.ceil(height / beat - min(5 / beat, 0.25)))
+
+
+_MARKED = 0.3  # ink of a short line on a count, of that of a whole one, at least
+
+
+def _beat(
+    marks: list[_Marks], base: float, tops: list[float], ticked: list[tuple[Floats, Floats]]
+) -> tuple[float, float]:
+    """Return the height of a count: that on whose multiples lines stand; 0 if there are none.
+
+    And by how much each is higher than the one below: a page that does not lie flat.
+    """
+    tall = base - min(tops)
+    size = int(tall) + 4
+    seen, told = np.zeros((2, size))
+    for it, top, (short, room) in zip(marks, tops, ticked, strict=True):
+        heights = np.arange(min(int(base - top) + 3, size))
+        rows = base - heights
+        at = np.arange(len(it.lines))
+        short, room, lines = (np.interp(rows, at, row) for row in (short, room, it.lines))
+        told[heights] += np.maximum(np.minimum(short, room), 2.0 * (lines > 0.5))
+        seen[heights] += np.maximum(room, 2.0 * (lines > 0.5))
+    level = np.minimum(told / np.maximum(seen, 0.5), 1)
+    wide = cv2.dilate(level[:, None], np.ones((3, 1)))[:, 0]
+    weight = np.minimum(cv2.dilate(seen[:, None], np.ones((3, 1)))[:, 0], 2)
+    least = max(8.0, 0.12 * marks[0].trio.inner)
+    best = (0.0, 0.0)
+    for step in np.exp(np.arange(np.log(least), np.log(tall + 1), 0.6 / tall)).tolist():
+        at = np.rint(np.arange(1, int((tall + 1) / step) + 1) * step).astype(int)
+        usual = max(float(np.sort(wide[at])[int(0.6 * len(at))]), _MARKED)
+        worth = float((weight[at] * (np.minimum(wide[at] / usual, 1) - 0.6)).sum())
+        best = max(best, (worth, step))
+    beat = best[1]
+    bent = 0.0
+    for _ in range(3 if beat else 0):
+        every = np.arange(1, int((tall + 1) / beat) + 1)
+        guess = every * beat + bent * every * (every - every[-1])
+        sure = wide[np.rint(guess).astype(int).clip(0, size - 1)]
+        seen_at = np.array([_middle(level, it, 2.5) for it in guess.tolist()])
+        sure = np.where(sure > _MARKED, sure, 0)
+        terms = np.stack([every, every * (every - every[-1])], axis=1).astype(float)
+        sides = (terms.T * sure) @ terms + np.diag([1e-6, 1.0])
+        beat, bent = np.linalg.solve(sides, (terms.T * sure) @ seen_at).tolist()
+    return beat, bent
+
+
+def _bars(marks: list[_Marks], base: float, tops: list[float], beat: float) -> list[set[int]]:
+    """Return the counts of each staff on which a bar begins: every so many."""
+    found, before = list[tuple[int, int, int, float]](), 0
+    for number, (it, top) in enumerate(zip(marks, tops, strict=True)):
+        for count in range(1, _counts(base - top, beat) if beat else 0):
+            y = round(base - count * beat)
+            level = min(float(it.lines[y - 1 : y + 2].max()), 1.0)
+            found.append((number, count, before + count, level))
+        before += round((base - top) / beat) if beat else 0
+    best = (0.0, 0, 0)
+    if found:
+        every, levels = np.array([it[2] for it in found]), np.array([it[3] for it in found])
+        least = 0.5 if (levels > 0.7).any() else 0.05
+        for bar in range(1, 17):
+            for first in range(bar):
+                value = float((levels - least)[every % bar == first].sum())
+                best = max(best, (value, -bar, -first))
+    _, bar, first = best
+    own: list[set[int]] = [set() for _ in marks]
+    for number, count, at, _ in found:
+        if bar and at % -bar == -first:
+            own[number].add(count)
+    return own

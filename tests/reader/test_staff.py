@@ -1,5 +1,6 @@
 """Staves of made pages, whose lines are known."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,9 @@ from lanindex.model import Score
 cv2 = pytest.importorskip("cv2")
 pytest.importorskip("resvg_py")
 reader = pytest.importorskip("lanindex.reader.staff")
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+
+import reader_pages  # noqa: E402
 
 SCALE = 2.0
 
@@ -75,6 +79,24 @@ def test_each_staff_is_found_where_it_was_drawn(
         for y in staff.bars:
             bars_up = (staff.base - y) / (step * counts)
             assert bars_up == pytest.approx(round(bars_up), abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("seed", "damage"),
+    [(3, "hard"), (22, "hard"), (23, "hard"), (119, "hard"), (101, "light"), (1, "photo")],
+)
+def test_staves_of_damaged_pages_are_whole(seed: int, damage: str) -> None:
+    page = reader_pages.made(seed, damage)
+    found = reader.staves(page.image)
+    assert len(found) == len(page.staves)
+    for number, (staff, place) in enumerate(zip(found, page.staves, strict=True)):
+        assert (staff.first, staff.last) == (number == 0, number + 1 == len(found))
+        ends = [(side, y) for y in (staff.base, staff.top) for side in (-1, 1)]
+        corners = [staff.on_page(staff.centre + side * staff.inner, y) for side, y in ends]
+        assert np.array(corners) == pytest.approx(place.corners, abs=3)
+        for ys, points in ((staff.bars, place.bars), (staff.ticks, place.ticks)):
+            seen = [staff.on_page(staff.centre, y)[1] for y in ys]
+            assert seen == pytest.approx(points[:, 1].tolist(), abs=2)
 
 
 def test_the_image_holds_what_stands_beside_a_staff(
