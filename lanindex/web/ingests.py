@@ -13,6 +13,7 @@ from lanindex.formats import archives
 from lanindex.formats.file import on_disk
 from lanindex.formats.sniff import UNREAD, WITHOUT_PLACES
 from lanindex.model import Reading
+from lanindex.notation import NOTATIONS, is_printed
 from lanindex.pipeline.files import choreographies
 from lanindex.pipeline.ingest import SUFFIXES, Labels, if_read, is_labels, key_of, read_labels
 from lanindex.pipeline.jobs import IngestJob
@@ -76,6 +77,7 @@ def about(call: Call) -> dict[str, Any]:
     packed = (*archives.ZIPPED, *archives.TARRED)
     return {
         "endings": [*SUFFIXES, *BESIDE, *packed],
+        "pictures": [it.suffix for it in NOTATIONS.values() if not it.written],
         "unread": unread,
         "other": _NO_CAPTURE,
         "profiles": call.site.workshop.shelf.names(),
@@ -101,7 +103,9 @@ def begin(call: Call) -> dict[str, Any]:
             raise UsageError(f"{len(tables)} tables of labels: {names}", wanted="one at a time")
         others = list[str]()
         rest = [path for path in paths.values() if path not in tables]
-        captures = [one for path in rest for one in if_read(path, others)]
+        captures = list[str]()
+        for path in rest:  # a picture that was sent is meant to be read; in an archive it is not
+            captures += [path] if is_printed(path) else if_read(path, others)
         if not captures:
             raise UsageError("no capture is among these files", wanted="captures or scores")
         table = _labels(site, tables[0], paths) if tables else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from time import sleep
 from typing import TYPE_CHECKING
 
 import command
@@ -112,21 +113,37 @@ def test_a_picture_that_has_changed_is_told(library: lanindex.Library, tmp_path:
     assert error["found"] == "has changed since it was ingested"
 
 
+def test_a_picture_that_is_sent_is_ingested(folder: Path, library: lanindex.Library) -> None:
+    with asking(library) as ask:
+        page = (folder / "page.png").read_bytes()
+        kept = ask.put("/api/uploads/page.png", content=page).json()["name"]
+        job = ask.post("/api/ingests", json={"files": {"page.png": kept}}).json()["job"]
+        while (told := ask.get(f"/api/ingests/{job}").json())["state"] == "running":
+            sleep(0.05)
+    (outcome,) = told["outcomes"]
+    assert (outcome["name"], outcome["status"]) == ("page.png", "added")
+    assert outcome["doubts"] == ["page 1, staff 1, l_arm, count 4 to 6: not known, left out"]
+
+
 @pytest.mark.slow
 def test_a_picture_is_checked_beside_its_score(
-    own_page: Callable[..., Page], folder: Path, tmp_path: Path
+    own_page: Callable[..., Page],
+    violations: Callable[[Page], list[str]],
+    folder: Path,
+    tmp_path: Path,
 ) -> None:
     from playwright.sync_api import Route, expect
 
     path = tmp_path / "own.db"
     with lanindex.open_library(path, create=True):
         pass
-    page = own_page(path, "/edit", accept_downloads=True)
+    page = own_page(path, "/edit", accept_downloads=True, bypass_csp=True)
     page.wait_for_selector(".edit-drawn svg")
 
     def doubted(route: Route) -> None:
         found = route.fetch().json()
         found["signs"][-2]["kind"] = "doubtful"
+        found["signs"].append({**found["signs"][-1], "part": "column 5"})
         route.fulfill(json=found)
 
     page.route("**/api/scores/printed?*", doubted)
@@ -139,15 +156,19 @@ def test_a_picture_is_checked_beside_its_score(
 
     state, chosen = page.locator(".edit-state"), page.locator("rect.edit-seen-chosen")
     checks = page.get_by_role("region", name="To be checked")
-    expect(checks.locator("h2")).to_have_text("To be checked: 1 sign not known, 1 doubtful")
+    expect(checks.locator("h2")).to_have_text("To be checked: 2 signs not known, 1 doubtful")
     expect(page.locator(".edit-gap")).to_have_count(1)
     expect(page.locator(".edit-doubtful")).to_have_count(1)
+    assert violations(page) == []
+    checks.get_by_role("button", name="column 5, bar 2 beat 1: not known").click()
+    expect(state).to_contain_text("Its column has no name that is known")
+    expect(chosen).to_have_class("edit-seen-unknown edit-seen-chosen")
     checks.get_by_role("button", name="left arm, bar 2 beat 1: not known").click()
     expect(state).to_have_text("left arm, bar 2 beat 1, not known")
     expect(chosen).to_have_class("edit-seen-unknown edit-seen-chosen")
     page.keyboard.press("8")
     expect(state).to_have_text("left arm, forward mid, bar 2 beat 1, 2 beats")
-    expect(checks.locator("h2")).to_have_text("To be checked: 1 doubtful")
+    expect(checks.locator("h2")).to_have_text("To be checked: 1 sign not known, 1 doubtful")
 
     page.locator(".edit-picture rect.edit-seen-known").last.click()
     expect(state).to_have_text("left arm, left high, bar 1 beat 1, 4 beats")
@@ -157,6 +178,8 @@ def test_a_picture_is_checked_beside_its_score(
     expect(chosen).to_have_count(1)  # it is still the sign that it was
 
     checks.get_by_role("button", name="It is right").click()
+    checks.get_by_role("button", name="Leave out").click()
+    expect(checks.get_by_role("button", name="Check off all")).to_be_hidden()
     expect(checks.locator("h2")).to_have_text("All is checked")
     expect(page.locator(".edit-doubtful")).to_have_count(0)
     page.get_by_role("button", name="New").click()
@@ -180,7 +203,7 @@ def test_a_capture_is_opened_beside_its_picture(
         page.goto(f"{link.partition('/?')[0]}/edit?capture=1")
         expect(page.locator(".edit-picture rect")).to_have_count(6)
         expect(page.locator(".edit-gap")).to_have_count(1)
-        page.get_by_role("button", name="Leave out").click()
+        page.get_by_role("button", name="Check off all").click()
         expect(page.locator(".edit-gap")).to_have_count(0)
         page.reload()
         expect(page.locator(".edit-picture rect")).to_have_count(6)

@@ -49,6 +49,7 @@ export class Picture {
   /** @type {Map<Seen, HTMLElement>} */
   #cards = new Map();
   #count = el("h2", {});
+  #all;
   /** @type {Seen | undefined} */
   #shown;
 
@@ -64,7 +65,11 @@ export class Picture {
     this.checked = new Set(checked);
     this.root.append(...printed.pages.map((page, at) => this.#page(page, at)));
     const cards = el("div", { class: "edit-cards" }, ...printed.signs.filter((it) => it.kind !== "known").map((it) => this.#card(it, changed)));
-    this.list.append(this.#count, cards);
+    this.#all = el("button", { type: "button", onclick: () => {
+      this.checked = new Set(printed.signs.map(key));
+      changed();
+    } }, "Check off all");
+    this.list.append(this.#count, cards, this.#all);
   }
 
   /** @param {Printed["pages"][number]} page @param {number} at */
@@ -154,9 +159,17 @@ export class Picture {
       words.textContent = `${nameOf(it.part)}, ${placeOf(score, it.stop ? it.start : -1)}: ${what}`;
     }
     const counts = [...(unknown.length ? [`${counted(unknown.length, "sign")} not known`] : []), ...(left.size ? [`${left.size} doubtful`] : [])];
+    this.#all.hidden = !counts.length;
     this.#count.textContent = counts.length ? `To be checked: ${counts.join(", ")}` : "All is checked";
     if (shown && shown !== this.#shown) this.#reveal(shown);
     this.#shown = shown;
+  }
+
+  /** Point to a sign that has no place on the staff. @param {Seen} it */
+  point(it) {
+    for (const [other, box] of this.#boxes) box.classList.toggle("edit-seen-chosen", other === it);
+    for (const [other, card] of this.#cards) card.classList.toggle("edit-seen-chosen", other === it);
+    this.#reveal(it);
   }
 
   /** Show where the score begins. */

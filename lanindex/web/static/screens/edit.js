@@ -509,10 +509,15 @@ export async function show(app) {
   /** Show the picture that the score was read from beside it. @param {import("../edit/picture.js").Printed} printed */
   function besides(printed) {
     const own = new Picture(printed, checked, (it) => {
-      const at = { part: paper.lanes.some(({ track }) => track.part === it.part) ? it.part : cell.part, tick: it.stop ? it.start : -1 };
-      const sign = own.symbol(score, it);
-      if (sign) choose([sign], { part: sign.part, tick: sign.stop ? sign.start : -1 });
-      else choose([], at);
+      const sign = own.symbol(score, it) ?? it, there = paper.lanes.some(({ track }) => track.part === it.part);
+      const at = { part: sign.part, tick: sign.stop ? sign.start : -1 };
+      if (sign !== it) choose([/** @type {Sign} */ (sign)], at);
+      else if (there) choose([], at);
+      else {
+        go({ part: cell.part, tick: at.tick });
+        own.point(it);
+        say("Its column has no name that is known: go to the one where it belongs, and write it");
+      }
       paper.follow();
       sheet.focus({ preventScroll: true });
       pair.scrollIntoView({ block: "nearest" });

@@ -5,7 +5,7 @@ import { announce, counted, el, readOut, trouble } from "../../dom.js";
 import { Sending } from "../../sending.js";
 
 /** @typedef {import("../../sending.js").Given} Given */
-/** @typedef {{endings: string[], unread: Record<string, string>, other: string, profiles: string[]}} About */
+/** @typedef {{endings: string[], pictures: string[], unread: Record<string, string>, other: string, profiles: string[]}} About */
 /** @typedef {{name: string, status: string, error: string | null, doubts: string[], capture_id: number | null}} Outcome */
 /** @typedef {{state: string, done: number, total: number, counts: Record<string, number>, labelled: number, error: import("../../api.js").Problem | null}} Told */
 
@@ -35,7 +35,7 @@ export class Adding {
           el("button", { type: "button", class: "main", onclick: () => files.click() }, "Choose files"),
           el("button", { type: "button", onclick: () => folder.click() }, "Choose a folder"),
           el("button", { type: "button", onclick: () => this.#example() }, "Add ten example choreographies"), files, folder),
-        el("p", { class: "soft" }, "BVH, C3D, AMC with its ASF, FBX, glTF, TRC, MVNX, CSV, NumPy arrays, LND and Laban scores, or archives of them. A table (CSV) with columns file, label and any others gives them labels."),
+        el("p", { class: "soft" }, "BVH, C3D, AMC with its ASF, FBX, glTF, TRC, MVNX, CSV, NumPy arrays, LND and Laban scores, or archives of them; printed scores as pictures or PDF, chosen or dropped by themselves. A table (CSV) with columns file, label and any others gives them labels."),
         el("details", {}, el("summary", {}, "How they are read"), el("div", { class: "row" },
           el("label", {}, "Profile ", this.#profile), el("label", {}, "Unit ", this.#unit),
           el("label", {}, "Upward axis ", this.#up), el("label", {}, "Frames a second ", this.#fps)))),
@@ -120,7 +120,8 @@ class Part {
       /** @type {{name: string, reason: string}[]} */
       const left = [];
       const worth = files.filter(({ name }) => {
-        const lower = name.toLowerCase(), fits = about.endings.some((it) => lower.endsWith(it));
+        const lower = name.toLowerCase(), printed = !name.includes("/") && about.pictures.some((it) => lower.endsWith(it)); // in folders, most are of something else
+        const fits = printed || about.endings.some((it) => lower.endsWith(it));
         const ending = Object.keys(about.unread).find((it) => lower.endsWith(it));
         if (!fits) left.push({ name, reason: ending ? about.unread[ending] : about.other });
         return fits;
