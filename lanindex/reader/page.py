@@ -6,7 +6,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lanindex.errors import CaptureError, counted, extra, shown
+from lanindex.errors import CaptureError, counted, extra
+from lanindex.formats.sniff import beginning
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -63,7 +64,7 @@ def _image(content: bytes, path: str) -> list[NDArray[np.uint8]]:
         done, decoded = cv2.imdecodemulti(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     if not done or not decoded:
         remedy = "Save it anew from a program that shows it, or scan the page again."
-        found = f"not a picture that can be read: it begins with {shown(repr(content[:8]))}"
+        found = f"not a picture that can be read: {beginning(content[:80])}"
         raise CaptureError(found, place=path, wanted=f"{_IMAGES} or PDF", remedy=remedy)
     found_pages = []
     for image in decoded:
