@@ -410,7 +410,7 @@ def _staves(
 
 
 DOUBLE = C // 5
-_NAME = round(0.45 * C)
+NAME = round(0.45 * C)
 _HEADING, _LINE = round(0.55 * C), round(0.9 * C)  # size and distance of the lines of a heading
 _STUB = 0.25  # of a staff: what is left of a score for the last one is shared out, if no more
 _EPS = 1e-6
@@ -463,7 +463,7 @@ def count_lines(layout: PageLayout, staff: int, numbers: range) -> list[Mark]:
 def column_names(layout: PageLayout, x: int, y: int) -> list[Mark]:
     """Return the names of the columns of a staff, which end at a height."""
     return [
-        Label(x + at + _NAME // 3, y, name_of(part), _NAME, "under", True)
+        Label(x + at + NAME // 3, y, name_of(part), NAME, "under", True)
         for part, at in layout.columns.places.items()
     ]
 
@@ -808,5 +808,5 @@ def _legend_row(
         row = blank(1)
         row["direction"], row["amount"] = DIRECTION_CODES.get(direction, -1), degree
         marks[name] = SIGNS[name](listed("other_support", row)[0], middle, base, C)
-    told = Label(x + 2 * C, y + _PITCH // 2 + _NAME // 3, words, _NAME, "begin")
+    told = Label(x + 2 * C, y + _PITCH // 2 + NAME // 3, words, NAME, "begin")
     return MarkGroup((*marks[name], told), words)

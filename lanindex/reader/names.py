@@ -1,88 +1,177 @@
-"""The parts of columns, by the names that are printed below them."""
+"""The columns of a page's staves, by the names below them.
+
+Where a column lies depends on those between it and the centre line, so all names are read together:
+of all ways to lay columns out the one whose names are most like what is printed.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from lanindex.alphabet import kind_of
 from lanindex.data import shipped
 from lanindex.draw import svg
 from lanindex.draw.picture import PIXEL, C, Label, Picture
-from lanindex.draw.staff import name_of
-from lanindex.reader.signs import SIZE, Column, Page
+from lanindex.draw.staff import MARGIN, NAME, NAMES, PITCH, PITCHES, START, name_of
+from lanindex.errors import CaptureError
+from lanindex.reader.signs import Column, Page
 from lanindex.reader.staff import Staff
 
+Floats = NDArray[np.float32]
+
 _COLUMNS = shipped("draw/signs.toml")["columns"]
-_NAMED = 0.5  # likeness of a name below a column, at least
-_UNNAMED = {True: ("support", "leg"), False: ("arm", "hand")}
-"""Columns whose names cannot be read, outwards: inside of the staff (True), and outside."""
+_ALWAYS = {"r_support", "r_leg"}  # they and their twins have columns, named or not
+_SCALE = 0.3  # pixels of a unit where names are compared
+_DARK = 0.7  # of names, 1: black
+_SURE = 0.25  # share of a name's ink that must be told better by it than by paper
+_WIDEST = 12 * C  # units on either side of the centre line that are looked at
+_SHIFT = 5  # pixels by which a name may lie elsewhere
+_NEAR = 0.45  # widths of a symbol from a column to its name, at most
+_ASKEW = 0.08  # by how much a page that was made flat may be higher or lower than wide
+_BLURS = (0.5, 0.8, 1.1, 1.5)  # pixels of the page by which names may be blurred
+
+
+@dataclass(frozen=True, slots=True)
+class NamedColumn:
+    """A column of all staves of a page."""
+
+    part: str
+    x: float  # Its middle, from the centre line, widths of a symbol
+    inside: bool  # Whether it lies between the outer lines
+
+
+def columns(staves: Sequence[Staff]) -> tuple[float, list[NamedColumn]]:
+    """Return the width of a symbol by the distance of the outer lines, and the columns with names.
+
+    Parameters
+    ----------
+    staves : sequence of Staff
+        Of one page.
+
+    Raises
+    ------
+    CaptureError
+        If no names can be read.
+    """
+    best = (0.0, 0.0, list[NamedColumn]())
+    for inner in _inners(staves):
+        unit = float(np.median([it.inner for it in staves])) / inner  # pixels
+        strips = [_strip(it, it.inner / inner) for it in staves]
+        for blur in _BLURS:
+            worth, found = _read(strips, blur / unit * _SCALE, inner)
+            best = max(best, (worth, C / inner, found), key=lambda it: it[0])
+    if not best[2]:
+        remedy = "Give it the whole page, with the names below its staves."
+        raise CaptureError("no names of columns", wanted="names below a staff", remedy=remedy)
+    return best[1], best[2]
 
 
 def named(staves: Sequence[Staff], page: Page) -> list[tuple[Column, str]]:
-    """Return the part of each column: as the name below says, or else by its place."""
-    found = list[tuple[Column, str]]()
-    taken = set[str]()
+    """Return the part of each column of a page: that whose name stands below it."""
+    known, found = columns(staves)[1], list[tuple[Column, str]]()
     for column in page.columns:
-        pairs = _COLUMNS["inside" if column.inside else "outside"]
-        own = [pair[column.number < 0] for pair in pairs]
-        by_name = {name_of(part): part for part in own if part and part not in taken}
-        name, likeness = _name(staves[0], page, column, tuple(by_name))
-        if likeness < _NAMED:
-            inner = sum(it.inside for it in page.columns) // 2
-            number = abs(column.number) - (0 if column.inside else inner) - 1
-            usual = _UNNAMED[column.inside]
-            name = usual[min(number, len(usual) - 1)]
-        part = by_name.get(name) or f"column {column.number}"
-        taken.add(part)
-        found.append((column, part))
+        near = min(known, key=lambda it: abs(it.x - column.x))
+        close = abs(near.x - column.x) < _NEAR
+        found.append((column, near.part if close else f"column {column.number}"))
     return found
 
 
-def _name(staff: Staff, page: Page, column: Column, names: tuple[str, ...]) -> tuple[str, float]:
-    """Return the name below a column, and how much it is like it."""
-    unit = page.unit * staff.inner
-    x = staff.centre + column.x * unit
-    rows = slice(round(staff.foot + 0.3 * unit), round(staff.foot + 6 * unit))
-    ink = 1 - staff.image[rows, max(round(x - 0.6 * unit), 0) : round(x + 0.6 * unit)] / np.float32(
-        255
-    )
-    if min(ink.shape) < 4 or ink.max() < 0.2:
-        return "", 0.0
-    factor = SIZE / unit
-    how = cv2.INTER_CUBIC if factor > 1 else cv2.INTER_AREA
-    lying = cv2.resize(
-        cv2.rotate(ink, cv2.ROTATE_90_CLOCKWISE), None, fx=factor, fy=factor, interpolation=how
-    )
-    lying = cv2.copyMakeBorder(lying, 8, 8, 8, 8, cv2.BORDER_CONSTANT, value=0)
-    noise = np.random.default_rng(0).uniform(0, 0.02, lying.shape)
-    paper = np.asarray(lying + noise, np.float32)  # what is flat would be like any name
-    best = "", 0.0
-    for name in names:
-        template = _word(name)
-        if template.shape[0] <= lying.shape[0] and template.shape[1] <= lying.shape[1]:
-            value = float(cv2.matchTemplate(paper, template, cv2.TM_CCOEFF_NORMED).max())
-            # of two that fit, the longer one says more: "leg" stands in "leg bend"
-            best = max(best, (name, value + 0.01 * len(name)), key=lambda it: it[1])
-    return best
+def _inners(staves: Sequence[Staff]) -> list[int]:
+    """Return from the centre line to the outer ones, units: as columns may fill it.
+
+    A starting position tells how high a unit is, nearly: a photograph is higher or lower.
+    """
+    every = [PITCH * count + C * narrow for count in range(2, 7) for narrow in (0, 1)]
+    below = [(it.foot - it.base) / it.inner for it in staves if it.foot - it.base > it.inner / 4]
+    wanted = (MARGIN + START) / below[0] if below else 0.0
+    near = [it for it in every if abs(it - wanted) < _ASKEW * wanted]
+    return near or every
 
 
-@lru_cache(maxsize=64)
-def _word(text: str) -> NDArray[np.float32]:
-    """Return a name as it is printed below a column, lying: (H, W) of darkness."""
-    size = round(0.45 * C)
-    wide = round(0.75 * size * len(text)) + size
-    picture = Picture(wide, 2 * size, "", "", (Label(wide // 2, round(1.4 * size), text, size),))
-    drawn = svg.image(svg.write(picture, scale=SIZE * PIXEL / C * 4, ink=svg.INK))
-    large = np.asarray(cv2.imdecode(np.frombuffer(drawn, np.uint8), cv2.IMREAD_GRAYSCALE))
-    ink = 1 - cv2.resize(large, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA) / np.float32(
-        255
+def _strip(staff: Staff, unit: float) -> Floats:
+    """Return the ink of the names below a staff, `_SCALE` pixels a unit: (H, W)."""
+    down = (np.arange(round(NAMES * _SCALE) + 2 * _SHIFT) - _SHIFT + 0.5) / _SCALE + MARGIN
+    across = (np.arange(round(2 * _WIDEST * _SCALE)) + 0.5) / _SCALE - _WIDEST
+    x, y = np.meshgrid(
+        (staff.centre + across * unit).astype(np.float32),
+        (staff.foot + down * unit).astype(np.float32),
     )
-    rows, across = np.flatnonzero(ink.max(axis=1) > 0.1), np.flatnonzero(ink.max(axis=0) > 0.1)
-    cut = ink[rows[0] : rows[-1] + 1, across[0] : across[-1] + 1]
-    return np.asarray(
-        cv2.GaussianBlur(cv2.copyMakeBorder(cut, 1, 1, 2, 2, cv2.BORDER_CONSTANT), (0, 0), 0.6)
-    )
+    ink = (255 - staff.image.astype(np.float32)) / np.float32(255)
+    seen = cv2.remap(ink, x, y, cv2.INTER_CUBIC, borderValue=0)
+    wide = cv2.morphologyEx(seen, cv2.MORPH_OPEN, np.ones((27, 27), np.uint8))  # no writing
+    return np.asarray(seen - wide, np.float32)
+
+
+def _read(strips: list[Floats], blur: float, inner: int) -> tuple[float, list[NamedColumn]]:
+    """Return how well names in images (H, W) are told by columns, and these columns."""
+    known = dict[tuple[str, int], float]()
+
+    def worth(part: str, x: int) -> float:
+        if (part, x) not in known:
+            each = [_likeness(it, part, x, blur) if part else (0.0, 1.0) for it in strips]
+            told, least = np.mean(each, axis=0).tolist()
+            known[part, x] = told if told > least else -1.0
+        return known[part, x]
+
+    # by how far columns reach from the centre: how well they are told, and which they are
+    best: dict[int, tuple[float, tuple[tuple[str, int], ...]]] = {0: (0.0, ())}
+    for where in ("inside", "outside"):
+        for right, left in _COLUMNS[where]:
+            wide = PITCHES.get(kind_of(right), PITCH) if right else PITCH
+            reached = {} if right in _ALWAYS else dict(best)
+            for at, (value, chosen) in best.items():
+                if at + wide > (inner if where == "inside" else _WIDEST - C):
+                    continue
+                middle = at + wide // 2
+                sides = [(right, middle), (left, -middle)]
+                named = [(part, x) for part, x in sides if worth(part, x) > 0]
+                if named or right in _ALWAYS:
+                    now = value + sum(worth(*it) for it in named)
+                    if now >= reached.get(at + wide, (-1.0, ()))[0]:
+                        reached[at + wide] = now, (*chosen, *named)
+            best = reached
+        if where == "inside":
+            best = {at: it for at, it in best.items() if at == inner}
+    if not best:
+        return 0.0, []
+    value, chosen = max(best.values(), key=lambda it: it[0])
+    return value, [NamedColumn(part, x / C, abs(x) < inner) for part, x in chosen]
+
+
+def _likeness(strip: Floats, part: str, x: int, blur: float) -> tuple[float, float]:
+    """Return by how much ink is explained better by a name in a place than by paper.
+
+    And by how much it is, at least, if the name is there.
+    """
+    name = _name(name_of(part), round(blur, 1))
+    left = round((x + NAME // 3 + _WIDEST) * _SCALE) - _ASCENT
+    height, width = name.shape
+    place = strip[: height + 2 * _SHIFT, max(left - _SHIFT, 0) : left + width + _SHIFT]
+    all_ = _DARK**2 * float((name**2).sum())
+    if place.shape[0] < height or place.shape[1] < width:
+        return 0.0, all_
+    meet = float(cv2.matchTemplate(place, name, cv2.TM_CCORR).max())
+    return 2 * _DARK * meet - all_, _SURE * all_
+
+
+_ASCENT = 20  # pixels left of a name's line of writing
+
+
+@lru_cache(maxsize=1024)
+def _name(text: str, blur: float) -> Floats:
+    """Return a name as it is printed below a column, from where it ends: (H, W) of darkness."""
+    wide = round((0.75 * len(text) + 1) * NAME)
+    label = Label(round(_ASCENT / _SCALE), 0, text, NAME, "end", turned=True)
+    picture = Picture(round((_ASCENT + 10) / _SCALE), wide, "", "", (label,))
+    drawn = svg.image(svg.write(picture, scale=_SCALE * PIXEL * 4, ink=svg.INK))
+    large = cv2.imdecode(np.frombuffer(drawn, np.uint8), cv2.IMREAD_GRAYSCALE)
+    small = cv2.resize(np.asarray(large), None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+    ink = 1 - small.astype(np.float32) / np.float32(255)
+    last = int(np.flatnonzero(ink.max(axis=1) > 0.1)[-1])
+    return np.asarray(cv2.GaussianBlur(ink[: last + 3], (0, 0), blur), np.float32)

@@ -1,0 +1,35 @@
+"""Names below the columns of made pages."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cv2")
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
+
+from reader_pages import made
+
+from lanindex.draw.picture import C
+from lanindex.errors import CaptureError
+from lanindex.reader.names import columns
+from lanindex.reader.staff import staves
+
+
+@pytest.mark.parametrize(
+    ("seed", "damage"), [(9, "hard"), (15, "hard"), (26, "hard"), (16, "photo"), (23, "photo")]
+)
+def test_columns_are_where_their_names_are(seed: int, damage: str) -> None:
+    page = made(seed, damage)
+    unit, found = columns(staves(page.image))
+    assert unit == pytest.approx(C / page.columns.inner)
+    places = {it.part: it.x * C for it in found}
+    assert places == pytest.approx(page.columns.places)
+
+
+def test_a_page_without_names_is_refused() -> None:
+    page = made(17)  # of one staff
+    low = page.staves[0].foot[1]
+    with pytest.raises(CaptureError, match="no names of columns"):
+        columns(staves(np.ascontiguousarray(page.image[: round(low) + 8])))
