@@ -24,7 +24,7 @@ from verbs import PATTERN, RUN
 
 from lanindex.library.store import Store
 
-ROUNDS = 5
+ROUNDS, SEARCHES = 5, 25
 CAPTURES_READ, LARGE = 300, 10_000
 READERS, WRITERS, EACH = 50, 2, 100
 
@@ -90,7 +90,7 @@ def large(names: tuple[str, str]) -> None:
     print(f"{LARGE:,} captures: ms in SQLite, in PostgreSQL")
     rounds = [
         [[float(it) for it in run(FIRST, name, PATTERN)[1].split()] for name in names]
-        for _ in range(ROUNDS)
+        for _ in range(SEARCHES)
     ]
     for at, what in enumerate(("first search", "second search")):
         row = [1000 * median(one[side][at] for one in rounds) for side in (0, 1)]
