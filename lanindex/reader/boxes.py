@@ -7,10 +7,13 @@ from collections.abc import Sequence
 from itertools import product
 from typing import TYPE_CHECKING
 
+from lanindex.draw.picture import C
+from lanindex.draw.staff import PITCH
 from lanindex.reader.staff import Image
 
 if TYPE_CHECKING:
-    from lanindex.reader.signs import Page, Sign
+    from lanindex.reader.layout import Layout
+    from lanindex.reader.signs import Sign
     from lanindex.reader.staff import Staff
 
 Box = tuple[int, int, int, int]
@@ -19,15 +22,16 @@ Box = tuple[int, int, int, int]
 _ROUND = 1.5  # widths of a symbol that are shown round a sign
 
 
-def box_of(staves: Sequence[Staff], page: Page, sign: Sign) -> Box:
+def box_of(staves: Sequence[Staff], page: Layout, sign: Sign) -> Box:
     """Return the box of a sign on its page; of one on two staves, what stands on the first."""
     number = min(max(bisect_right(page.counts, sign.start) - 1, 0), len(staves) - 1)
     staff, (low, high) = staves[number], page.counts[number : number + 2]
     rows = (staff.base - staff.top) / (high - low)
     unit = page.unit * staff.inner
-    x = staff.centre + sign.column.x * unit
+    x = staff.centre + (sign.column.x if sign.column else 0) * unit
+    half = unit * (0.5 if sign.column else PITCH / C)
     ys = [staff.base - (count - low) * rows for count in (sign.start, min(sign.end, high))]
-    corners = [staff.on_page(*it) for it in product((x - unit / 2, x + unit / 2), ys)]
+    corners = [staff.on_page(*it) for it in product((x - half, x + half), ys)]
     across, down = zip(*corners, strict=True)
     return round(min(across)), round(min(down)), round(max(across)), round(max(down))
 

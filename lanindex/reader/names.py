@@ -20,7 +20,6 @@ from lanindex.draw import svg
 from lanindex.draw.picture import PIXEL, C, Label, Picture
 from lanindex.draw.staff import MARGIN, NAME, NAMES, PITCH, PITCHES, START, name_of
 from lanindex.errors import CaptureError
-from lanindex.reader.signs import Column, Page
 from lanindex.reader.staff import Staff
 
 Floats = NDArray[np.float32]
@@ -32,13 +31,12 @@ _DARK = 0.7  # of names, 1: black
 _SURE = 0.25  # share of a name's ink that must be told better by it than by paper
 _WIDEST = 12 * C  # units on either side of the centre line that are looked at
 _SHIFT = 5  # pixels by which a name may lie elsewhere
-_NEAR = 0.45  # widths of a symbol from a column to its name, at most
 _ASKEW = 0.08  # by how much a page that was made flat may be higher or lower than wide
 _BLURS = (0.5, 0.8, 1.1, 1.5)  # pixels of the page by which names may be blurred
 
 
 @dataclass(frozen=True, slots=True)
-class NamedColumn:
+class Column:
     """A column of all staves of a page."""
 
     part: str
@@ -46,7 +44,7 @@ class NamedColumn:
     inside: bool  # Whether it lies between the outer lines
 
 
-def columns(staves: Sequence[Staff]) -> tuple[float, list[NamedColumn]]:
+def columns(staves: Sequence[Staff]) -> tuple[float, list[Column]]:
     """Return the width of a symbol by the distance of the outer lines, and the columns with names.
 
     Parameters
@@ -59,7 +57,7 @@ def columns(staves: Sequence[Staff]) -> tuple[float, list[NamedColumn]]:
     CaptureError
         If no names can be read.
     """
-    best = (0.0, 0.0, list[NamedColumn]())
+    best = (0.0, 0.0, list[Column]())
     for inner in _inners(staves):
         unit = float(np.median([it.inner for it in staves])) / inner  # pixels
         strips = [_strip(it, it.inner / inner) for it in staves]
@@ -70,16 +68,6 @@ def columns(staves: Sequence[Staff]) -> tuple[float, list[NamedColumn]]:
         remedy = "Give it the whole page, with the names below its staves."
         raise CaptureError("no names of columns", wanted="names below a staff", remedy=remedy)
     return best[1], best[2]
-
-
-def named(staves: Sequence[Staff], page: Page) -> list[tuple[Column, str]]:
-    """Return the part of each column of a page: that whose name stands below it."""
-    known, found = columns(staves)[1], list[tuple[Column, str]]()
-    for column in page.columns:
-        near = min(known, key=lambda it: abs(it.x - column.x))
-        close = abs(near.x - column.x) < _NEAR
-        found.append((column, near.part if close else f"column {column.number}"))
-    return found
 
 
 def _inners(staves: Sequence[Staff]) -> list[int]:
@@ -108,7 +96,7 @@ def _strip(staff: Staff, unit: float) -> Floats:
     return np.asarray(seen - wide, np.float32)
 
 
-def _read(strips: list[Floats], blur: float, inner: int) -> tuple[float, list[NamedColumn]]:
+def _read(strips: list[Floats], blur: float, inner: int) -> tuple[float, list[Column]]:
     """Return how well names in images (H, W) are told by columns, and these columns."""
     known = dict[tuple[str, int], float]()
 
@@ -141,7 +129,7 @@ def _read(strips: list[Floats], blur: float, inner: int) -> tuple[float, list[Na
     if not best:
         return 0.0, []
     value, chosen = max(best.values(), key=lambda it: it[0])
-    return value, [NamedColumn(part, x / C, abs(x) < inner) for part, x in chosen]
+    return value, [Column(part, x / C, abs(x) < inner) for part, x in chosen]
 
 
 def _likeness(strip: Floats, part: str, x: int, blur: float) -> tuple[float, float]:

@@ -10,15 +10,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, TRACKS, kind_of
+from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES, kind_of
 from lanindex.errors import CaptureError
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 from lanindex.model.derived import with_steps
 from lanindex.model.symbol import blank
 from lanindex.reader.boxes import Box, box_of
-from lanindex.reader.names import named
-from lanindex.reader.signs import Page, read
+from lanindex.reader.layout import Layout, layout
+from lanindex.reader.signs import read
 from lanindex.reader.staff import Staff, staves
+from lanindex.reader.templates import Name
 
 GRID = 4
 """Steps of a count to which times are rounded."""
@@ -36,6 +37,7 @@ class Record:
     kind: str  # Of `lanindex.alphabet.KINDS`
     direction: str | None
     level: str | None
+    amount: int | None  # As of `lanindex.model.Symbol`; None: nothing is written
     start: float  # Counts from the beginning of the page
     end: float  # A starting position begins and ends at 0
     confidence: float
@@ -65,22 +67,19 @@ def read_page(image: NDArray[np.uint8]) -> list[Record]:
 def read_signs(image: NDArray[np.uint8]) -> Read:
     """Return the signs of a page, (H, W) grey, known and unknown."""
     found = staves(image)
-    page = read(found)
-    parts = {it.number: part for it, part in named(found, page)}
+    page = layout(found)
     records = list[Record]()
-    for sign in page.signs:
-        part = parts[sign.column.number]
-        kind = kind_of(part)
-        fits = part in TRACKS and {"direction", "level"} <= {*KINDS[kind].fields}
+    for sign in read(page):
+        what = sign.name or Name("")
+        part = sign.column.part if sign.column else "body_turn"
+        kind = kind_of(part) if what.kind else ""
         below = sign.start < -0.5 / GRID
         start, end = (0.0 if below else round(it * GRID) / GRID for it in (sign.start, sign.end))
         staff = sum(it <= start for it in page.counts[1:-1])
-        if sign.kind != "hold":
-            fits = fits and sign.kind == "sign" and (below or start < end)
-            name = kind if fits else ""
-            what = sign.direction, sign.level
+        if what.kind not in ("hold", "?"):
+            name = kind if below or start < end else ""
             box = box_of(found, page, sign)
-            records.append(Record(staff, part, name, *what, start, end, sign.confidence, box))
+            records.append(Record(staff, part, name, *what[1:], start, end, sign.confidence, box))
     beats = _beats(found, page)
     known, unknown = [it for it in records if it.kind], [it for it in records if not it.kind]
     return Read(known, unknown, beats, round(page.counts[-1]))
@@ -99,14 +98,13 @@ def score_of(pages: Sequence[Read], speed: Fraction) -> Score:
             row["start"] = row["tick"] = round((before + it.start) * GRID)
             row["stop"] = round((before + it.end) * GRID)
             row["ticks"], row["margin"] = row["stop"] - row["start"], 1
-            row["direction"], row["level"] = (
-                DIRECTION_CODES[it.direction or ""],
-                LEVEL_CODES[it.level or ""],
-            )
+            row["direction"] = DIRECTION_CODES.get(it.direction or "", -1)
+            row["level"] = LEVEL_CODES.get(it.level or "", -1)
+            row["amount"] = -1 if it.amount is None else it.amount
             rows.setdefault(it.part, []).append(row)
         before += page.counts
     if not rows:
-        raise CaptureError("no sign that is known", wanted="signs of direction and level")
+        raise CaptureError("no sign that is known", wanted="signs of Labanotation")
     ticks = -(-before // beats) * beats * GRID
     known = (Span(0, ticks),)
     tracks = {part: Track(part, np.array(own, SYMBOL), known) for part, own in rows.items()}
@@ -114,7 +112,7 @@ def score_of(pages: Sequence[Read], speed: Fraction) -> Score:
     return Score(meter.tick_rate, ticks, meter, with_steps(tracks))
 
 
-def _beats(found: Sequence[Staff], page: Page) -> int:
+def _beats(found: Sequence[Staff], page: Layout) -> int:
     """Return the counts in a bar: between two lines, or from the base to the first; else 4."""
     steps = list[float]()
     for staff, (low, high) in zip(found, pairwise(page.counts), strict=True):

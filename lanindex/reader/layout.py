@@ -1,0 +1,131 @@
+"""Where columns and counts lie on the staves of a page, and their ink as that of one staff."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import cv2
+import numpy as np
+
+from lanindex.draw.picture import C
+from lanindex.draw.staff import DOUBLE
+from lanindex.reader.names import Column, columns
+from lanindex.reader.staff import Staff
+from lanindex.reader.templates import SIZE, Floats, mend
+
+BELOW = 6 * SIZE
+"""Rows of ink below the first staff: there the starting position is."""
+
+WIDEST = 12
+"""Widths of a symbol on either side of the centre line that are looked at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Layout:
+    """What the staves of a page show, and how time lies on them."""
+
+    unit: float  # Width of a symbol, by the distance from the centre line to the outer ones
+    counts: list[float]  # At the base of each staff, and at the top of the last
+    columns: list[Column]
+    # (H, W) darkness without the staves' lines, of all staves as of one: time upwards, `SIZE` to a
+    # symbol's width, the centre line in the middle; the last `BELOW` rows lie below the base
+    ink: Floats
+    lines: list[int]  # Rows of bar lines and ticks, of the base and the tops
+    ends: list[int]  # Rows at which a staff goes on on the next one
+    rows: float  # Rows of a count
+
+
+def layout(staves: Sequence[Staff]) -> Layout:
+    """Return how the staves of a page are laid out."""
+    unit, parts = columns(staves)
+    inks = [_without_lines(staff, unit) for staff in staves]
+    beat = _beat(staves)
+    counts = [0.0]
+    for staff in staves:
+        counts.append(counts[-1] + (staff.base - staff.top) / staff.inner / beat)
+    tall = _joined(staves, inks, unit, beat, counts)
+    rows = (len(tall) - BELOW) / counts[-1]
+    lines = [*counts]
+    for staff, begin in zip(staves, counts, strict=False):
+        across = (*staff.bars, *staff.ticks)
+        lines += [begin + (staff.base - it) / staff.inner / beat for it in across]
+    cuts, ends = (
+        [round(len(tall) - BELOW - it * rows) for it in own] for own in (lines, counts[1:-1])
+    )
+    return Layout(unit, counts, parts, tall, cuts, ends, rows)
+
+
+def _without_lines(staff: Staff, unit: float) -> Floats:
+    """Return darkness, (H, W), of a staff without its own lines."""
+    ink = (255 - staff.image.astype(np.float32)) / np.float32(255)
+    double = unit * staff.inner * DOUBLE / C
+    seconds = [staff.base + double] * staff.first + [staff.top + double] * staff.last
+    half, width = staff.stroke / 2 + 0.5, ink.shape[1]
+    left, right = (round(staff.centre + side * (staff.inner + half)) for side in (-1, 1))
+    for y in (*staff.bars, staff.base, staff.top, *seconds):
+        _bridge(ink, y, half, max(left, 0), min(right, width))
+    short = staff.inner / 4
+    for y in staff.ticks:
+        _bridge(ink, y, half, round(staff.centre - short), round(staff.centre + short))
+    places = np.arange(width)
+    for side in (-1, 0, 1):  # signs stand a tenth of their width away from them
+        away = np.abs(places - staff.centre - side * staff.inner) - staff.stroke / 2
+        ink *= away.clip(0, 1).astype(np.float32)
+    return ink
+
+
+def _bridge(ink: Floats, y: float, half: float, first: int, last: int) -> None:
+    """Replace a line across by what lies above and below it."""
+    low, high = round(y - half), round(y + half) + 1
+    if low < 1 or high >= len(ink):
+        return
+    above, below = ink[low - 1, first:last], ink[high, first:last]
+    share = np.linspace(0, 1, high - low, dtype=np.float32)[:, None]
+    between = above * (1 - share) + below * share
+    ink[low:high, first:last] = np.minimum(between, ink[low:high, first:last])
+
+
+def _beat(staves: Sequence[Staff]) -> float:
+    """Return the height of a count by the distance of the outer lines from the centre line."""
+    steps = list[float]()
+    for staff in staves:
+        ys = sorted((staff.base, *staff.bars, *staff.ticks), reverse=True)
+        steps += [(a - b) / staff.inner for a, b in pairwise(ys)]
+    if not steps:
+        return float(np.median([(it.base - it.top) / it.inner for it in staves]))
+    usual = float(np.median(steps))
+    whole = [it for it in steps if abs(it / usual - 1) < 0.15]
+    return float(np.mean(whole))
+
+
+def _joined(
+    staves: Sequence[Staff], inks: Sequence[Floats], unit: float, beat: float, counts: list[float]
+) -> Floats:
+    """Return the ink of all staves as of one, time upwards, `SIZE` to a symbol's width: (H, W).
+
+    Its last `BELOW` rows lie below the first staff: there the starting position is.
+    """
+    rows = beat / unit * SIZE  # of a count
+    pieces = []
+    for number, (staff, ink) in enumerate(zip(staves, inks, strict=True)):
+        factor = SIZE / (unit * staff.inner)
+        if factor < 1:
+            ink = np.asarray(cv2.GaussianBlur(ink, (0, 0), 0.35 / factor), np.float32)
+        # the middles of pixels, as of a picture that is drawn at this size
+        xs = (np.arange(2 * WIDEST * SIZE) + 0.5 - WIDEST * SIZE) / factor + staff.centre
+        first, last = (round(it * rows) for it in counts[number : number + 2])
+        ys = staff.base - (np.arange(last - 1, first - 1, -1) + 0.5 - first) / (
+            (last - first) / (staff.base - staff.top)
+        )
+        if number == 0:
+            below = (np.arange(BELOW) + 0.5) / factor + staff.base
+            below[below > staff.foot] = len(ink) + 9
+            ys = np.concatenate([ys, below])
+        across, down = np.meshgrid(xs.astype(np.float32), ys.astype(np.float32))
+        pieces.append(cv2.remap(ink, across, down, cv2.INTER_LINEAR, borderValue=0))
+    ink = np.concatenate(pieces[::-1]).astype(np.float32)
+    for count in counts[1:-1]:
+        mend(ink, len(ink) - BELOW - round(count * rows), SIZE)
+    return ink
