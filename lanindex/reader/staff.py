@@ -462,6 +462,7 @@ def _across(ink: Ink, trio: _Trio, stroke: float) -> _Marks:
     edge = stroke / 2 + 1.5
     left, right = trio.centre - trio.inner + edge, trio.centre + trio.inner - edge
     columns = np.rint(np.linspace(left, right, min(round(right - left), 80))).astype(int)
+    columns = columns.clip(0, ink.shape[1] - 1)  # a staff may touch the page's edge
     columns = columns[np.abs(columns - trio.centre) > max(0.1 * trio.inner, 4)]
     lines, seen = _level(
         ink[:, columns], max(round(0.12 * trio.inner + 2 * stroke + 1), 5), stroke, 0.3

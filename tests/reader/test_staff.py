@@ -126,6 +126,15 @@ def music() -> np.ndarray:
     return page
 
 
+def text() -> np.ndarray:
+    page = np.full((1000, 800), 255, np.uint8)
+    for y in range(60, 960, 24):
+        cv2.putText(page, "time runs up the page " * 3, (50, y), 0, 0.6, 0, 2, cv2.LINE_AA)
+    cv2.line(page, (400, 40), (400, 970), 0, 2)
+    cv2.rectangle(page, (40, 30), (760, 980), 0, 2)
+    return page
+
+
 def photograph() -> np.ndarray:
     noise = np.random.default_rng(1).uniform(0, 255, (900, 1200)).astype(np.float32)
     soft = cv2.GaussianBlur(noise, (0, 0), 12)
@@ -133,7 +142,8 @@ def photograph() -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "page", [np.full((800, 600), 255, np.uint8), np.zeros((9, 7), np.uint8), music(), photograph()]
+    "page",
+    [np.full((800, 600), 255, np.uint8), np.zeros((9, 7), np.uint8), music(), text(), photograph()],
 )
 def test_a_page_without_a_staff_is_refused(page: np.ndarray) -> None:
     with pytest.raises(CaptureError, match="no staff of Labanotation"):
