@@ -78,11 +78,9 @@ def ingest(
     dry_run: bool = False,
     spread: Spread | None = None,
 ) -> Generator[Outcome, None, None]:
-    """Read files into a library."""
+    """Read files into a library that may be written (`check_writable`)."""
     files = list(paths)
     target = None if dry_run else store
-    if target:
-        check_writable(target, files, force=force)
     known = store.known() if store else {}
     moved = Moved(known)
     first = {
@@ -146,6 +144,8 @@ def again(
         if encoding.digest not in ("", profile.digest):
             options = tuple(sorted(encoding.options.items()))
             groups.setdefault(options, {})[parted(place)[0]] = None
+    if groups:
+        store.check_writable()
 
     def outcomes() -> Generator[Outcome, None, None]:
         how: dict[str, Any] = {"jobs": jobs, "spread": spread}

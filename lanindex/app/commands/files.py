@@ -42,7 +42,7 @@ def ingest(
     from lanindex.encoding.profile import load
     from lanindex.formats import check, parted
     from lanindex.library.store import Store
-    from lanindex.pipeline.ingest import discover, ingest, read_labels, unfitting
+    from lanindex.pipeline.ingest import check_writable, discover, ingest, read_labels, unfitting
 
     exclusive("--jobs", jobs, {"--cluster": cluster})
     chosen = load(profile)
@@ -70,6 +70,8 @@ def ingest(
             db, create=True, readonly=dry_run, note=out.note, progress=out.watch
         ) as store,
     ):
+        if store and not dry_run:
+            check_writable(store, files, force=force)
         how: dict[str, Any] = {"force": force, "dry_run": dry_run, "labels": table, "jobs": jobs}
         outcomes = ingest(store, files, chosen, reading=reading, spread=spread, **how)
         by_file = groupby(outcomes, key=lambda outcome: parted(outcome.path)[0])
