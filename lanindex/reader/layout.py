@@ -33,7 +33,7 @@ class Layout:
     # symbol's width, the centre line in the middle; the last `BELOW` rows lie below the base
     ink: Floats
     lines: list[int]  # Rows of bar lines and ticks, of the base and the tops
-    ends: list[int]  # Rows at which a staff goes on on the next one
+    ends: list[int]  # Rows at which a staff continues on the next one
     rows: float  # Rows of a count
 
 
@@ -62,7 +62,7 @@ def _without_lines(staff: Staff, unit: float) -> Floats:
     ink = (255 - staff.image.astype(np.float32)) / np.float32(255)
     double = unit * staff.inner * DOUBLE / C
     seconds = [staff.base + double] * staff.first + [staff.top + double] * staff.last
-    half, width = staff.stroke / 2 + 0.5, ink.shape[1]
+    half, width = staff.stroke / 2 + 1, ink.shape[1]
     left, right = (round(staff.centre + side * (staff.inner + half)) for side in (-1, 1))
     for y in (*staff.bars, staff.base, staff.top, *seconds):
         _bridge(ink, y, half, max(left, 0), min(right, width))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from lanindex.errors import CaptureError, extra
+from lanindex.errors import CaptureError, counted, extra
 from lanindex.reader.page import pages
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class Printed:
         for number, page in self.read.items():
             doubtful = [it for it in page.records if it.confidence < DOUBTFUL]
             for sign in sorted((*page.unknown, *doubtful), key=lambda it: (it.staff, it.start)):
-                told = f"{sign.direction} {sign.level}, {sign.confidence:.0%} sure"
+                told = f"{' '.join(map(str, sign.words))}, {sign.confidence:.0%} sure"
                 yield number, sign, told if sign.kind else "not known, left out"
 
     def notes(self) -> Iterator[str]:
@@ -55,6 +55,8 @@ class Printed:
         for number in range(1, len(self.images) + 1):
             if number not in self.read:
                 yield f"page {number}: no staff of Labanotation, left out"
+            elif holds := self.read[number].holds:
+                yield f"page {number}: {counted(holds, 'circle')} of weight, left out"
         for number, sign, told in self.unsure():
             yield f"page {number}, {sign.place}: {told}"
 

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTION_CODES, LEVEL_CODES, kind_of
+from lanindex.alphabet import DIRECTION_CODES, KINDS, LEVEL_CODES, kind_of
 from lanindex.errors import CaptureError
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 from lanindex.model.derived import with_steps
@@ -44,6 +44,14 @@ class Record:
     box: Box  # On the page, pixels
 
     @property
+    def words(self) -> list[str | None]:
+        """What it says, in order, as the fields of its line in LND."""
+        kind = KINDS[kind_of(self.part)]
+        amount = kind.amounts[self.amount or 0] if kind.amounts else str(self.amount)
+        said = {"direction": self.direction, "level": self.level, "amount": amount}
+        return [said[it] for it in kind.fields]
+
+    @property
     def place(self) -> str:
         """Where it stands, in words."""
         return f"staff {self.staff + 1}, {self.part}, count {self.start:g} to {self.end:g}"
@@ -55,6 +63,7 @@ class Read:
 
     records: list[Record]
     unknown: list[Record]
+    holds: int  # Circles of weight, which are not written
     beats: int  # Counts in a bar
     counts: int  # On the page
 
@@ -69,20 +78,27 @@ def read_signs(image: NDArray[np.uint8]) -> Read:
     found = staves(image)
     page = layout(found)
     records = list[Record]()
+    holds = 0
     for sign in read(page):
         what = sign.name or Name("")
+        if what.kind in ("hold", "?"):
+            holds += 1
+            continue
         part = sign.column.part if sign.column else "body_turn"
-        kind = kind_of(part) if what.kind else ""
+        kind = KINDS[kind_of(part)]
         below = sign.start < -0.5 / GRID
         start, end = (0.0 if below else round(it * GRID) / GRID for it in (sign.start, sign.end))
         staff = sum(it <= start for it in page.counts[1:-1])
-        if what.kind not in ("hold", "?"):
-            name = kind if below or start < end else ""
-            box = box_of(found, page, sign)
-            records.append(Record(staff, part, name, *what[1:], start, end, sign.confidence, box))
+        if "amount" in kind.fields and (what.direction == "place" or kind.name == "travel"):
+            what = what._replace(amount=0)  # no degrees are written in it
+        # one that repeats, and one whose degrees cannot be read, have no line in LND
+        whole = None not in [getattr(what, it) for it in kind.fields]
+        name = kind.name if whole and (below or start < end) else ""
+        box = box_of(found, page, sign)
+        records.append(Record(staff, part, name, *what[1:], start, end, sign.confidence, box))
     beats = _beats(found, page)
     known, unknown = [it for it in records if it.kind], [it for it in records if not it.kind]
-    return Read(known, unknown, beats, round(page.counts[-1]))
+    return Read(known, unknown, holds, beats, round(page.counts[-1]))
 
 
 def score_of(pages: Sequence[Read], speed: Fraction) -> Score:

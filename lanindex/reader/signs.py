@@ -7,7 +7,7 @@ pieces are as much like signs as can be. A sign that is known there is drawn at 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -39,10 +39,10 @@ from lanindex.reader.templates import (
 _SHIFT = 2  # pixels by which a sign may lie elsewhere than its column or its ink says
 _INK = 0.3  # darkness of a row from which on it belongs to a sign
 _SURE = 0.5  # likeness below which a piece is unknown
-
-_COST = 3.0  # rows of likeness that must speak for a sign
-_MOST = 10  # cuts that a sign may span
+_COST = 3.0  # worth that each sign costs, so that one is not read as two by chance
+_MOST = 20  # cuts that a sign may span
 _STEPS = tuple(range(15, 375, 15))  # degrees that are written
+_CLOSE = 0.02  # likeness by which degrees must be told from others
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ def _strip(ink: Floats, x: float, wide: int) -> Floats:
 
 
 def _cuts(page: Layout, top: int, foot: int) -> tuple[int, ...]:
-    """Return the heights at which a piece goes on on the next staff."""
+    """Return the heights at which a piece continues on the next staff."""
     return tuple(foot - it for it in page.ends if top + 3 < it < foot - 3)
 
 
@@ -127,7 +127,7 @@ def _across(page: Layout, ink: Floats, blur: float) -> Iterator[_Piece]:
         if found:
             piece, own = max(found, key=lambda it: it[0].likeness)
             yield piece
-            _erase(ink, own, round(piece.top) - PAD, 0)
+            _erase(ink, own, round(piece.top) - PAD)
             while at < len(runs) and runs[at][1] < piece.foot:
                 at += 1
     circle = both(blur)
@@ -135,7 +135,7 @@ def _across(page: Layout, ink: Floats, blur: float) -> Iterator[_Piece]:
     likeness = cv2.matchTemplate(strip, circle, cv2.TM_CCOEFF_NORMED)[:, 0]
     while (y := int(likeness.argmax())) >= 0 and likeness[y] > 0.6:
         yield _Piece(y + PAD, y + len(circle) - PAD, Name("hold"), float(likeness[y]))
-        _erase(ink, circle, y, 0)
+        _erase(ink, circle, y)
         likeness[max(y - SIZE // 2, 0) : y + SIZE // 2] = 0
 
 
@@ -147,25 +147,33 @@ def _turn(
     top, foot = high - slant // 2 - 2, low + slant // 2 + 2
     if foot - top < SIZE // 2 or top < _SHIFT or foot > len(ink) - _SHIFT:
         return None
-    strip, cuts = (
-        _strip(ink[top - _SHIFT : foot + _SHIFT], 0, SPREAD + 2 * _SHIFT),
-        _cuts(page, top, foot),
-    )
+    strip = _strip(ink[top - _SHIFT : foot + _SHIFT], 0, SPREAD + 2 * _SHIFT)
+    cuts = _cuts(page, top, foot)
     options = [(name, foot - top - less) for name in ACROSS for less in range(5)]
     values = [_like(strip, across(*it, cuts, blur)) for it in options]
     value, row = max(values)
-    if value < 0.3:
-        return None
     name, size = options[values.index((value, row))]
-    numbered = [name, *(name._replace(amount=it) for it in _STEPS)]
-    likeness = [_like(strip, across(it, size, cuts, blur))[0] for it in numbered]
-    at = int(np.argmax(likeness))
-    if likeness[at] < _SURE:
+    name, value = _with_degrees(name, lambda it: _like(strip, across(it, size, cuts, blur))[0])
+    if value < _SURE:
         return None
     begin = top - _SHIFT + row + PAD
-    return _Piece(begin, begin + size, numbered[at], likeness[at]), across(
-        numbered[at], size, cuts, blur
+    return _Piece(begin, begin + size, name, value), across(name, size, cuts, blur)
+
+
+def _with_degrees(name: Name, likeness: Callable[[Name], float]) -> tuple[Name, float]:
+    """Return a sign with the degrees that it is most like, or without, and how much it is so.
+
+    If other degrees are nearly as like, it is doubtful.
+    """
+    plain = likeness(name)
+    found = sorted(
+        ((likeness(it), it) for it in (name._replace(amount=step) for step in _STEPS)),
+        key=lambda it: -it[0],
     )
+    (value, best), (second, _) = found[:2]
+    if value < plain + 0.01:
+        return name, plain
+    return best, value if value > second + _CLOSE else min(value, _SURE)
 
 
 def _like(strip: Floats, own: Floats) -> tuple[float, int]:
@@ -177,9 +185,9 @@ def _like(strip: Floats, own: Floats) -> tuple[float, int]:
     return float(value), y
 
 
-def _erase(ink: Floats, own: Floats, top: int, x: float) -> None:
-    """Take what is seen of an image out of ink (H, W)."""
-    first = round(x + WIDEST * SIZE - own.shape[1] / 2)
+def _erase(ink: Floats, own: Floats, top: int) -> None:
+    """Take what is seen of an image across the centre line out of ink (H, W)."""
+    first = WIDEST * SIZE - own.shape[1] // 2
     dark = cv2.dilate(own, np.ones((5, 5), np.uint8)) > 0.15
     ink[top : top + len(own), first : first + own.shape[1]][dark] = 0
 
@@ -195,9 +203,8 @@ class _Reader:
 
     def __init__(self, ink: Floats, page: Layout, column: Column, blur: float) -> None:
         self.strip = _strip(ink, column.x * SIZE, SIZE + 2 * PAD + 2 * _SHIFT)
-        even = self.strip[: len(self.strip) // 2 * 2]
-        small = (even[::2] + even[1::2]) / 4
-        small = small[:, ::2] + small[:, 1::2]
+        half = self.strip.shape[1] // 2, len(self.strip) // 2
+        small = cv2.resize(self.strip[: 2 * half[1]], half, interpolation=cv2.INTER_AREA)
         self.small = np.pad(small, ((_EDGE, _EDGE), (0, 0)))
         self.names = NAMES[kind_of(column.part)]
         self.page, self.left, self.blur = page, column.x < 0, blur
@@ -262,7 +269,7 @@ class _Reader:
         return places, inked
 
     def named(self, top: int, foot: int, *, whole: bool) -> tuple[float, Name | None]:
-        """Return the sign that explains most of the ink of a piece, and how much ink that is."""
+        """Return the sign that a piece is most like, and its worth: more, the higher and surer."""
         high = (foot - top) / SIZE
         names = tuple(it for it in self.names if (whole or it.kind in APART) and fits(it, high))
         best: tuple[float, Name | None] = 0.0, None
@@ -298,24 +305,20 @@ class _Reader:
         """Return a sign with its ends found more closely, and what is written in it."""
         value, row, size = self.fitted(top, foot, name, self.blur)
         if name.kind in DEGREES:
-            piece, cuts = (
-                self.strip[max(row - PAD - 1, 0) : row + size + PAD + 1],
-                _cuts(self.page, top, foot),
-            )
-            numbered = [name._replace(amount=it) for it in _STEPS]
-            values = [
-                _like(piece, image(it, size, self.left, cuts, self.blur))[0] for it in numbered
-            ]
-            at = int(np.argmax(values))
-            if values[at] > value + 0.01:
-                name, value = numbered[at], values[at]
+            near = self.strip[max(row - PAD - 1, 0) : row + size + PAD + 1]
+            cuts = _cuts(self.page, top, foot)
+
+            def likeness(it: Name) -> float:
+                return _like(near, image(it, size, self.left, cuts, self.blur))[0]
+
+            name, value = _with_degrees(name, likeness)
         return _Piece(row, row + size, name, max(value, 0.0))
 
 
 _EDGE = 4  # rows of paper above and below a column that is made small
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=64)
 def _bank(
     names: tuple[Name, ...], height: int, left: bool, cuts: tuple[int, ...], blur: float
 ) -> tuple[Floats, Floats, Floats]:

@@ -11,11 +11,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTION_CODES, DIRECTIONS, KINDS, LEVELS, SIXTHS
+from lanindex.alphabet import CARRIERS, DIRECTION_CODES, DIRECTIONS, KINDS, LEVELS, SIXTHS
 from lanindex.draw import svg
 from lanindex.draw.picture import (
     PIXEL,
     SIGNS,
+    SMALL,
     C,
     Circle,
     Label,
@@ -62,7 +63,7 @@ NAMES: dict[str, list[Name]] = {
     **{it: [Name(it, way) for way in KINDS[it].directions] for it in ("twist", "incline")},
     "turn": [Name(it, way) for it in ("turn", "circle") for way in KINDS["turn"].directions],
     "travel": [Name("travel", way) for way in DIRECTIONS],
-    "carrier": [Name("carrier", amount=it) for it in range(len(KINDS["carrier"].amounts))],
+    "carrier": [Name("carrier", amount=it) for it in (*range(len(CARRIERS)), None)],
 }
 """What signs in the columns of a kind say; degrees are read once the rest is known."""
 
@@ -89,16 +90,18 @@ def fits(name: Name, height: float) -> bool:
     units = height * C - STROKE
     if name.kind in ("hold", "?"):
         return abs(units - ONE) < 0.15 * C
+    if name.kind == "carrier" and name.amount is not None:  # its word has no room in a low frame
+        return units >= len(CARRIERS[name.amount]) * SMALL * 2 // 3
     return units > 0.7 * LEAST
 
 
-@lru_cache(maxsize=8192)
+@lru_cache(maxsize=1024)
 def image(
     name: Name, height: int, left: bool, cuts: tuple[int, ...], blur: float, size: int = SIZE
 ) -> Floats:
     """Return a sign at a height in pixels, `size` to its width: (H, W) of darkness.
 
-    `cuts` are the heights at which it goes on on the next staff; `left` is the left of the staff;
+    `cuts` are the heights at which it continues on the next staff; `left` is the left of the staff;
     `blur` is in pixels of `SIZE`.
     """
     units = max(round(height * C / size) - STROKE, 1)
@@ -138,7 +141,8 @@ def _marks(name: Name, units: int, left: bool, pieces: Sequence[tuple[int, int]]
         return [Label(0, units, "?", ONE)]
     if own := SIGNS.get(name.kind):
         symbol = _symbol(name)
-        return [mark for low, high in pieces for mark in own(symbol, 0, units - low, high - low)]
+        marks = [mark for low, high in pieces for mark in own(symbol, 0, units - low, high - low)]
+        return [it for it in marks if name.amount is not None or not isinstance(it, Label)]
     way, level = name.direction, name.level
     return [
         mark
@@ -197,7 +201,7 @@ def _text(text: str, size: int, turned: bool, scale: float) -> NDArray[np.uint8]
 
 
 def mend(ink: Floats, row: int, size: int) -> None:
-    """Draw over a row of ink (H, W) what lies above and below: a staff ended there."""
+    """Draw over a row of ink (H, W) what lies above and below: a staff ends there."""
     half = SEAM * size // SIZE
     low, high = max(row - half, 1), min(row + half, len(ink) - 1)
     share = np.linspace(0, 1, high - low + 2, dtype=np.float32)[1:-1, None]

@@ -99,7 +99,7 @@ def _signs(printed: Printed, grain: int) -> Iterator[dict[str, Any]]:
                 "part": sign.part,
                 "start": round((before + sign.start) * grain),
                 "stop": round((before + sign.end) * grain),
-                "words": [sign.direction, sign.level],
+                "words": sign.words,
                 "page": number - 1,
                 "box": sign.box,
                 "around": around(image, sign.box),

@@ -71,6 +71,29 @@ def test_what_is_not_known_is_told(tmp_path: Path) -> None:
     assert "l_arm, count 4" in done.stderr
 
 
+@pytest.mark.parametrize("seed", [8, 10, 13, 26])  # twists, repeats, inclines, bends
+def test_what_is_read_is_read_back_from_lnd(seed: int) -> None:
+    page = read_signs(made(seed).image)
+    written = lnd.read(lnd.write(score_of([page], Fraction(60))), place="LND")
+    symbols = [it for part in written.tracks for it in written.symbols(part) if part != "step"]
+    told = sorted((it.part, it.direction, it.level, it.amount) for it in page.records)
+    kept = sorted((it.part, it.direction, it.level, it.amount) for it in symbols)
+    assert [it[:3] for it in kept] == [it[:3] for it in told]
+    assert {it[3] for it in told if "bend" in it[0] or "twist" in it[0]} <= {it[3] for it in kept}
+
+
+def test_what_lnd_has_no_line_for_is_told() -> None:
+    page = read_signs(made(10).image)  # has two signs that repeat what is before
+    repeats = [it for it in page.unknown if it.part == "l_arm"]
+    assert [(it.start, it.end) for it in repeats] == [(9.25, 10.75), (11.25, 11.75)]
+
+
+def test_circles_of_weight_are_told(tmp_path: Path) -> None:
+    command.run("score", str(CORPUS / "jumping_jacks.bvh"), "-o", "page.png", cwd=tmp_path)
+    done = command.run("read-score", "page.png", cwd=tmp_path)
+    assert "page 1: 2 circles of weight, left out" in done.stderr
+
+
 @pytest.mark.parametrize("kind", ["blank", "none", "text"])
 def test_what_is_no_score_is_refused(tmp_path: Path, kind: str) -> None:
     if kind == "blank":

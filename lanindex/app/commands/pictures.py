@@ -270,8 +270,9 @@ def read_score(
 ) -> int:
     """Read a printed score into LND.
 
-    Signs of direction and level are read. What is not known is told with its place and left out;
-    what is doubtful is told and kept. A count is a beat. Exits with 1 if something is not known.
+    What is not known is told with its place and left out; what is doubtful is told and kept. Jumps,
+    touches and circles of weight are not read. A count is a beat. Exits with 1 if something is not
+    known.
     """
     from fractions import Fraction
 
