@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lanindex.draw.picture import C
-from lanindex.draw.staff import DOUBLE, MARGIN, START
+from lanindex.draw.staff import BEAT, DOUBLE, MARGIN, START
 from lanindex.errors import CaptureError, extra
 
 with extra("reader", error_type=CaptureError):
@@ -321,6 +321,12 @@ def _trios(ink: Ink) -> list[_Trio]:
         rows = rows[(rows > low[x] - 4) & (rows < high[x] + 4)]
         return len(rows) > 1 and bool(np.ptp(rows) > half / 2)
 
+    # signs beside each other may look like a staff, but none is as tall
+    heights = np.array([high[x] - low[x] for x in centres])
+    for at in np.argsort(-heights).tolist():
+        if any(joined(centres[at], half) for half in np.flatnonzero(value[at]).tolist()):
+            value[heights < 0.6 * heights[at]] = 0
+            break
     best = (0.0, 0, list[int]())
     for half in np.flatnonzero(value.sum(axis=0)).tolist():
         if value[:, half].sum() <= best[0]:
@@ -401,7 +407,7 @@ def _measured(
         tops[-1] = _middle(end, tops[-1], reach) - double / 2
     tick = unit * C / 4 if unit else 0.05 * inner
     ticked = [_ticked(ink, it.trio, stroke, tick) for it in marks]
-    beat, bent = _beat(marks, base, tops, ticked)
+    beat, bent = _beat(marks, base, tops, ticked, unit * BEAT)
     bars = _bars(marks, base, tops, beat)
     edges = [0.0]
     edges += [(a.trio.centre + b.trio.centre) / 2 for a, b in pairwise(marks)]
@@ -528,15 +534,21 @@ def _counts(height: float, beat: float) -> int:
     return int(np.ceil(height / beat - min(5 / beat, 0.25)))
 
 
+_WANTED = 1.5  # as much as two lines say for a count of the usual height
 _MARKED = 0.3  # ink of a short line on a count, of that of a whole one, at least
 
 
 def _beat(
-    marks: list[_Marks], base: float, tops: list[float], ticked: list[tuple[Floats, Floats]]
+    marks: list[_Marks],
+    base: float,
+    tops: list[float],
+    ticked: list[tuple[Floats, Floats]],
+    wanted: float,
 ) -> tuple[float, float]:
     """Return the height of a count: that on whose multiples lines stand; 0 if there are none.
 
-    And by how much each is higher than the one below: a page that does not lie flat.
+    On a short page that may be several: then it is the one that is `wanted`, if that is known. And
+    by how much each is higher than the one below: a page that does not lie flat.
     """
     tall = base - min(tops)
     size = int(tall) + 4
@@ -557,6 +569,7 @@ def _beat(
         at = np.rint(np.arange(1, int((tall + 1) / step) + 1) * step).astype(int)
         usual = max(float(np.sort(wide[at])[int(0.6 * len(at))]), _MARKED)
         worth = float((weight[at] * (np.minimum(wide[at] / usual, 1) - 0.6)).sum())
+        worth += _WANTED * (abs(step / wanted - 1) < 0.04 if wanted else 0)
         best = max(best, (worth, step))
     beat = best[1]
     bent = 0.0

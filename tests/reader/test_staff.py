@@ -9,6 +9,7 @@ import pytest
 import lanindex
 from lanindex import notation
 from lanindex.draw import staff as drawing
+from lanindex.draw import svg
 from lanindex.draw.picture import PIXEL
 from lanindex.draw.plain import plain
 from lanindex.draw.svg import rendered
@@ -148,3 +149,18 @@ def photograph() -> np.ndarray:
 def test_a_page_without_a_staff_is_refused(page: np.ndarray) -> None:
     with pytest.raises(CaptureError, match="no staff of Labanotation"):
         reader.staves(page)
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "length"),
+    [("greetings", 0.0, 2.9), ("semaphore", 5.0, 1.8), ("jumping_jacks", 5.0, 1.4)],
+)
+def test_signs_of_a_short_score_are_no_staves(name: str, start: float, length: float) -> None:
+    score = lanindex.encode(
+        lanindex.read(Path(lanindex.__file__).parents[1] / "corpus" / f"{name}.bvh")
+    )
+    picture = drawing.draw(score, start=start, stop=start + length, seconds=True)
+    drawn = np.frombuffer(svg.image(svg.write(picture, scale=1.5, ink=svg.INK)), np.uint8)
+    (staff,) = reader.staves(cv2.imdecode(drawn, cv2.IMREAD_GRAYSCALE))
+    second = staff.base - staff.ticks[0]
+    assert (staff.base - staff.top) / second == pytest.approx(length, abs=0.05)
