@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
+from math import dist
 
 import cv2
 import numpy as np
@@ -18,7 +20,7 @@ from lanindex.alphabet import kind_of
 from lanindex.data import shipped
 from lanindex.draw import svg
 from lanindex.draw.picture import PIXEL, C, Label, Picture
-from lanindex.draw.staff import MARGIN, NAME, NAMES, PITCH, PITCHES, START, name_of
+from lanindex.draw.staff import MARGIN, NAME, NAMES, NUMBERS, PITCH, PITCHES, START, name_of
 from lanindex.errors import CaptureError
 from lanindex.reader.staff import Staff
 
@@ -58,11 +60,12 @@ def columns(staves: Sequence[Staff]) -> tuple[float, list[Column]]:
         If no names can be read.
     """
     best = (0.0, 0.0, list[Column]())
+    room = _pitch(staves)
     for inner in _inners(staves):
         unit = float(np.median([it.inner for it in staves])) / inner  # pixels
         strips = [_strip(it, it.inner / inner) for it in staves]
         for blur in _BLURS:
-            worth, found = _read(strips, blur / unit * _SCALE, inner)
+            worth, found = _read(strips, blur / unit * _SCALE, inner, room * inner)
             best = max(best, (worth, C / inner, found), key=lambda it: it[0])
     if not best[2]:
         remedy = "Give it the whole page, with the names below its staves."
@@ -96,8 +99,23 @@ def _strip(staff: Staff, unit: float) -> Floats:
     return np.asarray(seen - wide, np.float32)
 
 
-def _read(strips: list[Floats], blur: float, inner: int) -> tuple[float, list[Column]]:
-    """Return how well names in images (H, W) are told by columns, and these columns."""
+def _pitch(staves: Sequence[Staff]) -> float:
+    """Return from one centre line to the next, by the distance of the outer lines; 0: one staff."""
+    found = list[float]()
+    for one, other in pairwise(staves):
+        left, right = (one.on_page(one.centre + side * one.inner, one.base) for side in (-1, 1))
+        centres = [it.on_page(it.centre, it.base) for it in (one, other)]
+        found.append(2 * dist(*centres) / dist(left, right))
+    return float(np.median(found)) if found else 0.0
+
+
+def _read(
+    strips: list[Floats], blur: float, inner: int, pitch: float
+) -> tuple[float, list[Column]]:
+    """Return how well names in images (H, W) are told by columns, and these columns.
+
+    Those of two staves fill the room between these, so that names of the next one are not ours.
+    """
     known = dict[tuple[str, int], float]()
 
     def worth(part: str, x: int) -> float:
@@ -128,7 +146,15 @@ def _read(strips: list[Floats], blur: float, inner: int) -> tuple[float, list[Co
             best = {at: it for at, it in best.items() if at == inner}
     if not best:
         return 0.0, []
-    value, chosen = max(best.values(), key=lambda it: it[0])
+
+    def fills(chosen: tuple[tuple[str, int], ...]) -> bool:
+        reach = [
+            max([inner, *(abs(x) + C // 2 for _, x in chosen if x * side > 0)]) for side in (-1, 1)
+        ]
+        return abs(sum(reach) + NUMBERS + MARGIN - pitch) < PITCH / 2
+
+    fitting = [it for it in best.values() if pitch and fills(it[1])]
+    value, chosen = max(fitting or best.values(), key=lambda it: it[0])
     return value, [Column(part, x / C, abs(x) < inner) for part, x in chosen]
 
 

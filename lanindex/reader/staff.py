@@ -35,7 +35,7 @@ Floats = NDArray[np.float64]
 class Staff:
     """A staff cut out of a page and made straight: time runs up, its lines are vertical."""
 
-    image: Image  # (h, w) grey, evenly lit: 255 paper, 0 ink; half way to the next staff
+    image: Image  # (h, w) grey, evenly lit: 255 paper, 0 ink; as far as the staves beside it
     centre: float  # x of the centre line, pixels of `image`
     inner: float  # From the centre to the outer lines, pixels
     stroke: float  # Thickness of the staff's lines, pixels
@@ -409,16 +409,16 @@ def _measured(
     ticked = [_ticked(ink, it.trio, stroke, tick) for it in marks]
     beat, bent = _beat(marks, base, tops, ticked, unit * BEAT)
     bars = _bars(marks, base, tops, beat)
-    edges = [0.0]
-    edges += [(a.trio.centre + b.trio.centre) / 2 for a, b in pairwise(marks)]
-    edges.append(float(width))
+    # columns may lie nearer to the next staff than to their own
+    begins_at = [0.0, *(it.trio.centre + inner for it in marks[:-1])]
+    ends_at = [*(it.trio.centre - inner for it in marks[1:]), float(width)]
     found = list[Staff]()
     for number, (trio, top) in enumerate(zip(trios, tops, strict=True)):
         first = begins and number == 0
         foot = trio.foot if first else base
-        y, x = max(round(trio.roof - inner / 2), 0), round(edges[number])
+        y, x = max(round(trio.roof - inner / 2), 0), round(begins_at[number])
         rows = slice(y, min(round(foot + 2.3 * inner), height))
-        columns = slice(x, round(edges[number + 1]))
+        columns = slice(x, round(ends_at[number]))
         counts = range(1, _counts(base - top, beat)) if beat else range(0)
         heights = [base - beat * count - y for count in counts]
         barred = [count in bars[number] for count in counts]
