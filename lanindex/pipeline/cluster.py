@@ -8,6 +8,7 @@ done again by another one.
 from __future__ import annotations
 
 import logging
+import pickle
 import re
 import signal
 import subprocess
@@ -270,6 +271,8 @@ class Cluster:
         try:
             with self._gone():
                 error, result = future.result()
+            if error is None:
+                return pickle.loads(result)
         except KilledWorker as killed:
             raise LanindexError(
                 f"{killed.allowed_failures + 1} workers died of the same task (out of memory?)",
@@ -284,8 +287,6 @@ class Cluster:
                 place=self.named,
                 remedy="Install the same LanIndex for its scheduler and its workers.",
             ) from unread
-        if error is None:
-            return result
         if self._made is None:  # the same may be right on this machine
             error.place = ": ".join(filter(None, (f"a worker of {self.named}", error.place)))
             if isinstance(error, AbsentError):
@@ -406,14 +407,15 @@ def _in_queue(jobs: Collection[str]) -> list[str] | None:
 
 @dataclass(frozen=True, slots=True)
 class _Call:
-    """Work on an item, in a worker: returns an error of LanIndex or None, and the result."""
+    """Work on an item, in a worker: returns an error of LanIndex or None, and a pickled result."""
 
     work: Work
     item: Any = field(repr=False)  # Dask logs what fails; a library's URL may have a password
 
     def __call__(self) -> tuple[LanindexError | None, Any]:
         try:
-            return None, self.work(self.item, _tick())
+            # as one: Dask sends each of many small arrays by itself, which takes longer
+            return None, pickle.dumps(self.work(self.item, _tick()))
         except LanindexError as error:
             return error, None
         except OSError as error:  # raised, it would look like one of the connection
