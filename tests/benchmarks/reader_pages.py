@@ -116,8 +116,7 @@ def made(seed: int, damage: str = "clean") -> Made:
         return moved(np.asarray(points, float).reshape(-1, 2) / PIXEL * scale - 0.5)
 
     drawn, staves = _staves(picture, beat, forward)
-    groups = [it for it in picture.groups() if it.marks]
-    truth = [_sign(it, picture, score, seconds) for it in groups]
+    truth = signs(picture, score, seconds=seconds)
     columns = staff_columns({it.data["part"] for it in picture.groups()})
     holds = _holds(picture, drawn, staves, beat)
     return Made(image, truth, holds, staves, beats, seconds, score, columns, drawn, beat, forward)
@@ -138,6 +137,11 @@ def _left(group: MarkGroup) -> int:
         for it in group.marks
         if not isinstance(it, MarkGroup)
     )
+
+
+def signs(picture: Picture, score: Score, *, seconds: bool) -> list[Sign]:
+    """Return what the symbols of a picture say."""
+    return [_sign(it, picture, score, seconds) for it in picture.groups() if it.marks]
 
 
 def _sign(group: MarkGroup, picture: Picture, score: Score, seconds: bool) -> Sign:
