@@ -24,14 +24,20 @@ _ROUND = 1.5  # widths of a symbol that are shown round a sign
 
 def box_of(staves: Sequence[Staff], page: Layout, sign: Sign) -> Box:
     """Return the box of a sign on its page; of one on two staves, what stands on the first."""
-    number = min(max(bisect_right(page.counts, sign.start) - 1, 0), len(staves) - 1)
+    x, half = (sign.column.x, 0.5) if sign.column else (0, PITCH / C)
+    return box_at(staves, page, (x - half, x + half), (sign.start, sign.end))
+
+
+def box_at(
+    staves: Sequence[Staff], page: Layout, xs: tuple[float, float], counts: tuple[float, float]
+) -> Box:
+    """Return the box of a place: widths of a symbol from the centre line, and counts."""
+    number = min(max(bisect_right(page.counts, counts[0]) - 1, 0), len(staves) - 1)
     staff, (low, high) = staves[number], page.counts[number : number + 2]
     rows = (staff.base - staff.top) / (high - low)
     unit = page.unit * staff.inner
-    x = staff.centre + (sign.column.x if sign.column else 0) * unit
-    half = unit * (0.5 if sign.column else PITCH / C)
-    ys = [staff.base - (count - low) * rows for count in (sign.start, min(sign.end, high))]
-    corners = [staff.on_page(*it) for it in product((x - half, x + half), ys)]
+    ys = [staff.base - (count - low) * rows for count in (counts[0], min(counts[1], high))]
+    corners = [staff.on_page(staff.centre + x * unit, y) for x, y in product(xs, ys)]
     across, down = zip(*corners, strict=True)
     return round(min(across)), round(min(down)), round(max(across)), round(max(down))
 

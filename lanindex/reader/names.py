@@ -6,7 +6,7 @@ of all ways to lay columns out the one whose names are most like what is printed
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -26,11 +26,14 @@ from lanindex.reader.staff import Staff
 
 Floats = NDArray[np.float32]
 
+SCALE = 0.3
+"""Pixels of a unit where names are compared."""
+
 _COLUMNS = shipped("draw/signs.toml")["columns"]
 _ALWAYS = {"r_support", "r_leg"}  # they and their twins have columns, named or not
-_SCALE = 0.3  # pixels of a unit where names are compared
 _DARK = 0.7  # of names, 1: black
 _SURE = 0.25  # share of a name's ink that must be told better by it than by paper
+_UNLIKE = 0.86  # of the likeness of other names on the page: below it, one is another name
 _WIDEST = 12 * C  # units on either side of the centre line that are looked at
 _SHIFT = 5  # pixels by which a name may lie elsewhere
 _ASKEW = 0.08  # by how much a page that was made flat may be higher or lower than wide
@@ -63,9 +66,9 @@ def columns(staves: Sequence[Staff]) -> tuple[float, list[Column]]:
     room = _pitch(staves)
     for inner in _inners(staves):
         unit = float(np.median([it.inner for it in staves])) / inner  # pixels
-        strips = [_strip(it, it.inner / inner) for it in staves]
+        strips = [names_below(it, it.inner / inner) for it in staves]
         for blur in _BLURS:
-            worth, found = _read(strips, blur / unit * _SCALE, inner, room * inner)
+            worth, found = _read(strips, blur / unit * SCALE, inner, room * inner)
             best = max(best, (worth, C / inner, found), key=lambda it: it[0])
     if not best[2]:
         remedy = "Give it the whole page, with the names below its staves."
@@ -85,10 +88,10 @@ def _inners(staves: Sequence[Staff]) -> list[int]:
     return near or every
 
 
-def _strip(staff: Staff, unit: float) -> Floats:
-    """Return the ink of the names below a staff, `_SCALE` pixels a unit: (H, W)."""
-    down = (np.arange(round(NAMES * _SCALE) + 2 * _SHIFT) - _SHIFT + 0.5) / _SCALE + MARGIN
-    across = (np.arange(round(2 * _WIDEST * _SCALE)) + 0.5) / _SCALE - _WIDEST
+def names_below(staff: Staff, unit: float) -> Floats:
+    """Return the ink of the names below a staff, `SCALE` pixels a unit: (H, W)."""
+    down = (np.arange(round(NAMES * SCALE) + 2 * _SHIFT) - _SHIFT + 0.5) / SCALE + MARGIN
+    across = (np.arange(round(2 * _WIDEST * SCALE)) + 0.5) / SCALE - _WIDEST
     x, y = np.meshgrid(
         (staff.centre + across * unit).astype(np.float32),
         (staff.foot + down * unit).astype(np.float32),
@@ -164,7 +167,7 @@ def _likeness(strip: Floats, part: str, x: int, blur: float) -> tuple[float, flo
     And by how much it is, at least, if the name is there.
     """
     name = _name(name_of(part), round(blur, 1))
-    left = round((x + NAME // 3 + _WIDEST) * _SCALE) - _ASCENT
+    left = round((x + NAME // 3 + _WIDEST) * SCALE) - _ASCENT
     height, width = name.shape
     place = strip[: height + 2 * _SHIFT, max(left - _SHIFT, 0) : left + width + _SHIFT]
     all_ = _DARK**2 * float((name**2).sum())
@@ -174,6 +177,33 @@ def _likeness(strip: Floats, part: str, x: int, blur: float) -> tuple[float, flo
     return 2 * _DARK * meet - all_, _SURE * all_
 
 
+def unlike(staves: Sequence[Staff], unit: float, columns: Sequence[Column]) -> Iterator[Column]:
+    """Yield columns whose names are much less like what is printed than those of the others.
+
+    `unit`: as `columns` returns it.
+    """
+    below = [names_below(it, unit * it.inner / C) for it in staves]
+    same = [max(_sameness(below, it, blur) for blur in _BLURS) for it in columns]
+    usual = float(np.median(same))
+    yield from (it for it, own in zip(columns, same, strict=True) if own < _UNLIKE * usual)
+
+
+def _sameness(below: Sequence[Floats], column: Column, blur: float) -> float:
+    """Return how much a name is all that is printed in its place, 0 to 1: the mean of images."""
+    name = _name(name_of(column.part), blur)
+    left = round((column.x * C + NAME // 3 + _WIDEST) * SCALE) - _ASCENT
+    found = list[float]()
+    for ink in below:
+        place = ink[:, max(left - _SHIFT, 0) : left + name.shape[1] + _SHIFT]
+        rows = max(len(ink) - 2 * _SHIFT - len(name), 0)  # of paper below a name
+        whole = np.pad(name, ((0, rows), (0, 0)))
+        meet = cv2.matchTemplate(place, whole, cv2.TM_CCORR)
+        energy = cv2.matchTemplate(place**2, np.ones_like(whole), cv2.TM_CCORR)
+        norm = np.sqrt(np.maximum(energy, 1e-6) * float((whole**2).sum()))
+        found.append(float((meet / norm).max()))
+    return float(np.mean(found))
+
+
 _ASCENT = 20  # pixels left of a name's line of writing
 
 
@@ -181,9 +211,9 @@ _ASCENT = 20  # pixels left of a name's line of writing
 def _name(text: str, blur: float) -> Floats:
     """Return a name as it is printed below a column, from where it ends: (H, W) of darkness."""
     wide = round((0.75 * len(text) + 1) * NAME)
-    label = Label(round(_ASCENT / _SCALE), 0, text, NAME, "end", turned=True)
-    picture = Picture(round((_ASCENT + 10) / _SCALE), wide, "", "", (label,))
-    drawn = svg.image(svg.write(picture, scale=_SCALE * PIXEL * 4, ink=svg.INK))
+    label = Label(round(_ASCENT / SCALE), 0, text, NAME, "end", turned=True)
+    picture = Picture(round((_ASCENT + 10) / SCALE), wide, "", "", (label,))
+    drawn = svg.image(svg.write(picture, scale=SCALE * PIXEL * 4, ink=svg.INK))
     large = cv2.imdecode(np.frombuffer(drawn, np.uint8), cv2.IMREAD_GRAYSCALE)
     small = cv2.resize(np.asarray(large), None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
     ink = 1 - small.astype(np.float32) / np.float32(255)

@@ -55,8 +55,10 @@ class Printed:
         for number in range(1, len(self.images) + 1):
             if number not in self.read:
                 yield f"page {number}: no staff of Labanotation, left out"
-            elif holds := self.read[number].holds:
+                continue
+            if holds := self.read[number].holds:
                 yield f"page {number}: {counted(holds, 'circle')} of weight, left out"
+            yield from (f"page {number}: {it}" for it in self.read[number].missing)
         for number, sign, told in self.unsure():
             yield f"page {number}, {sign.place}: {told}"
 

@@ -15,7 +15,8 @@ from lanindex.errors import CaptureError
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 from lanindex.model.derived import with_steps
 from lanindex.model.symbol import blank
-from lanindex.reader.boxes import Box, box_of
+from lanindex.reader.beside import missing_staves, strange, unknown_names
+from lanindex.reader.boxes import Box, box_at, box_of
 from lanindex.reader.layout import Layout, layout
 from lanindex.reader.signs import read
 from lanindex.reader.staff import Staff, staves
@@ -33,7 +34,7 @@ class Record:
     """A sign that was read; one that is not known has no kind."""
 
     staff: int  # On which it begins, from the left
-    part: str  # Of its column
+    part: str  # Of its column; empty where no column is
     kind: str  # Of `lanindex.alphabet.KINDS`
     direction: str | None
     level: str | None
@@ -46,6 +47,8 @@ class Record:
     @property
     def words(self) -> list[str | None]:
         """What it says, in order, as the fields of its line in LND."""
+        if not self.part:
+            return []
         kind = KINDS[kind_of(self.part)]
         amount = kind.amounts[self.amount or 0] if kind.amounts else str(self.amount)
         said = {"direction": self.direction, "level": self.level, "amount": amount}
@@ -54,7 +57,8 @@ class Record:
     @property
     def place(self) -> str:
         """Where it stands, in words."""
-        return f"staff {self.staff + 1}, {self.part}, count {self.start:g} to {self.end:g}"
+        where = self.part or "where no column has a name"
+        return f"staff {self.staff + 1}, {where}, count {self.start:g} to {self.end:g}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +70,7 @@ class Read:
     holds: int  # Circles of weight, which are not written
     beats: int  # Counts in a bar
     counts: int  # On the page
+    missing: list[str]  # What else is not known: names of columns, and staves
 
 
 def read_page(image: NDArray[np.uint8]) -> list[Record]:
@@ -79,7 +84,8 @@ def read_signs(image: NDArray[np.uint8]) -> Read:
     page = layout(found)
     records = list[Record]()
     holds = 0
-    for sign in read(page):
+    signs = list(read(page))
+    for sign in signs:
         what = sign.name or Name("")
         if what.kind in ("hold", "?"):
             holds += 1
@@ -98,7 +104,13 @@ def read_signs(image: NDArray[np.uint8]) -> Read:
         records.append(Record(staff, part, name, *what[1:], start, end, sign.confidence, box))
     beats = _beats(found, page)
     known, unknown = [it for it in records if it.kind], [it for it in records if not it.kind]
-    return Read(known, unknown, holds, beats, round(page.counts[-1]))
+    for xs, counts in strange(found, page, signs):
+        start, end = (max(round(it * GRID) / GRID, 0.0) for it in counts)
+        staff = sum(it <= start for it in page.counts[1:-1])
+        box = box_at(found, page, xs, counts)
+        unknown.append(Record(staff, "", "", None, None, None, start, end, 0.0, box))
+    missing = [*missing_staves(found, page), *unknown_names(found, page)]
+    return Read(known, unknown, holds, beats, round(page.counts[-1]), missing)
 
 
 def score_of(pages: Sequence[Read], speed: Fraction) -> Score:

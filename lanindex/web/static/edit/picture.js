@@ -156,7 +156,7 @@ export class Picture {
       card.classList.toggle("edit-seen-chosen", own);
       const what = it.kind === "unknown" ? "not known" : `${it.words.map(nameOf).join(" ")}, ${Math.round(it.sure * 100)} % sure`;
       const words = /** @type {HTMLElement} */ (card.querySelector("span"));
-      words.textContent = `${nameOf(it.part)}, ${placeOf(score, it.stop ? it.start : -1)}: ${what}`;
+      words.textContent = `${it.part ? nameOf(it.part) : "no column"}, ${placeOf(score, it.stop ? it.start : -1)}: ${what}`;
     }
     const counts = [...(unknown.length ? [`${counted(unknown.length, "sign")} not known`] : []), ...(left.size ? [`${left.size} doubtful`] : [])];
     this.#all.hidden = !counts.length;
