@@ -33,6 +33,7 @@ from lanindex.formats.file import File as File
 from lanindex.formats.file import Wanted as Wanted
 from lanindex.formats.file import opened as opened
 from lanindex.formats.sniff import UNREAD, WITHOUT_PLACES, beginning, unread
+from lanindex.notation import is_printed
 
 if TYPE_CHECKING:
     import numpy as np
@@ -119,6 +120,9 @@ def known(file: File) -> Format:
     if suffix in WITHOUT_PLACES:
         found = f"{UNREAD[suffix]} holds angles, which tell no places without their model"
         remedy = "Read the TRC of the same take."
+    if is_printed(file.name):
+        found = "a picture or a PDF, which has no movement"
+        remedy = f"If it is a printed score, read that: lanindex read-score {file.name}"
     wanted = f"{', '.join(titles)} or {last}"
     raise CaptureError(found, place=file.name, wanted=wanted, remedy=remedy)
 

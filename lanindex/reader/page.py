@@ -10,7 +10,7 @@ from lanindex.errors import CaptureError, counted, extra
 from lanindex.formats.sniff import beginning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     import numpy as np
     from numpy.typing import NDArray
@@ -19,6 +19,9 @@ DPI = 200  # at which PDF is rendered
 MOST = 100_000_000  # pixels of a page, at most
 PAGES = 200  # of a PDF, at most
 _IMAGES = "PNG, JPEG, TIFF, BMP, WebP"
+_PNG, _JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"
+_BEGIN = {_PNG: "PNG", _JPEG: "JPEG", b"II*\0": "TIFF", b"MM\0*": "TIFF", b"BM": "BMP"}
+_UNREAD = {FileNotFoundError: "there is no such file", IsADirectoryError: "a folder"}
 
 
 def pages(path: str, content: bytes | None = None) -> list[NDArray[np.uint8]]:
@@ -44,7 +47,7 @@ def pages(path: str, content: bytes | None = None) -> list[NDArray[np.uint8]]:
     try:
         content = Path(path).read_bytes() if content is None else content
     except OSError as error:
-        found = "there is no such file" if isinstance(error, FileNotFoundError) else str(error)
+        found = _UNREAD.get(type(error)) or error.strerror or str(error)
         raise CaptureError(found, place=path, wanted="a file that can be read") from error
     if not content:
         raise CaptureError("an empty file", place=path, wanted=f"{_IMAGES} or PDF")
@@ -60,11 +63,17 @@ def _image(content: bytes, path: str) -> list[NDArray[np.uint8]]:
 
     if size := _size(content):
         _bounded(*size, path)
-    with _quiet():
-        done, decoded = cv2.imdecodemulti(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
-    if not done or not decoded:
+    decoded: Sequence[NDArray[Any]] = ()
+    # of a phone's JPEG the camera may have been turned; what is unchanged stays so
+    flags = cv2.IMREAD_GRAYSCALE if content.startswith(_JPEG) else cv2.IMREAD_UNCHANGED
+    if not content.startswith(_PNG) or b"IEND" in content:  # of a part libpng would tell itself
+        with _quiet():
+            _, decoded = cv2.imdecodemulti(np.frombuffer(content, np.uint8), flags)
+    if not decoded:
         remedy = "Save it anew from a program that shows it, or scan the page again."
-        found = f"not a picture that can be read: {beginning(content[:80])}"
+        kind = next((it for begin, it in _BEGIN.items() if content.startswith(begin)), "")
+        found = f"a {kind} that is damaged or cut off" if kind else beginning(content[:80])
+        found = found if kind else f"not a picture that can be read: {found}"
         raise CaptureError(found, place=path, wanted=f"{_IMAGES} or PDF", remedy=remedy)
     found_pages = []
     for image in decoded:
@@ -119,7 +128,7 @@ def _bounded(width: int, height: int, path: str) -> None:
 def _size(content: bytes) -> tuple[int, int] | None:
     """Return width and height as the header of PNG, JPEG, BMP or WebP tells; else None."""
     number = int.from_bytes
-    if content.startswith(b"\x89PNG\r\n\x1a\n"):
+    if content.startswith(_PNG):
         return number(content[16:20], "big"), number(content[20:24], "big")
     if content.startswith(b"BM") and len(content) >= 26:
         height = number(content[22:26], "little", signed=True)

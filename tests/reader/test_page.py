@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import command
 import numpy as np
 import pytest
 
@@ -77,7 +78,7 @@ def test_a_pdf_with_a_password_is_refused(tmp_path: Path) -> None:
         (b"", "an empty file"),
         (b"%PDF-1.4\nnothing", "a damaged PDF"),
         (b"HIERARCHY\nROOT Hips\n", "not a picture"),
-        (b"\x89PNG\r\n\x1a\n", "not a picture"),
+        (b"\x89PNG\r\n\x1a\n", "a PNG that is damaged or cut off"),
     ],
 )
 def test_what_is_no_picture_is_refused(tmp_path: Path, content: bytes, found: str) -> None:
@@ -85,6 +86,62 @@ def test_what_is_no_picture_is_refused(tmp_path: Path, content: bytes, found: st
     with pytest.raises(CaptureError, match=found) as raised:
         pages(str(tmp_path / "page"))
     assert str(raised.value).startswith(str(tmp_path / "page"))
+
+
+@pytest.mark.parametrize("ending", ["png", "jpg", "tif", "bmp"])
+def test_a_part_of_a_picture_is_refused(
+    tmp_path: Path, ending: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    content = cv2.imencode(f".{ending}", shaded())[1].tobytes()
+    (tmp_path / "page").write_bytes(content[: len(content) // 2])
+    with pytest.raises(CaptureError, match="that is damaged or cut off"):
+        pages(str(tmp_path / "page"))
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("orientation", "turns"), [(1, 0), (3, 2), (6, 1), (8, 3)])
+def test_a_picture_of_a_turned_phone_is_upright(
+    tmp_path: Path, orientation: int, turns: int
+) -> None:
+    _, content = cv2.imencode(".jpg", np.rot90(shaded(), turns))
+    begin = b"II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0" + bytes([orientation, *bytes(7)])
+    exif = b"Exif\0\0" + begin
+    told = b"\xff\xe1" + (len(exif) + 2).to_bytes(2, "big") + exif
+    (tmp_path / "page.jpg").write_bytes(content[:2].tobytes() + told + content[2:].tobytes())
+    (found,) = pages(str(tmp_path / "page.jpg"))
+    assert found.shape == shaded().shape
+    assert np.abs(found.astype(int) - shaded()).max() < 12
+
+
+@pytest.mark.parametrize("kind", ["16", "palette", "cmyk", "bits"])
+def test_other_kinds_of_pixels_are_grey(tmp_path: Path, kind: str) -> None:
+    image = pytest.importorskip("PIL.Image")
+    path, grey = str(tmp_path / "page.png"), shaded()
+    if kind == "16":
+        cv2.imwrite(path, grey.astype(np.uint16) * 257)
+    elif kind == "palette":
+        image.fromarray(grey).convert("P").save(path)
+    elif kind == "cmyk":
+        path = str(tmp_path / "page.jpg")
+        image.fromarray(grey).convert("CMYK").save(path, quality=95)
+    else:
+        grey = np.where(grey > 128, 255, 0)
+        image.fromarray(grey.astype(np.uint8)).convert("1").save(path)
+    (found,) = pages(path)
+    assert np.abs(found.astype(int) - grey).max() < 12
+
+
+def test_a_folder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(CaptureError, match=": a folder, wanted a file that can be read"):
+        pages(str(tmp_path))
+
+
+def test_inspect_says_what_a_picture_is(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "page.png"), shaded())
+    done = command.run("inspect", "page.png", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("lanindex: page.png: a picture or a PDF, which has no movement")
+    assert "lanindex read-score page.png" in done.stderr
 
 
 def test_no_file_is_refused(tmp_path: Path) -> None:
