@@ -145,6 +145,6 @@ def _beats(found: Sequence[Staff], page: Layout) -> int:
     steps = list[float]()
     for staff, (low, high) in zip(found, pairwise(page.counts), strict=True):
         count = (staff.base - staff.top) / (high - low)
-        ys = [staff.base, *staff.bars]
-        steps += [(a - b) / count for a, b in pairwise(ys)]
+        first, *bars = [(a - b) / count for a, b in pairwise([staff.base, *staff.bars])] or [0.5]
+        steps += [first, *bars] if abs(first - round(first)) < 0.15 else bars
     return max(round(float(np.median(steps))), 1) if steps else 4

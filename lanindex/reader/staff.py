@@ -407,8 +407,9 @@ def _measured(
         tops[-1] = _middle(end, tops[-1], reach) - double / 2
     tick = unit * C / 4 if unit else 0.05 * inner
     ticked = [_ticked(ink, it.trio, stroke, tick) for it in marks]
-    beat, bent = _beat(marks, base, tops, ticked, unit * BEAT)
-    bars = _bars(marks, base, tops, beat)
+    beat, bent, first_count = _beat(marks, base, tops, ticked, unit * BEAT)
+    zero = base + beat - first_count
+    bars = _bars(marks, zero, tops, beat)
     # columns may lie nearer to the next staff than to their own
     begins_at = [0.0, *(it.trio.centre + inner for it in marks[:-1])]
     ends_at = [*(it.trio.centre - inner for it in marks[1:]), float(width)]
@@ -419,8 +420,8 @@ def _measured(
         y, x = max(round(trio.roof - inner / 2), 0), round(begins_at[number])
         rows = slice(y, min(round(foot + 2.3 * inner), height))
         columns = slice(x, round(ends_at[number]))
-        counts = range(1, _counts(base - top, beat)) if beat else range(0)
-        heights = [base - beat * count - y for count in counts]
+        counts = range(1, _counts(zero - top, beat)) if beat else range(0)
+        heights = [zero - beat * count - y for count in counts]
         barred = [count in bars[number] for count in counts]
         found.append(
             Staff(
@@ -544,11 +545,12 @@ def _beat(
     tops: list[float],
     ticked: list[tuple[Floats, Floats]],
     wanted: float,
-) -> tuple[float, float]:
+) -> tuple[float, float, float]:
     """Return the height of a count: that on whose multiples lines stand; 0 if there are none.
 
     On a short page that may be several: then it is the one that is `wanted`, if that is known. And
-    by how much each is higher than the one below: a page that does not lie flat.
+    by how much each is higher than the one below: a page that does not lie flat. And how high above
+    the base the first count is.
     """
     tall = base - min(tops)
     size = int(tall) + 4
@@ -564,14 +566,24 @@ def _beat(
     wide = cv2.dilate(level[:, None], np.ones((3, 1)))[:, 0]
     weight = np.minimum(cv2.dilate(seen[:, None], np.ones((3, 1)))[:, 0], 2)
     least = max(8.0, 0.12 * marks[0].trio.inner)
-    best = (0.0, 0.0)
-    for step in np.exp(np.arange(np.log(least), np.log(tall + 1), 0.6 / tall)).tolist():
-        at = np.rint(np.arange(1, int((tall + 1) / step) + 1) * step).astype(int)
+
+    def worth(first: float, step: float) -> float:
+        at = np.rint(np.arange(first, tall + 1, step)).astype(int)
         usual = max(float(np.sort(wide[at])[int(0.6 * len(at))]), _MARKED)
-        worth = float((weight[at] * (np.minimum(wide[at] / usual, 1) - 0.6)).sum())
-        worth += _WANTED * (abs(step / wanted - 1) < 0.04 if wanted else 0)
-        best = max(best, (worth, step))
-    beat = best[1]
+        value = float((weight[at] * (np.minimum(wide[at] / usual, 1) - 0.6)).sum())
+        return value + _WANTED * (abs(step / wanted - 1) < 0.04 if wanted else 0)
+
+    # edges of signs beside each other look like short lines: twice as many as counts
+    most = min(tall + 1, 1.6 * wanted) if wanted else tall + 1
+    least = max(least, 0.6 * wanted)
+    steps = np.exp(np.arange(np.log(least), np.log(most), 0.6 / tall)).tolist()
+    value, beat = max([(0.0, 0.0), *((worth(it, it), it) for it in steps)])
+    if wanted and len(marks) == 1:  # it may begin between two counts
+        near = [it for it in steps if abs(it / wanted - 1) < 0.04]
+        between = [(at, it) for it in near for at in np.arange(4, it - 4, 2).tolist()]
+        surer, first, step = max(((worth(*it), *it) for it in between), default=(0.0, 0.0, 0.0))
+        if surer > value + _WANTED:
+            return step, 0.0, first
     bent = 0.0
     for _ in range(3 if beat else 0):
         every = np.arange(1, int((tall + 1) / beat) + 1)
@@ -582,7 +594,7 @@ def _beat(
         terms = np.stack([every, every * (every - every[-1])], axis=1).astype(float)
         sides = (terms.T * sure) @ terms + np.diag([1e-6, 1.0])
         beat, bent = np.linalg.solve(sides, (terms.T * sure) @ seen_at).tolist()
-    return beat, bent
+    return beat, bent, beat
 
 
 def _bars(marks: list[_Marks], base: float, tops: list[float], beat: float) -> list[set[int]]:

@@ -164,3 +164,20 @@ def test_signs_of_a_short_score_are_no_staves(name: str, start: float, length: f
     (staff,) = reader.staves(cv2.imdecode(drawn, cv2.IMREAD_GRAYSCALE))
     second = staff.base - staff.ticks[0]
     assert (staff.base - staff.top) / second == pytest.approx(length, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "stop", "first"),
+    [("jumping_jacks.bvh", 1.0, 9.0, 1.0), ("compass.lnd", 1.6, 8.0, 0.4)],
+)
+def test_counts_are_found_where_a_page_does_not_begin_with_the_score(
+    name: str, start: float, stop: float, first: float, repository: Path
+) -> None:
+    seconds = name.endswith(".bvh")
+    picture = drawing.draw(plain(score(name, repository)), start=start, stop=stop, seconds=seconds)
+    drawn = np.frombuffer(rendered(picture, "png", 1.5), np.uint8)
+    (staff,) = reader.staves(cv2.imdecode(drawn, cv2.IMREAD_GRAYSCALE))
+    lines = sorted(staff.base - y for y in (*staff.ticks, *staff.bars))
+    beat = staff.inner / (2 * drawing.PITCH) * drawing.BEAT
+    wanted = np.arange(first, stop - start - 0.2)
+    assert np.array(lines) / beat == pytest.approx(wanted, abs=0.1)
