@@ -29,10 +29,15 @@ Reader = Callable[[NDArray[np.uint8]], Sequence[Any]]
 Pair = tuple[Sign | None, Any | None]
 
 
+_UNWRITTEN = {"jump": "direction", "stance": "level"}
+"""What is not on paper, but follows from the signs before and after."""
+
+
 def wrong(truth: Sign, read: Any) -> list[str]:
     """Return in what a sign that was read differs from the one on the page."""
     close = 0.5 / GRID + 1e-6  # eighths may be rounded either way
-    found = [name for name in ("direction", "level") if getattr(read, name) != getattr(truth, name)]
+    written = {"direction", "level"} - {_UNWRITTEN.get(truth.kind)}
+    found = [name for name in sorted(written) if getattr(read, name) != getattr(truth, name)]
     if max(abs(read.start - truth.start), abs(read.end - truth.end)) > close:
         found.append("times")
     if truth.amount is not None and getattr(read, "amount", None) != truth.amount:

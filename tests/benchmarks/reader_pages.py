@@ -5,7 +5,7 @@ Seeds below 10,000 are for making a reader, those from `JUDGING` on for judging 
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -15,10 +15,19 @@ from reader_damage import Forward, Points, damaged
 from reader_scores import GRID, random_score
 
 import lanindex
-from lanindex.alphabet import kind_of
+from lanindex.alphabet import TOUCHED, amounts_of, kind_of
 from lanindex.draw import svg
 from lanindex.draw.picture import PIXEL, Circle, Label, MarkGroup, Picture, Polyline
-from lanindex.draw.staff import BEAT, MARGIN, NAMES, START, StaffColumns, draw, staff_columns
+from lanindex.draw.staff import (
+    BEAT,
+    MARGIN,
+    NAMES,
+    START,
+    StaffColumns,
+    draw,
+    staff_columns,
+    turns,
+)
 from lanindex.model import Score
 from lanindex.model.derived import degree_of
 
@@ -71,7 +80,7 @@ class Made:
 
     def boxes(self, part: str, start: float, end: float) -> list[Points]:
         """Return the corners (4, 2) on the page of a sign, a piece for each staff."""
-        found, at = list[Points](), self.columns.places.get(part, 0)
+        found, at = list[Points](), self.columns.places.get(part.replace("stance", "support"), 0)
         for number, ((x, base), place) in enumerate(zip(self.drawn, self.staves, strict=True)):
             low, high = (min(max(it, place.counts[0]), place.counts[1]) for it in (start, end))
             ys = base - np.array([low, high]) * self.beat + place.counts[0] * self.beat
@@ -116,7 +125,7 @@ def made(seed: int, damage: str = "clean") -> Made:
         return moved(np.asarray(points, float).reshape(-1, 2) / PIXEL * scale - 0.5)
 
     drawn, staves = _staves(picture, beat, forward)
-    truth = signs(picture, score, seconds=seconds)
+    truth = signs(picture, score, seconds=seconds, beat=beat)
     columns = staff_columns({it.data["part"] for it in picture.groups()})
     holds = _holds(picture, drawn, staves, beat)
     return Made(image, truth, holds, staves, beats, seconds, score, columns, drawn, beat, forward)
@@ -139,26 +148,71 @@ def _left(group: MarkGroup) -> int:
     )
 
 
-def signs(picture: Picture, score: Score, *, seconds: bool) -> list[Sign]:
-    """Return what the symbols of a picture say."""
-    return [_sign(it, picture, score, seconds) for it in picture.groups() if it.marks]
+def signs(picture: Picture, score: Score, *, seconds: bool, beat: int = BEAT) -> list[Sign]:
+    """Return what the symbols of a picture say, and its circles of weight."""
+    groups = [it for it in picture.groups() if it.marks]
+    columns = staff_columns({it.data["part"] for it in picture.groups()})
+    found = _landed([_sign(it, picture, score, columns, seconds) for it in groups])
+    drawn, staves = _staves(picture, beat, lambda points: points)
+    holds = _holds(picture, drawn, staves, beat)
+    return found + _stances(holds, found, _spots(score, seconds), staves)
 
 
-def _sign(group: MarkGroup, picture: Picture, score: Score, seconds: bool) -> Sign:
+def _sign(
+    group: MarkGroup, picture: Picture, score: Score, columns: StaffColumns, seconds: bool
+) -> Sign:
     """Return what a symbol that is drawn says."""
-    data, kind = group.data, kind_of(group.data["part"])
+    data, part = group.data, group.data["part"]
+    kind = kind_of(part)
     direction, amount = data.get("direction"), data.get("amount")
     told = None if amount is None or kind in ("gesture", "travel") else int(amount)
     if kind == "bend" and told is not None:
         told = degree_of(told)
+    elif kind == "touch" and told is not None:
+        part, told = _touch(part, told, columns)
     elif not any(isinstance(mark, Label) for mark in group.marks):
         told = None  # there is no number, or no room for it
-    per = 1.0 if seconds else float(score.meter.speed) / 60
-    start, end = (round(float(data[it]) * per * 2 * GRID) / (2 * GRID) for it in ("start", "end"))
+    start, end = (
+        round(float(data[it]) * _per(score, seconds) * 2 * GRID) / (2 * GRID)
+        for it in ("start", "end")
+    )
+    if kind == "touch":
+        end = start + 1 / GRID  # until when is not on paper
+    direction = None if kind == "jump" else direction  # nor is where to
     staff = bisect_right(picture.staves, _left(group)) - 1
     again = kind == "gesture" and direction is None
     name = "again" if again else kind
-    return Sign(staff, data["part"], name, direction, data.get("level"), told, start, end)
+    return Sign(staff, part, name, direction, data.get("level"), told, start, end)
+
+
+def _per(score: Score, seconds: bool) -> float:
+    """Return the counts in a second."""
+    return 1.0 if seconds else float(score.meter.speed) / 60
+
+
+def _touch(part: str, thing: int, columns: StaffColumns) -> tuple[str, int]:
+    """Return the first touch, by the table, whose bow is between the same columns as another's."""
+    ends = columns.touched(part, TOUCHED[thing])
+    for number, name in enumerate(TOUCHED):
+        for other in _TOUCHES:
+            if name in amounts_of(other) and columns.touched(other, name) == ends:
+                return other, number
+    return part, thing
+
+
+_TOUCHES = ("hands_touch", "r_hand_touch", "l_hand_touch")
+
+
+def _landed(signs: Sequence[Sign]) -> list[Sign]:
+    """Return signs, of supports that end a flight only what is drawn of them: its second half."""
+    found = []
+    for sign in signs:
+        if sign.kind == "support":
+            for it in signs:
+                if it.kind == "jump" and it.start < sign.end <= it.end:
+                    sign = replace(sign, start=max(sign.start, (it.start + sign.end) / 2))
+        found.append(sign)
+    return found
 
 
 def _staves(
@@ -206,3 +260,38 @@ def _holds(
                     count = staves[staff].counts[0] + up
                     found.append((staff, group.title, round(count * GRID) / GRID))
     return found
+
+
+def _spots(score: Score, seconds: bool) -> list[float]:
+    """Return the counts at which the body begins to turn on the spot."""
+    starts = turns(score)[0]["start"] / float(score.rate) * _per(score, seconds)
+    return [round(it * GRID) / GRID for it in starts.tolist()]
+
+
+_FEET = {
+    "stands on the right foot": ("r_stance",),
+    "stands on the left foot": ("l_stance",),
+    "stands on both feet": ("r_stance", "l_stance"),
+}
+
+
+def _stances(
+    holds: Sequence[tuple[int, str, float]],
+    signs: Sequence[Sign],
+    spots: Sequence[float],
+    staves: Sequence[Place],
+) -> list[Sign]:
+    """Return what circles say: a foot stands until the next symbol of support, or circle."""
+    ends = [staves[-1].counts[1], *(count for *_, count in holds), *spots]
+    ends += [it.start for it in signs if it.kind in ("support", "jump", "carrier")]
+    ends += [it.end for it in signs if it.kind == "carrier"]
+    ends.sort()
+    found = dict[str, list[Sign]]()
+    for staff, words, start in sorted(holds, key=lambda it: it[2]):
+        end = ends[bisect_right(ends, start)]
+        for part in _FEET.get(words, ()):
+            own = found.setdefault(part, [])
+            if own and own[-1].end == start:  # a circle stands again on each staff
+                start, staff = own[-1].start, own.pop().staff
+            own.append(Sign(staff, part, "stance", None, None, None, start, end))
+    return [it for own in found.values() for it in own]

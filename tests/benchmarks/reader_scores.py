@@ -6,10 +6,10 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from lanindex.alphabet import DIRECTION_CODES, KINDS, kind_of
+from lanindex.alphabet import DIRECTION_CODES, FEET, KINDS, TOUCHED, kind_of
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 from lanindex.model.derived import bending, with_steps
-from lanindex.model.symbol import blank
+from lanindex.model.symbol import blank, joined
 
 GRID = 4  # steps of a count
 
@@ -100,6 +100,8 @@ def random_score(rng: np.random.Generator, seconds: bool) -> Score:
         for number, foot in enumerate(feet):
             tracks[foot] = _track(foot, steps[number :: len(feet)], ticks, rng, begins)
         tracks |= _stances(feet, steps, ticks, rng)
+    more = rng.spawn(1)[0]  # leaves all other draws as they are
+    tracks |= _jumps(feet, tracks, ticks, more) | _touches(ticks, more)
     speed = Fraction(60) if seconds else Fraction(int(rng.integers(50, 140)))
     meter = Meter(speed, beats, 4, GRID * beats)
     return Score(meter.tick_rate, ticks, meter, with_steps(tracks))
@@ -122,3 +124,60 @@ def _stances(
         for part, own in rows.items()
         if own
     }
+
+
+def _jumps(
+    feet: Sequence[str], tracks: dict[str, Track], ticks: int, rng: np.random.Generator
+) -> dict[str, Track]:
+    """Return the tracks in which some steps of a count or more are landings, and their flights.
+
+    A flight takes the time of the step, the landing its second half, of one foot or both.
+    """
+    rows = {part: tracks[part].symbols for part in feet}
+    flights = list[NDArray[np.void]]()
+    often = rng.random() * (rng.random() < 0.7)
+    for part in feet:
+        for row in tracks[part].symbols:
+            start, stop = int(row["start"]), int(row["stop"])
+            if stop - start < GRID or rng.random() >= often:
+                continue
+            flight = blank(())
+            flight["start"] = flight["tick"] = start
+            flight["stop"], flight["ticks"], flight["margin"] = stop, stop - start, 1
+            flight["direction"], flight["amount"] = DIRECTION_CODES["place"], FEET.index("unseen")
+            flights.append(flight)
+            own = rows[part].copy()
+            own[own["start"] == start] = _row(part, (start + stop) // 2, stop, rng)
+            rows[part] = own
+            for other in {*feet} - {part}:
+                if rng.random() < 0.4:
+                    landing = _row(other, (start + stop) // 2, stop, rng)
+                    both = joined([rows[other], np.array([landing])])
+                    rows[other] = both[np.argsort(both["start"], kind="stable")]
+    if not flights:
+        return {}
+    flights.sort(key=lambda it: int(it["start"]))
+    known = (Span(0, ticks),)
+    return {
+        **{part: Track(part, own, known) for part, own in rows.items()},
+        "jump": Track("jump", np.array(flights, SYMBOL), known),
+    }
+
+
+_APART = (2, 4, 4, 8, 12, 24)
+
+
+def _touches(ticks: int, rng: np.random.Generator) -> dict[str, Track]:
+    """Return the tracks of hands that touch something: each other, or one or both of them."""
+    rows: dict[str, list[NDArray[np.void]]] = {}
+    spans = _spans(ticks, rng, _APART) if rng.random() < 0.3 else []
+    for span in spans:
+        thing = int(rng.integers(len(TOUCHED)))
+        hands = [("r_hand_touch",), ("l_hand_touch",), ("r_hand_touch", "l_hand_touch")]
+        alone = TOUCHED[thing] == "arm"  # the bows of both would lie upon each other
+        for part in hands[rng.integers(2 if alone else 3)] if thing else ("hands_touch",):
+            row = _row(part, *span, rng)
+            row["amount"] = thing
+            rows.setdefault(part, []).append(row)
+    known = (Span(0, ticks),)
+    return {part: Track(part, np.array(own, SYMBOL), known) for part, own in rows.items()}
