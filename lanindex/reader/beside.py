@@ -26,6 +26,7 @@ Ends = tuple[float, float]
 _INK = 0.4  # darkness from which on ink counts
 _HALF = 0.62  # widths of a symbol on either side of a column's middle that are its own
 _HIGH, _WIDE = 0.6, 0.4  # widths of a symbol: lower is a bar's number, narrower is a line
+_DEEP = 6  # pixels above and below what stands across columns that are its own: of bows, too
 _NAME = 0.38  # widths of a symbol on either side of its middle that are its name's
 _GAP = 1.6  # times the usual distance of staves from which on one is missing
 _NEXT = 1.0  # widths of a symbol beyond the last column that may be one without a name
@@ -41,9 +42,10 @@ def strange(
     for column in page.columns:
         ink[:, np.abs(xs - column.x) < _HALF] = 0
     for sign in signs:
-        if sign.column is None:
+        if sign.column not in page.columns:  # it stands across some
             rows = [round(base - it * page.rows) for it in (sign.end, sign.start)]
-            ink[max(rows[0] - 3, 0) : rows[1] + 3, np.abs(xs) < PITCH / C + 0.1] = 0
+            near = np.abs(xs - sign.column.x) < sign.column.half + 0.1
+            ink[max(rows[0] - _DEEP, 0) : rows[1] + _DEEP, near] = 0
     rows = [round(base - it * page.rows) for it in page.counts]
     rows[0] += round((staves[0].foot - staves[0].base) / staves[0].inner / page.unit * SIZE)
     ink[rows[0] :] = 0

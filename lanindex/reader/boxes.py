@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from itertools import product
 from typing import TYPE_CHECKING
 
-from lanindex.draw.picture import C
-from lanindex.draw.staff import PITCH
 from lanindex.reader.staff import Image
 
 if TYPE_CHECKING:
@@ -24,7 +22,7 @@ _ROUND = 1.5  # widths of a symbol that are shown round a sign
 
 def box_of(staves: Sequence[Staff], page: Layout, sign: Sign) -> Box:
     """Return the box of a sign on its page; of one on two staves, what stands on the first."""
-    x, half = (sign.column.x, 0.5) if sign.column else (0, PITCH / C)
+    x, half = sign.column.x, sign.column.half
     return box_at(staves, page, (x - half, x + half), (sign.start, sign.end))
 
 

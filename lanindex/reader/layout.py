@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from lanindex.draw.picture import C
 from lanindex.draw.staff import DOUBLE
@@ -17,6 +19,9 @@ from lanindex.reader.templates import SIZE, Floats, mend
 
 BELOW = 6 * SIZE
 """Rows of ink below the first staff: there the starting position is."""
+
+NEAR = SIZE // 2
+"""Rows of ink above and below the base of a staff that are kept as they are."""
 
 WIDEST = 12
 """Widths of a symbol on either side of the centre line that are looked at."""
@@ -34,6 +39,8 @@ class Layout:
     ink: Floats
     lines: list[int]  # Rows of bar lines and ticks, of the base and the tops
     ends: list[int]  # Rows at which a staff continues on the next one
+    # For each of these, (2 * `NEAR`, W) darkness around the base of that next staff
+    bases: list[Floats]
     rows: float  # Rows of a count
 
 
@@ -45,7 +52,7 @@ def layout(staves: Sequence[Staff]) -> Layout:
     counts = [0.0]
     for staff in staves:
         counts.append(counts[-1] + (staff.base - staff.top) / staff.inner / beat)
-    tall = _joined(staves, inks, unit, beat, counts)
+    tall, bases = _joined(staves, inks, unit, beat, counts)
     rows = (len(tall) - BELOW) / counts[-1]
     lines = [*counts]
     for staff, begin in zip(staves, counts, strict=False):
@@ -54,7 +61,7 @@ def layout(staves: Sequence[Staff]) -> Layout:
     cuts, ends = (
         [round(len(tall) - BELOW - it * rows) for it in own] for own in (lines, counts[1:-1])
     )
-    return Layout(unit, counts, parts, tall, cuts, ends, rows)
+    return Layout(unit, counts, parts, tall, cuts, ends, bases, rows)
 
 
 def _without_lines(staff: Staff, unit: float) -> Floats:
@@ -102,13 +109,14 @@ def _beat(staves: Sequence[Staff]) -> float:
 
 def _joined(
     staves: Sequence[Staff], inks: Sequence[Floats], unit: float, beat: float, counts: list[float]
-) -> Floats:
+) -> tuple[Floats, list[Floats]]:
     """Return the ink of all staves as of one, time upwards, `SIZE` to a symbol's width: (H, W).
 
-    Its last `BELOW` rows lie below the first staff: there the starting position is.
+    Its last `BELOW` rows lie below the first staff: there the starting position is. And the ink
+    around the bases of the other staves.
     """
     rows = beat / unit * SIZE  # of a count
-    pieces = []
+    pieces, bases = [], list[Floats]()
     for number, (staff, ink) in enumerate(zip(staves, inks, strict=True)):
         factor = SIZE / (unit * staff.inner)
         if factor < 1:
@@ -123,9 +131,22 @@ def _joined(
             below = (np.arange(BELOW) + 0.5) / factor + staff.base
             below[below > staff.foot] = len(ink) + 9
             ys = np.concatenate([ys, below])
-        across, down = np.meshgrid(xs.astype(np.float32), ys.astype(np.float32))
-        pieces.append(cv2.remap(ink, across, down, cv2.INTER_LINEAR, borderValue=0))
+        pieces.append(_seen(ink, xs, ys))
+        if number:
+            bases.append(_seen(ink, xs, staff.base + (np.arange(-NEAR, NEAR) + 0.5) / factor))
     ink = np.concatenate(pieces[::-1]).astype(np.float32)
     for count in counts[1:-1]:
         mend(ink, len(ink) - BELOW - round(count * rows), SIZE)
-    return ink
+    return ink, bases
+
+
+def _seen(ink: Floats, xs: NDArray[Any], ys: NDArray[Any]) -> Floats:
+    """Return ink (H, W) at places (w,) across and (h,) down: (h, w)."""
+    across, down = np.meshgrid(xs.astype(np.float32), ys.astype(np.float32))
+    return np.asarray(cv2.remap(ink, across, down, cv2.INTER_LINEAR, borderValue=0), np.float32)
+
+
+def runs(inked: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return stretches of rows (H,) that are inked, half-open."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], inked.astype(np.int8), [0]])))
+    return [(a, b) for a, b in edges.reshape(-1, 2).tolist()]

@@ -42,11 +42,12 @@ _BLURS = (0.5, 0.8, 1.1, 1.5)  # pixels of the page by which names may be blurre
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of all staves of a page."""
+    """A column of all staves of a page, or the place of what stands across some."""
 
     part: str
     x: float  # Its middle, from the centre line, widths of a symbol
     inside: bool  # Whether it lies between the outer lines
+    half: float = 0.5  # From its middle to its sides, widths of a symbol
 
 
 def columns(staves: Sequence[Staff]) -> tuple[float, list[Column]]:

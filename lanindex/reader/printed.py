@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from lanindex.errors import CaptureError, counted, extra
+from lanindex.errors import CaptureError, extra
 from lanindex.reader.page import pages
 
 if TYPE_CHECKING:
@@ -55,10 +55,8 @@ class Printed:
         for number in range(1, len(self.images) + 1):
             if number not in self.read:
                 yield f"page {number}: no staff of Labanotation, left out"
-                continue
-            if holds := self.read[number].holds:
-                yield f"page {number}: {counted(holds, 'circle')} of weight, left out"
-            yield from (f"page {number}: {it}" for it in self.read[number].missing)
+            else:
+                yield from (f"page {number}: {it}" for it in self.read[number].missing)
         for number, sign, told in self.unsure():
             yield f"page {number}, {sign.place}: {told}"
 

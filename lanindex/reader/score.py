@@ -18,9 +18,10 @@ from lanindex.model.symbol import blank
 from lanindex.reader.beside import missing_staves, strange, unknown_names
 from lanindex.reader.boxes import Box, box_at, box_of
 from lanindex.reader.layout import Layout, layout
-from lanindex.reader.signs import read
+from lanindex.reader.signs import Sign, read
 from lanindex.reader.staff import Staff, staves
 from lanindex.reader.templates import Name
+from lanindex.reader.weight import CIRCLES, jumped, stances
 
 GRID = 4
 """Steps of a count to which times are rounded."""
@@ -67,7 +68,6 @@ class Read:
 
     records: list[Record]
     unknown: list[Record]
-    holds: int  # Circles of weight, which are not written
     beats: int  # Counts in a bar
     counts: int  # On the page
     missing: list[str]  # What else is not known: names of columns, and staves
@@ -82,35 +82,44 @@ def read_signs(image: NDArray[np.uint8]) -> Read:
     """Return the signs of a page, (H, W) grey, known and unknown."""
     found = staves(image)
     page = layout(found)
-    records = list[Record]()
-    holds = 0
-    signs = list(read(page))
-    for sign in signs:
-        what = sign.name or Name("")
-        if what.kind in ("hold", "?"):
-            holds += 1
-            continue
-        part = sign.column.part if sign.column else "body_turn"
-        kind = KINDS[kind_of(part)]
-        below = sign.start < -0.5 / GRID
-        start, end = (0.0 if below else round(it * GRID) / GRID for it in (sign.start, sign.end))
-        staff = sum(it <= start for it in page.counts[1:-1])
-        if "amount" in kind.fields and (what.direction == "place" or kind.name == "travel"):
-            what = what._replace(amount=0)  # no degrees are written in it
-        # one that repeats, and one whose degrees cannot be read, have no line in LND
-        whole = None not in [getattr(what, it) for it in kind.fields]
-        name = kind.name if whole and (below or start < end) else ""
-        box = box_of(found, page, sign)
-        records.append(Record(staff, part, name, *what[1:], start, end, sign.confidence, box))
-    beats = _beats(found, page)
-    known, unknown = [it for it in records if it.kind], [it for it in records if not it.kind]
+    signs = sorted(read(page), key=lambda it: it.start)
+    records = [_record(found, page, it) for it in signs]
+    circles = [it for it in records if it.kind in CIRCLES]
+    known = [it for it in records if it.kind and it.kind not in CIRCLES]
+    unknown = [it for it in records if not it.kind]
+    spots = [
+        it.start
+        for it, sign in zip(records, signs, strict=True)
+        if it.kind == "turn" and not sign.column.x
+    ]
+    known += stances(circles, known, spots, round(page.counts[-1]))
+    known = [jumped(it, known) if it.kind == "jump" else it for it in known]
     for xs, counts in strange(found, page, signs):
         start, end = (max(round(it * GRID) / GRID, 0.0) for it in counts)
         staff = sum(it <= start for it in page.counts[1:-1])
         box = box_at(found, page, xs, counts)
         unknown.append(Record(staff, "", "", None, None, None, start, end, 0.0, box))
     missing = [*missing_staves(found, page), *unknown_names(found, page)]
-    return Read(known, unknown, holds, beats, round(page.counts[-1]), missing)
+    return Read(known, unknown, _beats(found, page), round(page.counts[-1]), missing)
+
+
+def _record(found: Sequence[Staff], page: Layout, sign: Sign) -> Record:
+    """Return what a sign says, its times rounded."""
+    what, part = sign.name or Name(""), sign.column.part
+    kind = KINDS[kind_of(part)]
+    below = sign.start < -0.5 / GRID
+    start, end = (0.0 if below else round(it * GRID) / GRID for it in (sign.start, sign.end))
+    staff = sum(it <= start for it in page.counts[1:-1])
+    box = box_of(found, page, sign)
+    if kind.name in ("jump", "touch"):  # a bow has no length, and a flight may have little
+        end = max(end, start + 1 / GRID)
+    if "amount" in kind.fields and (what.direction == "place" or kind.name == "travel"):
+        what = what._replace(amount=0)  # no degrees are written in it
+    # one that repeats, and one whose degrees cannot be read, have no line in LND
+    whole = None not in [getattr(what, it) for it in kind.fields]
+    name = kind.name if whole and (below or start < end) else ""
+    name = what.kind if what.kind in CIRCLES else name
+    return Record(staff, part, name, *what[1:], start, end, sign.confidence, box)
 
 
 def score_of(pages: Sequence[Read], speed: Fraction) -> Score:

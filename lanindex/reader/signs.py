@@ -17,7 +17,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from lanindex.alphabet import kind_of
-from lanindex.reader.layout import BELOW, WIDEST, Layout
+from lanindex.draw.picture import C
+from lanindex.draw.staff import BOTH, ONE, PITCH
+from lanindex.reader.across import flights, touches
+from lanindex.reader.layout import BELOW, WIDEST, Layout, runs
 from lanindex.reader.names import Column
 from lanindex.reader.templates import (
     ACROSS,
@@ -31,13 +34,15 @@ from lanindex.reader.templates import (
     Floats,
     Name,
     across,
-    both,
     fits,
     image,
+    ring,
 )
 
 _SHIFT = 2  # pixels by which a sign may lie elsewhere than its column or its ink says
 _INK = 0.3  # darkness of a row from which on it belongs to a sign
+_LOST = 4  # rows at the lower end of a circle that are not compared
+_ROUND = 0.7  # likeness from which on it is a circle
 _SURE = 0.5  # likeness below which a piece is unknown
 _COST = 3.0  # worth that each sign costs, so that one is not read as two by chance
 _MOST = 20  # cuts that a sign may span
@@ -49,7 +54,7 @@ _CLOSE = 0.02  # likeness by which degrees must be told from others
 class Sign:
     """A sign in a column; what is not known has no name."""
 
-    column: Column | None  # None: it stands on the centre line
+    column: Column
     start: float  # Counts from the first staff's base on; a starting position lies below 0
     end: float
     name: Name | None
@@ -70,7 +75,16 @@ def read(page: Layout) -> Iterator[Sign]:
     """Yield the signs of a page."""
     ink = page.ink.copy()
     blur = _blur(page)
-    found: list[tuple[Column | None, _Piece]] = [(None, it) for it in _across(page, ink, blur)]
+    centre = Column("body_turn", 0.0, inside=True, half=PITCH / C)
+    beside = [*touches(page, ink, blur)]
+    feet = [it for it in page.columns if kind_of(it.part) == "support"]
+    sizes = [(centre, BOTH), *((it, ONE) for it in feet)]
+    found = [(place, it) for place, size in sizes for it in _circles(ink, place, size, blur)]
+    whole = ink.copy()
+    turns = [*_turns(page, ink, blur)]
+    beside += flights(whole, ink, [(round(it.top), round(it.foot)) for it in turns], blur)
+    found += [(centre, it) for it in turns]
+    found += [(it[0], _Piece(it[3], it[2], it[1], it[4])) for it in beside]
     for column in page.columns:
         found += [(column, it) for it in _Reader(ink, page, column, blur).pieces()]
     base = len(ink) - BELOW
@@ -111,31 +125,38 @@ def _cuts(page: Layout, top: int, foot: int) -> tuple[int, ...]:
     return tuple(foot - it for it in page.ends if top + 3 < it < foot - 3)
 
 
-def _across(page: Layout, ink: Floats, blur: float) -> Iterator[_Piece]:
-    """Yield what stands across the centre line, and take it out of the ink (H, W)."""
+def _turns(page: Layout, ink: Floats, blur: float) -> Iterator[_Piece]:
+    """Yield the turns across the centre line, and take them out of the ink (H, W)."""
     near, half = _strip(ink, 0, SIZE // 2), SIZE // 4
     sides = [
         side.mean(axis=1, keepdims=True) for side in (near[:, : half - 1], near[:, half + 1 :])
     ]
     thick = np.ones((5, 1))
-    runs = _runs(np.minimum(*(cv2.dilate(it, thick)[:, 0] for it in sides)) > 0.25)
+    inked = runs(np.minimum(*(cv2.dilate(it, thick)[:, 0] for it in sides)) > 0.25)
     at = 0
-    while at + 1 < len(runs):
-        ends = [sum(it) // 2 for it in runs[at : at + 6]]
+    while at + 1 < len(inked):
+        ends = [sum(it) // 2 for it in inked[at : at + 6]]
         found = [it for end in ends[1:] if (it := _turn(page, ink, ends[0], end, blur))]
         at += 1
         if found:
             piece, own = max(found, key=lambda it: it[0].likeness)
             yield piece
             _erase(ink, own, round(piece.top) - PAD)
-            while at < len(runs) and runs[at][1] < piece.foot:
+            while at < len(inked) and inked[at][1] < piece.foot:
                 at += 1
-    circle = both(blur)
-    strip = _strip(ink, 0, SIZE + 2 * PAD)
-    likeness = cv2.matchTemplate(strip, circle, cv2.TM_CCOEFF_NORMED)[:, 0]
-    while (y := int(likeness.argmax())) >= 0 and likeness[y] > 0.6:
+
+
+def _circles(ink: Floats, place: Column, size: int, blur: float) -> Iterator[_Piece]:
+    """Yield the circles of a size in a place, and take them out of the ink (H, W).
+
+    Their lower ends often lie on a line of the staff, and went with it.
+    """
+    circle = ring(size, blur)
+    strip = _strip(ink, place.x * SIZE, SIZE + 2 * PAD)
+    likeness = cv2.matchTemplate(strip, circle[:-_LOST], cv2.TM_CCOEFF_NORMED)[:, 0]
+    while (y := int(likeness.argmax())) >= 0 and likeness[y] > _ROUND:
         yield _Piece(y + PAD, y + len(circle) - PAD, Name("hold"), float(likeness[y]))
-        _erase(ink, circle, y)
+        _erase(ink, circle, y, place.x * SIZE)
         likeness[max(y - SIZE // 2, 0) : y + SIZE // 2] = 0
 
 
@@ -185,17 +206,11 @@ def _like(strip: Floats, own: Floats) -> tuple[float, int]:
     return float(value), y
 
 
-def _erase(ink: Floats, own: Floats, top: int) -> None:
-    """Take what is seen of an image across the centre line out of ink (H, W)."""
-    first = WIDEST * SIZE - own.shape[1] // 2
+def _erase(ink: Floats, own: Floats, top: int, x: float = 0) -> None:
+    """Take what is seen of an image round a place, from the centre line, out of ink (H, W)."""
+    first = round(x + WIDEST * SIZE - own.shape[1] / 2)
     dark = cv2.dilate(own, np.ones((5, 5), np.uint8)) > 0.15
     ink[top : top + len(own), first : first + own.shape[1]][dark] = 0
-
-
-def _runs(inked: np.typing.NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return stretches of rows (H,) that are inked, half-open."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], inked.astype(np.int8), [0]])))
-    return [(a, b) for a, b in edges.reshape(-1, 2).tolist()]
 
 
 class _Reader:
@@ -250,7 +265,7 @@ class _Reader:
         """Return the rows at which signs may begin or end, and whether there is ink between."""
         rows = self.strip[:, 2:-2].max(axis=1)
         places, inked = list[int](), list[bool]()
-        for top, foot in _runs(rows > _INK):
+        for top, foot in runs(rows > _INK):
             if foot - top < 3:
                 continue
             own = rows[top:foot]

@@ -26,7 +26,7 @@ from lanindex.draw.picture import (
     sign,
     turn,
 )
-from lanindex.draw.staff import BOTH, LEAST, ONE, PITCH
+from lanindex.draw.staff import LEAST, ONE, PITCH
 from lanindex.model.symbol import Symbol, blank, listed
 
 Floats = NDArray[np.float32]
@@ -127,10 +127,10 @@ def across(name: Name, height: int, cuts: tuple[int, ...], blur: float) -> Float
 
 
 @lru_cache(maxsize=8)
-def both(blur: float) -> Floats:
-    """Return the circle of weight on both feet, (H, W) of darkness."""
-    height = round((BOTH + STROKE) * UNIT)
-    return _drawn([Circle(0, BOTH // 2, BOTH // 2)], height, SIZE + 2 * PAD, blur, UNIT)
+def ring(size: int, blur: float) -> Floats:
+    """Return a circle of weight of so many units, (H, W) of darkness."""
+    height = round((size + STROKE) * UNIT)
+    return _drawn([Circle(0, size // 2, size // 2)], height, SIZE + 2 * PAD, blur, UNIT)
 
 
 def _marks(name: Name, units: int, left: bool, pieces: Sequence[tuple[int, int]]) -> list[Mark]:

@@ -291,7 +291,8 @@ def _stances(
         end = ends[bisect_right(ends, start)]
         for part in _FEET.get(words, ()):
             own = found.setdefault(part, [])
+            one = Sign(staff, part, "stance", None, None, None, start, end)
             if own and own[-1].end == start:  # a circle stands again on each staff
-                start, staff = own[-1].start, own.pop().staff
-            own.append(Sign(staff, part, "stance", None, None, None, start, end))
+                one = replace(own.pop(), end=end)
+            own.append(one)
     return [it for own in found.values() for it in own]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from lanindex.alphabet import DIRECTION_CODES, FEET, KINDS, TOUCHED, kind_of
 from lanindex.model import SYMBOL, Meter, Score, Span, Track
 from lanindex.model.derived import bending, with_steps
-from lanindex.model.symbol import blank, joined
+from lanindex.model.symbol import blank
 
 GRID = 4  # steps of a count
 
@@ -131,36 +131,33 @@ def _jumps(
 ) -> dict[str, Track]:
     """Return the tracks in which some steps of a count or more are landings, and their flights.
 
-    A flight takes the time of the step, the landing its second half, of one foot or both.
+    A flight takes the time of the step, the landing its second half, of one foot or both; between
+    two flights the body stands, or steps.
     """
-    rows = {part: tracks[part].symbols for part in feet}
-    flights = list[NDArray[np.void]]()
+    rows = {part: [*tracks[part].symbols] for part in feet}
+    steps = [(part, at, row) for part in feet for at, row in enumerate(rows[part])]
+    flights, landed = list[NDArray[np.void]](), -1
     often = rng.random() * (rng.random() < 0.7)
-    for part in feet:
-        for row in tracks[part].symbols:
-            start, stop = int(row["start"]), int(row["stop"])
-            if stop - start < GRID or rng.random() >= often:
-                continue
-            flight = blank(())
-            flight["start"] = flight["tick"] = start
-            flight["stop"], flight["ticks"], flight["margin"] = stop, stop - start, 1
-            flight["direction"], flight["amount"] = DIRECTION_CODES["place"], FEET.index("unseen")
-            flights.append(flight)
-            own = rows[part].copy()
-            own[own["start"] == start] = _row(part, (start + stop) // 2, stop, rng)
-            rows[part] = own
-            for other in {*feet} - {part}:
-                if rng.random() < 0.4:
-                    landing = _row(other, (start + stop) // 2, stop, rng)
-                    both = joined([rows[other], np.array([landing])])
-                    rows[other] = both[np.argsort(both["start"], kind="stable")]
+    for part, at, row in sorted(steps, key=lambda it: int(it[2]["start"])):
+        start, stop = int(row["start"]), int(row["stop"])
+        if stop - start < GRID or start <= landed or rng.random() >= often:
+            continue
+        flight = _row("jump", start, stop, rng)
+        flight["amount"], landed = FEET.index("unseen"), stop
+        flights.append(flight)
+        rows[part][at] = _row(part, (start + stop) // 2, stop, rng)
+        for other in {*feet} - {part}:
+            if rng.random() < 0.4:
+                rows[other].append(_row(other, (start + stop) // 2, stop, rng))
     if not flights:
         return {}
-    flights.sort(key=lambda it: int(it["start"]))
     known = (Span(0, ticks),)
+    for own in rows.values():
+        own.sort(key=lambda it: int(it["start"]))
     return {
-        **{part: Track(part, own, known) for part, own in rows.items()},
-        "jump": Track("jump", np.array(flights, SYMBOL), known),
+        part: Track(part, np.array(own, SYMBOL), known)
+        for part, own in (*rows.items(), ("jump", flights))
+        if own
     }
 
 

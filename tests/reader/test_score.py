@@ -88,12 +88,6 @@ def test_what_lnd_has_no_line_for_is_told() -> None:
     assert [(it.start, it.end) for it in repeats] == [(9.25, 10.75), (11.25, 11.75)]
 
 
-def test_circles_of_weight_are_told(tmp_path: Path) -> None:
-    command.run("score", str(CORPUS / "jumping_jacks.bvh"), "-o", "page.png", cwd=tmp_path)
-    done = command.run("read-score", "page.png", cwd=tmp_path)
-    assert "page 1: 2 circles of weight, left out" in done.stderr
-
-
 @pytest.mark.parametrize("kind", ["blank", "none", "text"])
 def test_what_is_no_score_is_refused(tmp_path: Path, kind: str) -> None:
     if kind == "blank":

@@ -270,9 +270,8 @@ def read_score(
 ) -> int:
     """Read a printed score into LND.
 
-    What is not known is told with its place and left out; what is doubtful is told and kept. Jumps,
-    touches and circles of weight are not read. A count is a beat. Exits with 1 if something is not
-    known.
+    What is not known is told with its place and left out; what is doubtful is told and kept. A
+    count is a beat. Exits with 1 if something is not known.
     """
     from fractions import Fraction
 
