@@ -83,7 +83,11 @@ def read_signs(image: NDArray[np.uint8]) -> Read:
     found = staves(image)
     page = layout(found)
     signs = sorted(read(page), key=lambda it: it.start)
-    records = [_record(found, page, it) for it in signs]
+    records, ends = list[Record](), dict[str, float]()
+    for sign in signs:
+        one = _record(found, page, sign, ends.get(sign.column.part, 0.0))
+        ends[one.part] = one.end
+        records.append(one)
     circles = [it for it in records if it.kind in CIRCLES]
     known = [it for it in records if it.kind and it.kind not in CIRCLES]
     unknown = [it for it in records if not it.kind]
@@ -103,8 +107,8 @@ def read_signs(image: NDArray[np.uint8]) -> Read:
     return Read(known, unknown, _beats(found, page), round(page.counts[-1]), missing)
 
 
-def _record(found: Sequence[Staff], page: Layout, sign: Sign) -> Record:
-    """Return what a sign says, its times rounded."""
+def _record(found: Sequence[Staff], page: Layout, sign: Sign, before: float) -> Record:
+    """Return what a sign says, its times rounded; `before` it in its column another one ends."""
     what, part = sign.name or Name(""), sign.column.part
     kind = KINDS[kind_of(part)]
     below = sign.start < -0.5 / GRID
@@ -113,6 +117,8 @@ def _record(found: Sequence[Staff], page: Layout, sign: Sign) -> Record:
     box = box_of(found, page, sign)
     if kind.name in ("jump", "touch"):  # a bow has no length, and a flight may have little
         end = max(end, start + 1 / GRID)
+    elif start == end > before:  # one that is shorter than the grid ends where it should
+        start -= 1 / GRID
     if "amount" in kind.fields and (what.direction == "place" or kind.name == "travel"):
         what = what._replace(amount=0)  # no degrees are written in it
     # one that repeats, and one whose degrees cannot be read, have no line in LND

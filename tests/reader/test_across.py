@@ -122,3 +122,14 @@ def test_marks_beside_columns_of_made_pages_are_read(seed: int, damage: str) -> 
         elif sign.kind in BESIDE:
             assert found, sign
             assert wrong(sign, found) == []
+
+
+def test_a_landing_that_is_shorter_than_the_grid_is_read() -> None:
+    text = LND.replace("right mid 1.5 2\njump jump place spring 1 2", "right mid 1.9 2.1").replace(
+        "r_support forward low 1.5 2",
+        "r_support forward low 1.9 2.1\njump jump place spring 1.7 2.1",
+    )
+    _, read = page(text)
+    landed = [it for it in read.records if it.part.endswith("support") and it.end == 2]
+    assert [(it.start, it.level) for it in landed] == [(1.75, "low"), (1.75, "mid")]
+    assert FEET[next(it for it in read.records if it.kind == "jump").amount] == "spring"
