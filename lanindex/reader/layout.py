@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from operator import attrgetter
 from typing import Any
 
 import cv2
@@ -38,6 +39,7 @@ class Layout:
     # symbol's width, the centre line in the middle; the last `BELOW` rows lie below the base
     ink: Floats
     lines: list[int]  # Rows of bar lines and ticks, of the base and the tops
+    bars: list[int]  # Of those, bar lines and the base
     ends: list[int]  # Rows at which a staff continues on the next one
     # For each of these, (2 * `NEAR`, W) darkness around the base of that next staff
     bases: list[Floats]
@@ -54,14 +56,19 @@ def layout(staves: Sequence[Staff]) -> Layout:
         counts.append(counts[-1] + (staff.base - staff.top) / staff.inner / beat)
     tall, bases = _joined(staves, inks, unit, beat, counts)
     rows = (len(tall) - BELOW) / counts[-1]
-    lines = [*counts]
-    for staff, begin in zip(staves, counts, strict=False):
-        across = (*staff.bars, *staff.ticks)
-        lines += [begin + (staff.base - it) / staff.inner / beat for it in across]
-    cuts, ends = (
-        [round(len(tall) - BELOW - it * rows) for it in own] for own in (lines, counts[1:-1])
+    bars, ticks = (
+        [
+            begin + (staff.base - it) / staff.inner / beat
+            for staff, begin in zip(staves, counts, strict=False)
+            for it in own(staff)
+        ]
+        for own in (attrgetter("bars"), attrgetter("ticks"))
     )
-    return Layout(unit, counts, parts, tall, cuts, ends, bases, rows)
+    cuts, across, ends = (
+        [round(len(tall) - BELOW - it * rows) for it in own]
+        for own in ([*counts, *bars, *ticks], [*counts, *bars], counts[1:-1])
+    )
+    return Layout(unit, counts, parts, tall, cuts, across, ends, bases, rows)
 
 
 def _without_lines(staff: Staff, unit: float) -> Floats:

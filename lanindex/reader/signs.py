@@ -7,14 +7,17 @@ pieces are as much like signs as can be. A sign that is known there is drawn at 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
+from math import erf, log2, sqrt
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from lanindex.alphabet import kind_of
 from lanindex.draw.picture import C
@@ -29,8 +32,11 @@ from lanindex.reader.templates import (
     DEGREES,
     NAMES,
     PAD,
+    SEAM,
     SIZE,
     SPREAD,
+    STROKE,
+    UNIT,
     Floats,
     Name,
     across,
@@ -40,11 +46,14 @@ from lanindex.reader.templates import (
 )
 
 _SHIFT = 2  # pixels by which a sign may lie elsewhere than its column or its ink says
-_INK = 0.3  # darkness of a row from which on it belongs to a sign
+_INK = 0.3  # darkness of a row from which on it belongs to a sign; less, if signs are blurred
 _LOST = 4  # rows at the lower end of a circle that are not compared
 _ROUND = 0.7  # likeness from which on it is a circle
 _SURE = 0.5  # likeness below which a piece is unknown
 _COST = 3.0  # worth that each sign costs, so that one is not read as two by chance
+_SEAM = 8.0  # the same for each cut in ink without a gap that is seen
+_CLEAR = 1.0  # blur up to which gaps are seen
+_POOR = 0.27  # worth of a row below which a piece is cut anew, where a quarter of a count begins
 _MOST = 20  # cuts that a sign may span
 _STEPS = tuple(range(15, 375, 15))  # degrees that are written
 _CLOSE = 0.02  # likeness by which degrees must be told from others
@@ -59,6 +68,16 @@ class Sign:
     end: float
     name: Name | None
     confidence: float  # 0 to 1
+
+
+@dataclass(frozen=True, slots=True)
+class _Cut:
+    """A stretch of ink as it is cut, rows half-open from its top."""
+
+    top: int
+    foot: int
+    name: Name | None
+    worth: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +112,7 @@ def read(page: Layout) -> Iterator[Sign]:
         yield Sign(place, start, end, it.name, it.likeness)
 
 
-_BLURS = (0.5, 0.8, 1.2, 1.7, 2.3)
+_BLURS = (0.5, 0.8, 1.2, 1.7, 2.3, 3.1)
 """Pixels by which signs may be blurred."""
 
 
@@ -102,7 +121,7 @@ def _blur(page: Layout) -> float:
     totals = dict.fromkeys(_BLURS, 0.0)
     for column in page.columns:
         reader = _Reader(page.ink, page, column, _BLURS[1])
-        places, inked = reader.places()
+        places, inked, *_ = reader.places()
         spans = [
             it for it, ink in zip(pairwise(places), inked, strict=True)
             if ink and 0.7 * SIZE < it[1] - it[0] < 5 * SIZE
@@ -223,17 +242,47 @@ class _Reader:
         self.small = np.pad(small, ((_EDGE, _EDGE), (0, 0)))
         self.names = NAMES[kind_of(column.part)]
         self.page, self.left, self.blur = page, column.x < 0, blur
+        self.known = dict[tuple[int, int], tuple[float, Name | None]]()
+        self.hidden = page.ends  # gaps that are not seen
+        if column.inside:
+            self.hidden = [*page.ends, *page.bars]
         self.gaps = any(it.kind in APART for it in self.names)
 
     def pieces(self) -> Iterator[_Piece]:
         """Yield signs, upwards, and pieces of ink that are none."""
-        places, inked = self.places()
-        best: list[tuple[float, int, Name | None]] = [(0.0, -1, None)]
+        found, stretches = self._cut([])
+        poor = [it for it in found if it.worth < _POOR * (it.foot - it.top)]
+        if poor and self.blur > _CLEAR:
+            base = len(self.strip) - BELOW
+            quarters = np.rint(base - np.arange(4 * base / self.page.rows) * self.page.rows / 4)
+            again = [run for run in stretches if any(run[0] <= it.top < run[1] for it in poor)]
+            rows = [int(it) for it in quarters if any(top < it < foot for top, foot in again)]
+            found, _ = self._cut(rows)
+        unknown = None
+        for it in found:
+            if it.name:
+                yield self._settled(it.top, it.foot, it.name)
+            elif unknown and unknown.top == it.foot:
+                unknown = replace(unknown, top=it.top)
+            else:
+                if unknown:
+                    yield unknown
+                unknown = _Piece(it.top, it.foot, None, 0.0)
+        if unknown:
+            yield unknown
+
+    def _cut(self, more: list[int]) -> tuple[list[_Cut], list[tuple[int, int]]]:
+        """Return pieces of ink, upwards, cut so that they are worth most, and stretches of ink.
+
+        There may be cuts at so many rows `more`.
+        """
+        places, inked, seams, stretches = self.places(more)
+        best: list[tuple[float, int, float, Name | None]] = [(0.0, -1, 0.0, None)]
         for end in range(1, len(places)):
             rows = places[end] - places[end - 1]
             cost = 0.02 * rows if inked[end - 1] else 0.0
-            options: list[tuple[float, int, Name | None]] = [
-                (best[end - 1][0] - cost, end - 1, None)
+            options: list[tuple[float, int, float, Name | None]] = [
+                (best[end - 1][0] - cost, end - 1, 0.0, None)
             ]
             first = max(end - _MOST, 0) if inked[end - 1] else end
             for begin in range(end - 1, first - 1, -1):
@@ -243,31 +292,30 @@ class _Reader:
                 if inked[begin]:
                     worth, name = self.named(places[begin], places[end], whole=whole)
                     if name is not None:
-                        options.append((best[begin][0] + worth - _COST, begin, name))
+                        value = best[begin][0] + worth - _COST - seams[begin]
+                        options.append((value, begin, worth, name))
             best.append(max(options, key=lambda it: it[0]))
-        at, unknown = len(places) - 1, None
+        at, found = len(places) - 1, list[_Cut]()
         while at > 0:
-            _, before, name = best[at]
-            if name is not None:
-                yield self._settled(places[before], places[at], name)
-            elif inked[before]:
-                if unknown and unknown.top == places[at]:
-                    unknown = replace(unknown, top=places[before])
-                else:
-                    if unknown:
-                        yield unknown
-                    unknown = _Piece(places[before], places[at], None, 0.0)
+            _, before, worth, name = best[at]
+            if name or inked[before]:
+                found.append(_Cut(places[before], places[at], name, worth))
             at = before
-        if unknown:
-            yield unknown
+        return found, stretches
 
-    def places(self) -> tuple[list[int], list[bool]]:
-        """Return the rows at which signs may begin or end, and whether there is ink between."""
+    def places(
+        self, more: Sequence[int] = ()
+    ) -> tuple[list[int], list[bool], list[float], list[tuple[int, int]]]:
+        """Return the rows at which signs may begin or end, and whether there is ink between.
+
+        And what it costs that one ends there though no gap is seen where one would be; and the
+        stretches of ink. There may be cuts at so many rows `more`.
+        """
         rows = self.strip[:, 2:-2].max(axis=1)
-        places, inked = list[int](), list[bool]()
-        for top, foot in runs(rows > _INK):
-            if foot - top < 3:
-                continue
+        stroke = erf(STROKE * UNIT / 2 / (self.blur * sqrt(2)))  # darkness of a blurred one
+        places, inked, seams = list[int](), list[bool](), list[float]()
+        stretches = [it for it in runs(rows > min(_INK, stroke / 2)) if it[1] - it[0] >= 3]
+        for top, foot in stretches:
             own = rows[top:foot]
             cuts = {
                 top + it
@@ -275,36 +323,59 @@ class _Reader:
                 if own[it] < 0.8 * min(own[it - 4 : it].max(), own[it + 1 : it + 5].max())
                 and own[it] == own[max(it - 3, 0) : it + 4].min()
             }
-            cuts |= {it for it in self.page.lines if top + SIZE // 3 < it < foot - SIZE // 3}
-            if places:
-                inked.append(False)
+            ends = top + SIZE // 3, foot - SIZE // 3
+            cuts |= {it for it in self.page.lines if ends[0] < it < ends[1]}
+            near = [it for it in more if all(abs(it - cut) > SIZE // 5 for cut in cuts)]
+            cuts |= {it for it in near if ends[0] < it < ends[1]}
+            inked += [False] * bool(places)
             inside = sorted(cuts)
             places += [top, *inside, foot]
+            seams += [0.0, *(self._seam(rows, it) for it in inside), 0.0]
             inked += [True] * (len(inside) + 1)
-        return places, inked
+        return places, inked, seams, stretches
+
+    def _seam(self, rows: Floats, row: int) -> float:
+        """Return what it costs that signs meet at a row, by how dark rows (H,) are around it."""
+        if any(abs(it - row) <= SEAM for it in self.hidden):
+            return 0.0
+        sides = min(rows[row - 6 : row - 1].max(), rows[row + 2 : row + 7].max())
+        gap = float(rows[row - 2 : row + 3].min() / max(sides, 0.01))
+        return _SEAM * min(max((gap - 0.8) / 0.2, 0.0), 1.0)
 
     def named(self, top: int, foot: int, *, whole: bool) -> tuple[float, Name | None]:
         """Return the sign that a piece is most like, and its worth: more, the higher and surer."""
+        if (top, foot) not in self.known:
+            self.known[top, foot] = self._named(top, foot, whole=whole)
+        return self.known[top, foot]
+
+    def _named(self, top: int, foot: int, *, whole: bool) -> tuple[float, Name | None]:
         high = (foot - top) / SIZE
         names = tuple(it for it in self.names if (whole or it.kind in APART) and fits(it, high))
         best: tuple[float, Name | None] = 0.0, None
         cuts = tuple(it // 2 for it in _cuts(self.page, top, foot))
         low = top // 2 + _EDGE - PAD - 1
+        if self.blur > _CLEAR and len(names) > _LIKELY and foot - top > SIZE // 2:
+            names = self._likely(names, top, foot)
         for size in ((foot - top) // 2, (foot - top - 1) // 2) if names else ():
-            known, sums, norms = _bank(names, size, self.left, cuts, self.blur)
+            images = [image(it, size, self.left, cuts, self.blur, COARSE) for it in names]
+            known = np.array(images).reshape(len(names), -1)
             near = self.small[low : low + size + 2 * PAD + 2]
             windows = sliding_window_view(near, (size + 2 * PAD, COARSE + 2 * PAD))
-            flat = windows.reshape(-1, known.shape[1])
-            total, energy = flat.sum(axis=1), np.einsum("ij,ij->i", flat, flat)
-            spread = np.sqrt(np.maximum(energy - total**2 / known.shape[1], 1e-3))
-            likeness = flat @ known.T - total[:, None] * sums / known.shape[1]
-            likeness /= spread[:, None] * norms
+            likeness = _alike(windows.reshape(-1, known.shape[1]), known)
             at = int(likeness.argmax())
             value = float(likeness.flat[at])
             worth = (value * abs(value) - _SURE**2) * size
             if value > _SURE and worth > best[0]:
                 best = worth, names[at % len(names)]
         return best
+
+    def _likely(self, names: tuple[Name, ...], top: int, foot: int) -> tuple[Name, ...]:
+        """Return the names of signs that a piece is most like where both are made small."""
+        height = round(COARSE * 2 ** (round(8 * log2((foot - top) / SIZE)) / 8))
+        piece = self.small[top // 2 + _EDGE : foot // 2 + _EDGE, 2:-2]
+        seen = cv2.resize(piece, _ROUGH, interpolation=cv2.INTER_AREA).reshape(1, -1)
+        likeness = _alike(seen, _rough(names, height, self.left, self.blur))[0]
+        return tuple(names[it] for it in np.sort(np.argsort(-likeness)[:_LIKELY]).tolist())
 
     def fitted(self, top: int, foot: int, name: Name, blur: float) -> tuple[float, int, int]:
         """Return how much a piece is like a sign at the best of its places: its row and height."""
@@ -333,12 +404,20 @@ class _Reader:
 _EDGE = 4  # rows of paper above and below a column that is made small
 
 
-@lru_cache(maxsize=64)
-def _bank(
-    names: tuple[Name, ...], height: int, left: bool, cuts: tuple[int, ...], blur: float
-) -> tuple[Floats, Floats, Floats]:
-    """Return images of signs, (N, H * W), their sums, and lengths round their means."""
-    rows = [image(it, height, left, cuts, blur, COARSE).ravel() for it in names]
-    flat = np.array(rows, np.float32)
-    sums, squares = flat.sum(axis=1), np.einsum("ij,ij->i", flat, flat)
-    return flat, sums, np.sqrt(np.maximum(squares - sums**2 / flat.shape[1], 1e-3))
+_ROUGH = 7, 14  # pixels, across and down, of signs that are compared roughly
+_LIKELY = 8  # signs that are compared closely
+
+
+@lru_cache(maxsize=256)
+def _rough(names: tuple[Name, ...], height: int, left: bool, blur: float) -> Floats:
+    """Return rough images of signs at a height in pixels of `COARSE`, (N, H * W)."""
+    drawn = [image(it, height, left, (), blur, COARSE)[PAD:-PAD, PAD:-PAD] for it in names]
+    rows = [cv2.resize(it, _ROUGH, interpolation=cv2.INTER_AREA).ravel() for it in drawn]
+    return np.array(rows, np.float32)
+
+
+def _alike(seen: NDArray[Any], known: NDArray[Any]) -> Floats:
+    """Return how much images (M, P) are like others (N, P): (M, N) correlations."""
+    own, other = (it - it.mean(axis=1, keepdims=True) for it in (seen, known))
+    lengths = [np.maximum(np.einsum("ij,ij->i", it, it), 1e-3) for it in (own, other)]
+    return np.asarray(own @ other.T / np.sqrt(np.outer(*lengths)), np.float32)

@@ -95,7 +95,7 @@ def fits(name: Name, height: float) -> bool:
     return units > 0.7 * LEAST
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=8192)
 def image(
     name: Name, height: int, left: bool, cuts: tuple[int, ...], blur: float, size: int = SIZE
 ) -> Floats:
@@ -105,9 +105,12 @@ def image(
     `blur` is in pixels of `SIZE`.
     """
     units = max(round(height * C / size) - STROKE, 1)
-    pieces = list(pairwise(sorted({0, units, *(min(it * C // size, units) for it in cuts)})))
-    marks = _marks(name, units, left, pieces)
-    drawn = _drawn(marks, height, size + 2 * PAD, blur * size / SIZE, size / C)
+    if cuts and name.level in ("low", "mid"):  # others have strokes of their own on each staff
+        drawn = image(name, height, left, (), blur, size).copy()
+    else:
+        pieces = list(pairwise(sorted({0, units, *(min(it * C // size, units) for it in cuts)})))
+        marks = _marks(name, units, left, pieces)
+        drawn = _drawn(marks, height, size + 2 * PAD, blur * size / SIZE, size / C)
     for cut in cuts:
         mend(drawn, PAD + height - cut, size)
     return drawn
@@ -166,13 +169,18 @@ def _drawn(marks: Sequence[Mark], height: int, wide: int, blur: float, unit: flo
         elif isinstance(mark, Label):
             _paste(large, mark, round(x * scale), round(y * scale), scale)
         elif isinstance(mark, Polyline):
-            for number, points in enumerate(mark.lines):
-                corners = np.array([((x + to) * scale, (y + at) * scale) for to, at in points])
-                corners = corners.round().astype(np.int32).reshape(-1, 1, 2)
-                if mark.style == "solid":
+            lines = [
+                np.rint(np.add(points, (x, y)) * scale).astype(np.int32) for points in mark.lines
+            ]
+            if mark.style == "solid":
+                for corners in lines:
                     cv2.fillPoly(large, [corners], 255)
-                closed = mark.closed and (number == 0 or len(points) > 2)
-                cv2.polylines(large, [corners], closed, 255, thick, cv2.LINE_AA)
+            for closed in (True, False):
+                own = [
+                    it for number, it in enumerate(lines)
+                    if closed == (mark.closed and (number == 0 or len(it) > 2))
+                ]  # fmt: skip
+                cv2.polylines(large, own, closed, 255, thick, cv2.LINE_AA)
     small = cv2.resize(large, (wide, rows), interpolation=cv2.INTER_AREA).astype(np.float32) / 255
     return np.asarray(cv2.GaussianBlur(small, (0, 0), blur), np.float32)
 

@@ -1,6 +1,7 @@
 """Pages that we draw are read back: the score that was drawn, or what is not known is told."""
 
 import sys
+from collections.abc import Iterable
 from fractions import Fraction
 from pathlib import Path
 
@@ -23,11 +24,11 @@ from lanindex.reader.score import read_signs, score_of  # noqa: E402
 CORPUS = Path(lanindex.__file__).parents[1] / "corpus"
 
 
-def shares(seeds: range) -> tuple[float, float]:
+def shares(seeds: Iterable[int], damage: str = "clean") -> tuple[float, float]:
     """Return the share of signs on made pages that are read rightly, and of false ones."""
     right = signs = false = 0
     for seed in seeds:
-        page = made(seed)
+        page = made(seed, damage)
         signs += len(page.truth)
         for sign, found in matched(page.truth, read_signs(page.image).records):
             right += bool(sign and found and not {*wrong(sign, found)} - {"amount"})
@@ -39,6 +40,11 @@ def test_signs_of_clean_pages_are_read() -> None:
     right, false = shares(range(3, 9))
     assert right > 0.95
     assert false < 0.03
+
+
+def test_thin_lines_and_signs_without_gaps_are_read_on_blurred_pages() -> None:
+    right, _ = shares((9, 20), "hard")  # symbols are 15 pixels wide
+    assert right > 0.8
 
 
 def test_a_score_that_was_drawn_is_the_score_that_is_read(tmp_path: Path) -> None:
