@@ -35,6 +35,7 @@ class Layout:
     unit: float  # Width of a symbol, by the distance from the centre line to the outer ones
     counts: list[float]  # At the base of each staff, and at the top of the last
     columns: list[Column]
+    named: bool  # Whether names say which they are; else their places do
     # (H, W) darkness without the staves' lines, of all staves as of one: time upwards, `SIZE` to a
     # symbol's width, the centre line in the middle; the last `BELOW` rows lie below the base
     ink: Floats
@@ -48,7 +49,7 @@ class Layout:
 
 def layout(staves: Sequence[Staff]) -> Layout:
     """Return how the staves of a page are laid out."""
-    unit, parts = columns(staves)
+    unit, parts, named = columns(staves)
     inks = [_without_lines(staff, unit) for staff in staves]
     beat = _beat(staves)
     counts = [0.0]
@@ -68,7 +69,7 @@ def layout(staves: Sequence[Staff]) -> Layout:
         [round(len(tall) - BELOW - it * rows) for it in own]
         for own in ([*counts, *bars, *ticks], [*counts, *bars], counts[1:-1])
     )
-    return Layout(unit, counts, parts, tall, cuts, across, ends, bases, rows)
+    return Layout(unit, counts, parts, named, tall, cuts, across, ends, bases, rows)
 
 
 def _without_lines(staff: Staff, unit: float) -> Floats:

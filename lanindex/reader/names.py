@@ -1,7 +1,9 @@
-"""The columns of a page's staves, by the names below them.
+"""The columns of a page's staves, by the names below them or by their usual places.
 
 Where a column lies depends on those between it and the centre line, so all names are read together:
-of all ways to lay columns out the one whose names are most like what is printed.
+of all ways to lay columns out the one whose names are most like what is printed. Where nothing is
+printed, columns lie as the field has them: supports and legs between the staff's lines, the torso,
+the arms and the head beside them.
 """
 
 from __future__ import annotations
@@ -38,6 +40,8 @@ _WIDEST = 12 * C  # units on either side of the centre line that are looked at
 _SHIFT = 5  # pixels by which a name may lie elsewhere
 _ASKEW = 0.08  # by how much a page that was made flat may be higher or lower than wide
 _BLURS = (0.5, 0.8, 1.1, 1.5)  # pixels of the page by which names may be blurred
+_INK = 150  # brightness below which there is ink
+_HIGH = 0.6  # widths that the highest sign of a column is, at least; numbers of bars are lower
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,18 +54,24 @@ class Column:
     half: float = 0.5  # From its middle to its sides, widths of a symbol
 
 
-def columns(staves: Sequence[Staff]) -> tuple[float, list[Column]]:
-    """Return the width of a symbol by the distance of the outer lines, and the columns with names.
+def columns(staves: Sequence[Staff]) -> tuple[float, list[Column], bool]:
+    """Return the width of a symbol by the distance of the outer lines, and the columns.
 
     Parameters
     ----------
     staves : sequence of Staff
         Of one page.
 
+    Returns
+    -------
+    float, list of Column, bool
+        The last one: whether they have names. Where nothing is printed below the staves, they are
+        taken by their usual places.
+
     Raises
     ------
     CaptureError
-        If no names can be read.
+        If there are names, but they cannot be read.
     """
     best = (0.0, 0.0, list[Column]())
     room = _pitch(staves)
@@ -71,10 +81,48 @@ def columns(staves: Sequence[Staff]) -> tuple[float, list[Column]]:
         for blur in _BLURS:
             worth, found = _read(strips, blur / unit * SCALE, inner, room * inner)
             best = max(best, (worth, C / inner, found), key=lambda it: it[0])
-    if not best[2]:
-        remedy = "Give it the whole page, with the names below its staves."
-        raise CaptureError("no names of columns", wanted="names below a staff", remedy=remedy)
-    return best[1], best[2]
+    if best[2]:
+        return best[1], best[2], True
+    inner = 2 * PITCH
+    short = _SURE * float(_name(name_of("r_leg"), _BLURS[1]).sum())
+    if any(float(names_below(it, it.inner / inner).clip(0, 1).sum()) > short for it in staves):
+        remedy = "Give it a sharper picture, or one that ends below the staves."
+        raise CaptureError("no names of columns that can be read below its staves", remedy=remedy)
+    return C / inner, _usual(staves), False
+
+
+def _usual(staves: Sequence[Staff]) -> list[Column]:
+    """Return columns where the field has them, those beside the staff as far as they have ink."""
+    inked = {side: [at for at in range(2, 6) if _has_ink(staves, side, at)] for side in (-1, 1)}
+    # beside the staff all but arms stands on the right; the first column there is the body's
+    arms = [at for at in inked[-1] if at > 2][-2:] or inked[-1] or [3]
+    names = ["upper_arm", "forearm"][-len(arms) :] if len(arms) > 1 else ["arm"]
+    found = {
+        **{(side, 0): f"{it}_support" for side, it in ((1, "r"), (-1, "l"))},
+        **{(side, 1): f"{it}_leg" for side, it in ((1, "r"), (-1, "l"))},
+        **dict.fromkeys([(1, 2)], "torso"),
+        **dict.fromkeys([(1, at) for at in inked[1] if at > max(arms)][:1], "head"),
+    }
+    for at, name in zip(arms, names, strict=True):
+        found |= {(side, at): f"{it}_{name}" for side, it in ((1, "r"), (-1, "l"))}
+    return [
+        Column(part, side * (at + 0.5) * PITCH / C, at < 2) for (side, at), part in found.items()
+    ]
+
+
+def _has_ink(staves: Sequence[Staff], side: int, at: int) -> bool:
+    """Return whether signs stand beside a staff so many columns from its centre line."""
+    for staff in staves:
+        unit = staff.inner / (2 * PITCH)
+        middle, half = staff.centre + side * (at + 0.5) * PITCH * unit, 0.3 * C * unit
+        first, last = round(middle - half), round(middle + half)
+        if first >= 0 and last < staff.image.shape[1]:
+            column = staff.image[round(staff.top) : round(staff.foot), first:last]
+            rows = column.min(axis=1) < _INK
+            edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]])))
+            if (np.diff(edges)[::2] > _HIGH * C * unit).any():
+                return True
+    return False
 
 
 def _inners(staves: Sequence[Staff]) -> list[int]:

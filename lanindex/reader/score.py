@@ -104,6 +104,9 @@ def read_signs(image: NDArray[np.uint8]) -> Read:
         box = box_at(found, page, xs, counts)
         unknown.append(Record(staff, "", "", None, None, None, start, end, 0.0, box))
     missing = [*missing_staves(found, page), *unknown_names(found, page)]
+    if not page.named:
+        parts = " ".join(dict.fromkeys(it.part for it in records))
+        missing.append(f"no names of columns, taken by their places for {parts}")
     return Read(known, unknown, _beats(found, page), round(page.counts[-1]), missing)
 
 

@@ -71,6 +71,11 @@ def _track(
     return Track(part, np.array(rows, SYMBOL), (Span(0, ticks),))
 
 
+def random_track(part: str, ticks: int, rng: np.random.Generator) -> Track:
+    """Return a track of random symbols, from a starting position on."""
+    return _track(part, _spans(ticks, rng), ticks, rng, begins=True)
+
+
 def _spans(
     ticks: int,
     rng: np.random.Generator,
