@@ -25,6 +25,7 @@ from lanindex.draw.staff import BOTH, ONE, PITCH
 from lanindex.reader.across import flights, touches
 from lanindex.reader.layout import BELOW, WIDEST, Layout, runs
 from lanindex.reader.names import Column
+from lanindex.reader.outlines import named
 from lanindex.reader.templates import (
     ACROSS,
     APART,
@@ -50,6 +51,7 @@ _INK = 0.3  # darkness of a row from which on it belongs to a sign; less, if sig
 _LOST = 4  # rows at the lower end of a circle that are not compared
 _ROUND = 0.7  # likeness from which on it is a circle
 _SURE = 0.5  # likeness below which a piece is unknown
+_OURS = 0.55  # likeness of a page to our signs, below which it may be in another hand
 _COST = 3.0  # worth that each sign costs, so that one is not read as two by chance
 _SEAM = 8.0  # the same for each cut in ink without a gap that is seen
 _CLEAR = 1.0  # blur up to which gaps are seen
@@ -90,6 +92,9 @@ class _Piece:
     likeness: float
 
 
+_Found = list[tuple[Column, _Piece]]
+
+
 def read(page: Layout) -> Iterator[Sign]:
     """Yield the signs of a page."""
     ink = page.ink.copy()
@@ -98,18 +103,30 @@ def read(page: Layout) -> Iterator[Sign]:
     beside = [*touches(page, ink, blur)]
     feet = [it for it in page.columns if kind_of(it.part) == "support"]
     sizes = [(centre, BOTH), *((it, ONE) for it in feet)]
-    found = [(place, it) for place, size in sizes for it in _circles(ink, place, size, blur)]
+    found: _Found = [
+        (place, it) for place, size in sizes for it in _circles(ink, place, size, blur)
+    ]
     whole = ink.copy()
     turns = [*_turns(page, ink, blur)]
     beside += flights(whole, ink, [(round(it.top), round(it.foot)) for it in turns], blur)
     found += [(centre, it) for it in turns]
     found += [(it[0], _Piece(it[3], it[2], it[1], it[4])) for it in beside]
-    for column in page.columns:
-        found += [(column, it) for it in _Reader(ink, page, column, blur).pieces()]
+    found += [(it, sign) for it in page.columns for sign in _Reader(ink, page, it, blur).pieces()]
+    if _likeness(found) < _OURS:  # in another hand, without flights and circles, or damaged
+        readers = [(it, _Reader(page.ink, page, it, blur)) for it in page.columns]
+        outlined = [(it, sign) for it, reader in readers for sign in reader.outlined()]
+        found = max(found, outlined, key=_likeness)
     base = len(ink) - BELOW
     for place, it in found:
         start, end = ((base - row) / page.rows for row in (it.foot, it.top))
         yield Sign(place, start, end, it.name, it.likeness)
+
+
+def _likeness(found: _Found) -> float:
+    """Return how much what stands in the columns of limbs is like signs, by its height."""
+    own = [it for column, it in found if kind_of(column.part) in ("gesture", "support")]
+    rows = sum(it.foot - it.top for it in own)
+    return sum((it.foot - it.top) * it.likeness for it in own) / rows if rows else 1.0
 
 
 _BLURS = (0.5, 0.8, 1.2, 1.7, 2.3, 3.1)
@@ -302,6 +319,15 @@ class _Reader:
                 found.append(_Cut(places[before], places[at], name, worth))
             at = before
         return found, stretches
+
+    def outlined(self) -> Iterator[_Piece]:
+        """Yield signs in another hand than ours, upwards, and pieces of ink that are none."""
+        kind = self.names[0].kind
+        for top, foot in reversed(runs(self.strip[:, 2:-2].max(axis=1) > _INK)):
+            found: tuple[Name | None, float] = None, 0.0
+            if Name(kind, "place", "low") in self.names:
+                found = named(self.strip[top:foot], kind, left=self.left)
+            yield _Piece(top, foot, *found)
 
     def places(
         self, more: Sequence[int] = ()
