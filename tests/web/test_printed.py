@@ -99,6 +99,7 @@ def test_a_page_without_a_sign_that_is_known_is_opened(library: lanindex.Library
     ask: TestClient = asking(library)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("lanindex.reader.signs._SURE", 2.0)
+        patch.setattr("lanindex.reader.outlines._LIKE", 2.0)
         found = ask.post("/api/scores/printed", content=page).json()
     assert (found["score"]["symbols"], found["score"]["beats"]) == ([], 4)
     assert {it["kind"] for it in found["signs"]} == {"unknown"}
