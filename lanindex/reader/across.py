@@ -16,12 +16,10 @@ from numpy.typing import NDArray
 from lanindex.alphabet import CONTACTS, FEET, TOUCHED, amounts_of, kind_of
 from lanindex.draw.picture import BOW, GAP, C
 from lanindex.draw.staff import DOUBLE, PITCH, staff_columns
-from lanindex.reader.layout import BELOW, NEAR, WIDEST, Layout, runs
+from lanindex.reader.layout import BELOW, NEAR, WIDEST, Layout, Piece
 from lanindex.reader.names import Column
+from lanindex.reader.staff import runs
 from lanindex.reader.templates import SEAM, SIZE, STROKE, UNIT, Floats, Name
-
-Found = tuple[Column, Name, float, float, float]
-"""A mark: its place, what it says, its lower and its upper row, and how sure that is."""
 
 _BESIDE = 5  # pixels on either side of a line of a flight that are looked at
 _FLIGHT = 11  # rows over which its darkness is averaged
@@ -32,7 +30,7 @@ _JUMP = Name("jump", "place", amount=FEET.index("unseen"))  # until it is known 
 
 def flights(
     whole: Floats, ink: Floats, turns: Sequence[tuple[int, int]], blur: float
-) -> Iterator[Found]:
+) -> Iterator[tuple[Column, Piece]]:
     """Yield the flights in ink (H, W), whole, and take them out of that without the turns.
 
     Signs on either side end close to where the lines of a flight are. So what is dark there is
@@ -55,7 +53,7 @@ def flights(
             for x in (-PITCH * UNIT, PITCH * UNIT):
                 _bridge(ink[top - 2 : foot + 2].T, _pixel(x), 2)
             sure = min(float(np.median(both[top:foot])), 1.0)
-            yield place, _JUMP, foot + GAP * UNIT, top - GAP * UNIT, sure
+            yield place, Piece(top - GAP * UNIT, foot + GAP * UNIT, _JUMP, sure)
 
 
 def _pixel(x: float) -> int:
@@ -92,7 +90,7 @@ _ENDS = 0.7  # of a bow's likeness, that of either end
 _ALIKE = 0.76  # likeness from which on it is a bow
 
 
-def touches(page: Layout, ink: Floats, blur: float) -> Iterator[Found]:
+def touches(page: Layout, ink: Floats, blur: float) -> Iterator[tuple[Column, Piece]]:
     """Yield the touches of a page, each where it begins, and take their bows out of its ink."""
     columns = staff_columns(it.part for it in page.columns)
     told: dict[tuple[int, int], list[tuple[str, int]]] = {}
@@ -121,7 +119,7 @@ def touches(page: Layout, ink: Floats, blur: float) -> Iterator[Found]:
         it.erase(ink, row, SEAM * (min(abs(row - end) for end in (*page.ends, -SIZE)) < SEAM))
         whose = told[it.ends]
         place = Column(whose[0][0], sum(it.ends) / 2 / C, inside=False, half=it.wide / 2 / C)
-        yield place, Name("touch", amount=whose[0][1]), row, row, alike / len(whose)
+        yield place, Piece(row, row, Name("touch", amount=whose[0][1]), alike / len(whose))
 
 
 _SECOND = round(DOUBLE * UNIT)  # rows from a line to the second of a double one

@@ -16,7 +16,7 @@ from lanindex.draw.picture import C
 from lanindex.draw.staff import DOUBLE
 from lanindex.reader.names import Column, columns
 from lanindex.reader.staff import Staff
-from lanindex.reader.templates import SIZE, Floats, mend
+from lanindex.reader.templates import SIZE, Floats, Name, mend
 
 BELOW = 6 * SIZE
 """Rows of ink below the first staff: there the starting position is."""
@@ -45,6 +45,16 @@ class Layout:
     # For each of these, (2 * `NEAR`, W) darkness around the base of that next staff
     bases: list[Floats]
     rows: float  # Rows of a count
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A stretch of ink in a column, or across some, rows half-open from its top."""
+
+    top: float
+    foot: float
+    name: Name | None  # None: it is like no sign
+    likeness: float  # 0 to 1
 
 
 def layout(staves: Sequence[Staff]) -> Layout:
@@ -152,9 +162,3 @@ def _seen(ink: Floats, xs: NDArray[Any], ys: NDArray[Any]) -> Floats:
     """Return ink (H, W) at places (w,) across and (h,) down: (h, w)."""
     across, down = np.meshgrid(xs.astype(np.float32), ys.astype(np.float32))
     return np.asarray(cv2.remap(ink, across, down, cv2.INTER_LINEAR, borderValue=0), np.float32)
-
-
-def runs(inked: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return stretches of rows (H,) that are inked, half-open."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], inked.astype(np.int8), [0]])))
-    return [(a, b) for a, b in edges.reshape(-1, 2).tolist()]

@@ -2,8 +2,8 @@
 
 Where a column lies depends on those between it and the centre line, so all names are read together:
 of all ways to lay columns out the one whose names are most like what is printed. Where nothing is
-printed, columns lie as the field has them: supports and legs between the staff's lines, the torso,
-the arms and the head beside them.
+printed, columns are in the places that are usual in Labanotation: supports and legs between the
+staff's lines; the torso, the arms and the head beside them.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from lanindex.draw import svg
 from lanindex.draw.picture import PIXEL, C, Label, Picture
 from lanindex.draw.staff import MARGIN, NAME, NAMES, NUMBERS, PITCH, PITCHES, START, name_of
 from lanindex.errors import CaptureError
-from lanindex.reader.staff import Staff
+from lanindex.reader.staff import Staff, runs
 
 Floats = NDArray[np.float32]
 
@@ -64,9 +64,11 @@ def columns(staves: Sequence[Staff]) -> tuple[float, list[Column], bool]:
 
     Returns
     -------
-    float, list of Column, bool
-        The last one: whether they have names. Where nothing is printed below the staves, they are
-        taken by their usual places.
+    unit : float
+    found : list of Column
+    named : bool
+        Whether the columns have names. Where nothing is printed below the staves, they are those
+        in the usual places.
 
     Raises
     ------
@@ -92,22 +94,16 @@ def columns(staves: Sequence[Staff]) -> tuple[float, list[Column], bool]:
 
 
 def _usual(staves: Sequence[Staff]) -> list[Column]:
-    """Return columns where the field has them, those beside the staff as far as they have ink."""
-    inked = {side: [at for at in range(2, 6) if _has_ink(staves, side, at)] for side in (-1, 1)}
-    # beside the staff all but arms stands on the right; the first column there is the body's
-    arms = [at for at in inked[-1] if at > 2][-2:] or inked[-1] or [3]
-    names = ["upper_arm", "forearm"][-len(arms) :] if len(arms) > 1 else ["arm"]
-    found = {
-        **{(side, 0): f"{it}_support" for side, it in ((1, "r"), (-1, "l"))},
-        **{(side, 1): f"{it}_leg" for side, it in ((1, "r"), (-1, "l"))},
-        **dict.fromkeys([(1, 2)], "torso"),
-        **dict.fromkeys([(1, at) for at in inked[1] if at > max(arms)][:1], "head"),
-    }
-    for at, name in zip(arms, names, strict=True):
-        found |= {(side, at): f"{it}_{name}" for side, it in ((1, "r"), (-1, "l"))}
-    return [
-        Column(part, side * (at + 0.5) * PITCH / C, at < 2) for (side, at), part in found.items()
-    ]
+    """Return columns in their usual places, those beside the staff as far as they have ink."""
+    right, left = ([at for at in range(2, 6) if _has_ink(staves, side, at)] for side in (1, -1))
+    # only arms stand on the left of the staff; the torso is nearest to it, if they leave that free
+    arms = [at for at in left if at > 2][-2:] or left or [3]
+    limbs = ["arm"] if len(arms) == 1 else ["upper_arm", "forearm"]
+    found = [(2, 1, "torso")] * (2 not in arms)
+    found += [(at, 1, "head") for at in right if at > max(arms)][:1]
+    for at, limb in zip((0, 1, *arms), ("support", "leg", *limbs), strict=True):
+        found += [(at, 1, f"r_{limb}"), (at, -1, f"l_{limb}")]
+    return [Column(part, side * (at + 0.5) * PITCH / C, at < 2) for at, side, part in found]
 
 
 def _has_ink(staves: Sequence[Staff], side: int, at: int) -> bool:
@@ -118,9 +114,8 @@ def _has_ink(staves: Sequence[Staff], side: int, at: int) -> bool:
         first, last = round(middle - half), round(middle + half)
         if first >= 0 and last < staff.image.shape[1]:
             column = staff.image[round(staff.top) : round(staff.foot), first:last]
-            rows = column.min(axis=1) < _INK
-            edges = np.flatnonzero(np.diff(np.concatenate([[False], rows, [False]])))
-            if (np.diff(edges)[::2] > _HIGH * C * unit).any():
+            inked = runs(column.min(axis=1) < _INK)
+            if any(foot - top > _HIGH * C * unit for top, foot in inked):
                 return True
     return False
 

@@ -1,4 +1,4 @@
-"""Signs in another hand than ours: the direction by their outline, the level by what is in it."""
+"""Signs in another style than ours: the direction by their outline, the level by what fills it."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _is_dot(_: int, __: int, width: int, height: int, area: int) -> bool:
     return low < min(width, height) and max(width, height) < high and area > 0.55 * width * height
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=1024)
 def _shapes(way: str, height: int, width: int, left: bool) -> list[Image]:
     """Return how a direction fills a box, (H, W) of 0 and 1, with notches of two sizes."""
     found = []

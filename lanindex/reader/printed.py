@@ -56,7 +56,7 @@ class Printed:
             if number not in self.read:
                 yield f"page {number}: no staff of Labanotation, left out"
             else:
-                yield from (f"page {number}: {it}" for it in self.read[number].missing)
+                yield from (f"page {number}: {it}" for it in self.read[number].notes)
         for number, sign, told in self.unsure():
             yield f"page {number}, {sign.place}: {told}"
 

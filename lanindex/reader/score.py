@@ -70,7 +70,7 @@ class Read:
     unknown: list[Record]
     beats: int  # Counts in a bar
     counts: int  # On the page
-    missing: list[str]  # What else is not known: names of columns, and staves
+    notes: list[str]  # What else is not known or not sure: names of columns, staves
 
 
 def read_page(image: NDArray[np.uint8]) -> list[Record]:
@@ -103,11 +103,11 @@ def read_signs(image: NDArray[np.uint8]) -> Read:
         staff = sum(it <= start for it in page.counts[1:-1])
         box = box_at(found, page, xs, counts)
         unknown.append(Record(staff, "", "", None, None, None, start, end, 0.0, box))
-    missing = [*missing_staves(found, page), *unknown_names(found, page)]
+    notes = [*missing_staves(found, page), *unknown_names(found, page)]
     if not page.named:
         parts = " ".join(dict.fromkeys(it.part for it in records))
-        missing.append(f"no names of columns, taken by their places for {parts}")
-    return Read(known, unknown, _beats(found, page), round(page.counts[-1]), missing)
+        notes.append(f"no names of columns, taken by their places for {parts}")
+    return Read(known, unknown, _beats(found, page), round(page.counts[-1]), notes)
 
 
 def _record(found: Sequence[Staff], page: Layout, sign: Sign, before: float) -> Record:

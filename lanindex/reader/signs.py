@@ -23,9 +23,10 @@ from lanindex.alphabet import kind_of
 from lanindex.draw.picture import C
 from lanindex.draw.staff import BOTH, ONE, PITCH
 from lanindex.reader.across import flights, touches
-from lanindex.reader.layout import BELOW, WIDEST, Layout, runs
+from lanindex.reader.layout import BELOW, WIDEST, Layout, Piece
 from lanindex.reader.names import Column
 from lanindex.reader.outlines import named
+from lanindex.reader.staff import runs
 from lanindex.reader.templates import (
     ACROSS,
     APART,
@@ -51,7 +52,7 @@ _INK = 0.3  # darkness of a row from which on it belongs to a sign; less, if sig
 _LOST = 4  # rows at the lower end of a circle that are not compared
 _ROUND = 0.7  # likeness from which on it is a circle
 _SURE = 0.5  # likeness below which a piece is unknown
-_OURS = 0.55  # likeness of a page to our signs, below which it may be in another hand
+_OURS = 0.55  # likeness of a page to our signs, below which it may be in another style
 _COST = 3.0  # worth that each sign costs, so that one is not read as two by chance
 _SEAM = 8.0  # the same for each cut in ink without a gap that is seen
 _CLEAR = 1.0  # blur up to which gaps are seen
@@ -82,17 +83,8 @@ class _Cut:
     worth: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Piece:
-    """A stretch of ink, rows half-open from its top."""
-
-    top: float
-    foot: float
-    name: Name | None
-    likeness: float
-
-
-_Found = list[tuple[Column, _Piece]]
+_Found = list[tuple[Column, Piece]]
+"""What stands on a page, and where."""
 
 
 def read(page: Layout) -> Iterator[Sign]:
@@ -100,7 +92,7 @@ def read(page: Layout) -> Iterator[Sign]:
     ink = page.ink.copy()
     blur = _blur(page)
     centre = Column("body_turn", 0.0, inside=True, half=PITCH / C)
-    beside = [*touches(page, ink, blur)]
+    beside = [*touches(page, ink, blur)]  # first, for their bows cross the columns of others
     feet = [it for it in page.columns if kind_of(it.part) == "support"]
     sizes = [(centre, BOTH), *((it, ONE) for it in feet)]
     found: _Found = [
@@ -110,9 +102,9 @@ def read(page: Layout) -> Iterator[Sign]:
     turns = [*_turns(page, ink, blur)]
     beside += flights(whole, ink, [(round(it.top), round(it.foot)) for it in turns], blur)
     found += [(centre, it) for it in turns]
-    found += [(it[0], _Piece(it[3], it[2], it[1], it[4])) for it in beside]
+    found += beside
     found += [(it, sign) for it in page.columns for sign in _Reader(ink, page, it, blur).pieces()]
-    if _likeness(found) < _OURS:  # in another hand, without flights and circles, or damaged
+    if _likeness(found) < _OURS:  # in another style, which has no flights and circles, or damaged
         readers = [(it, _Reader(page.ink, page, it, blur)) for it in page.columns]
         outlined = [(it, sign) for it, reader in readers for sign in reader.outlined()]
         found = max(found, outlined, key=_likeness)
@@ -161,7 +153,7 @@ def _cuts(page: Layout, top: int, foot: int) -> tuple[int, ...]:
     return tuple(foot - it for it in page.ends if top + 3 < it < foot - 3)
 
 
-def _turns(page: Layout, ink: Floats, blur: float) -> Iterator[_Piece]:
+def _turns(page: Layout, ink: Floats, blur: float) -> Iterator[Piece]:
     """Yield the turns across the centre line, and take them out of the ink (H, W)."""
     near, half = _strip(ink, 0, SIZE // 2), SIZE // 4
     sides = [
@@ -182,7 +174,7 @@ def _turns(page: Layout, ink: Floats, blur: float) -> Iterator[_Piece]:
                 at += 1
 
 
-def _circles(ink: Floats, place: Column, size: int, blur: float) -> Iterator[_Piece]:
+def _circles(ink: Floats, place: Column, size: int, blur: float) -> Iterator[Piece]:
     """Yield the circles of a size in a place, and take them out of the ink (H, W).
 
     Their lower ends often lie on a line of the staff, and went with it.
@@ -191,14 +183,14 @@ def _circles(ink: Floats, place: Column, size: int, blur: float) -> Iterator[_Pi
     strip = _strip(ink, place.x * SIZE, SIZE + 2 * PAD)
     likeness = cv2.matchTemplate(strip, circle[:-_LOST], cv2.TM_CCOEFF_NORMED)[:, 0]
     while (y := int(likeness.argmax())) >= 0 and likeness[y] > _ROUND:
-        yield _Piece(y + PAD, y + len(circle) - PAD, Name("hold"), float(likeness[y]))
+        yield Piece(y + PAD, y + len(circle) - PAD, Name("hold"), float(likeness[y]))
         _erase(ink, circle, y, place.x * SIZE)
         likeness[max(y - SIZE // 2, 0) : y + SIZE // 2] = 0
 
 
 def _turn(
     page: Layout, ink: Floats, high: int, low: int, blur: float
-) -> tuple[_Piece, Floats] | None:
+) -> tuple[Piece, Floats] | None:
     """Return the turn whose edges cross the centre line at two rows, and its image; or None."""
     slant = min((low - high) // 2, SIZE // 2)  # by a third of its height, or by a half width
     top, foot = high - slant // 2 - 2, low + slant // 2 + 2
@@ -214,7 +206,7 @@ def _turn(
     if value < _SURE:
         return None
     begin = top - _SHIFT + row + PAD
-    return _Piece(begin, begin + size, name, value), across(name, size, cuts, blur)
+    return Piece(begin, begin + size, name, value), across(name, size, cuts, blur)
 
 
 def _with_degrees(name: Name, likeness: Callable[[Name], float]) -> tuple[Name, float]:
@@ -265,7 +257,7 @@ class _Reader:
             self.hidden = [*page.ends, *page.bars]
         self.gaps = any(it.kind in APART for it in self.names)
 
-    def pieces(self) -> Iterator[_Piece]:
+    def pieces(self) -> Iterator[Piece]:
         """Yield signs, upwards, and pieces of ink that are none."""
         found, stretches = self._cut([])
         poor = [it for it in found if it.worth < _POOR * (it.foot - it.top)]
@@ -284,7 +276,7 @@ class _Reader:
             else:
                 if unknown:
                     yield unknown
-                unknown = _Piece(it.top, it.foot, None, 0.0)
+                unknown = Piece(it.top, it.foot, None, 0.0)
         if unknown:
             yield unknown
 
@@ -320,14 +312,14 @@ class _Reader:
             at = before
         return found, stretches
 
-    def outlined(self) -> Iterator[_Piece]:
-        """Yield signs in another hand than ours, upwards, and pieces of ink that are none."""
+    def outlined(self) -> Iterator[Piece]:
+        """Yield signs in another style than ours, upwards, and pieces of ink that are none."""
         kind = self.names[0].kind
         for top, foot in reversed(runs(self.strip[:, 2:-2].max(axis=1) > _INK)):
             found: tuple[Name | None, float] = None, 0.0
             if Name(kind, "place", "low") in self.names:
                 found = named(self.strip[top:foot], kind, left=self.left)
-            yield _Piece(top, foot, *found)
+            yield Piece(top, foot, *found)
 
     def places(
         self, more: Sequence[int] = ()
@@ -413,7 +405,7 @@ class _Reader:
             best = max(best, (value, low + y + PAD, size))
         return best
 
-    def _settled(self, top: int, foot: int, name: Name) -> _Piece:
+    def _settled(self, top: int, foot: int, name: Name) -> Piece:
         """Return a sign with its ends found more closely, and what is written in it."""
         value, row, size = self.fitted(top, foot, name, self.blur)
         if name.kind in DEGREES:
@@ -424,7 +416,7 @@ class _Reader:
                 return _like(near, image(it, size, self.left, cuts, self.blur))[0]
 
             name, value = _with_degrees(name, likeness)
-        return _Piece(row, row + size, name, max(value, 0.0))
+        return Piece(row, row + size, name, max(value, 0.0))
 
 
 _EDGE = 4  # rows of paper above and below a column that is made small

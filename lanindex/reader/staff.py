@@ -620,3 +620,9 @@ def _bars(marks: list[_Marks], base: float, tops: list[float], beat: float) -> l
         if bar and at % -bar == -first:
             own[number].add(count)
     return own
+
+
+def runs(inked: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return stretches of rows (H,) that are inked, half-open."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], inked.astype(np.int8), [0]])))
+    return [(a, b) for a, b in edges.reshape(-1, 2).tolist()]

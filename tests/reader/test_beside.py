@@ -77,9 +77,9 @@ def without(page: Made, number: int) -> Page:
 def test_a_staff_that_is_missing_is_told() -> None:
     page = made(STAVES)
     assert len(page.staves) == 3
-    assert read_signs(page.image).missing == []
+    assert read_signs(page.image).notes == []
     told = "between staff 1 and 2: room for a staff, and none is found"
-    assert read_signs(without(page, 1)).missing == [told]
+    assert read_signs(without(page, 1)).notes == [told]
 
 
 @pytest.mark.parametrize("other", ["Ellenbogen", "pelvis"])
@@ -90,7 +90,7 @@ def test_names_that_are_hardly_like_known_ones_are_told(
     monkeypatch.setattr(staff, "name_of", lambda it: other if it == "head" else known(it))
     content = rendered(draw(lnd.read(CORPUS / "greetings.lnd")), "png", 1.5)
     monkeypatch.undo()
-    (told,) = read(content).missing
+    (told,) = read(content).notes
     assert told.startswith("below the staves: a name that is read as ")
 
 
@@ -102,7 +102,7 @@ def test_names_that_are_not_known_are_told() -> None:
     cv2.putText(word, "Ellenbogen", (2, 15), 0, 0.45, 0, 1, cv2.LINE_AA)
     page[y : y + 100, x - 10 : x + 10] = word.T[::-1]
     found = read_signs(page)
-    assert found.missing == ["below staff 1: 1 name of a column not known"]
+    assert found.notes == ["below staff 1: 1 name of a column not known"]
     assert any(not it.part for it in found.unknown)
 
 
@@ -115,12 +115,12 @@ def test_legends_headings_and_numbers_are_no_signs() -> None:
     heading = ("A title of many words, which goes over several staves", "slowly")
     score = lnd.read(CORPUS / "semaphore.lnd")
     page = read(rendered(draw(score, heading=heading, seconds=True, legend=True), "png", 1.5))
-    assert page.missing == []
+    assert page.notes == []
     assert [it for it in page.unknown if not it.part] == []
 
 
 @pytest.mark.parametrize("damage", thinned(["photo", "clean", "light", "hard"], 4))
 def test_made_pages_have_no_such_ink(damage: str) -> None:
     page = read_signs(made(STAVES, damage).image)
-    assert page.missing == []
+    assert page.notes == []
     assert [it for it in page.unknown if not it.part] == []

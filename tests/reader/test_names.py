@@ -66,7 +66,7 @@ def test_columns_without_names_are_where_they_usually_are(parts: list[str]) -> N
     tracks = {it: random_track(it, ticks, rng) for it in parts}
     score = Score(Fraction(GRID), ticks, Meter(Fraction(60), 4, 4, 4 * GRID), tracks)
     page = read_signs(without_names(score))
-    assert any("taken by their places" in it for it in page.missing)
+    assert any("taken by their places" in it for it in page.notes)
     assert {it.part for it in page.records} == {*parts}
     found = {(it.part, it.direction, it.level, it.start, it.end) for it in page.records}
     drawn = {

@@ -1,4 +1,4 @@
-"""Scores in another hand than ours: narrow signs, thick lines, coarse strokes, no names."""
+"""Scores in another style than ours: narrow signs, thick lines, coarse strokes, no names."""
 
 from itertools import product
 
@@ -64,7 +64,7 @@ def drawn(signs: list[tuple[str, str, str, int, int]], beats: int) -> NDArray[np
     return image
 
 
-def test_signs_in_another_hand_are_read_by_their_outlines() -> None:
+def test_signs_in_another_style_are_read_by_their_outlines() -> None:
     signs, ends = list[tuple[str, str, str, int, int]](), dict.fromkeys(COLUMNS, 0)
     every = list(product(DIRECTIONS, LEVELS))
     for number, at in enumerate(np.random.default_rng(5).permutation(2 * len(every)).tolist()):
@@ -76,4 +76,4 @@ def test_signs_in_another_hand_are_read_by_their_outlines() -> None:
     found = {(it.part, it.direction, it.level, it.start, it.end) for it in page.records}
     assert len(found & {*signs}) >= len(signs) - 2
     assert not found - {*signs}
-    assert any("taken by their places" in it for it in page.missing)
+    assert any("taken by their places" in it for it in page.notes)

@@ -43,8 +43,9 @@ def test_signs_of_clean_pages_are_read() -> None:
 
 
 def test_thin_lines_and_signs_without_gaps_are_read_on_blurred_pages() -> None:
-    right, _ = shares((9, 20), "hard")  # symbols are 15 pixels wide
+    right, false = shares((9, 20), "hard")  # symbols are 15 pixels wide
     assert right > 0.8
+    assert false < 0.05
 
 
 def test_a_score_that_was_drawn_is_the_score_that_is_read(tmp_path: Path) -> None:

@@ -297,4 +297,4 @@ def read_score(
     known = sum(len(page.records) for page in printed.read.values())
     unknown = sum(len(page.unknown) for page in printed.read.values())
     out.note(f"{target}: {counted(known, 'sign')}, {unknown} more not known")
-    return int(unknown > 0 or any(page.missing for page in printed.read.values()))
+    return int(unknown > 0 or any(page.notes for page in printed.read.values()))

@@ -1,4 +1,4 @@
-"""Read scores that another program draws: ``another_hand.py [PAGES]``.
+"""Read scores that another program draws: ``other_style.py [PAGES]``.
 
 The drawings are those of LabanotationSuite, by the package `labanotation`. The staff gets a line at
 its top, and what is below it is cut off: names that are not ours, and the starting position.
