@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lanindex.draw.picture import C
 from lanindex.draw.staff import DOUBLE
 from lanindex.reader.names import Column, columns
-from lanindex.reader.staff import Staff
+from lanindex.reader.staff import LONGEST, Staff
 from lanindex.reader.templates import SIZE, Floats, Name, mend
 
 BELOW = 6 * SIZE
@@ -161,4 +161,8 @@ def _joined(
 def _seen(ink: Floats, xs: NDArray[Any], ys: NDArray[Any]) -> Floats:
     """Return ink (H, W) at places (w,) across and (h,) down: (h, w)."""
     across, down = np.meshgrid(xs.astype(np.float32), ys.astype(np.float32))
-    return np.asarray(cv2.remap(ink, across, down, cv2.INTER_LINEAR, borderValue=0), np.float32)
+    pieces = [
+        cv2.remap(ink, across[it : it + LONGEST], down[it : it + LONGEST], cv2.INTER_LINEAR)
+        for it in range(0, len(ys), LONGEST)
+    ]
+    return np.concatenate(pieces).astype(np.float32, copy=False)

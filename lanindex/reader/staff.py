@@ -20,10 +20,14 @@ from lanindex.errors import CaptureError, extra
 with extra("reader", error_type=CaptureError):
     import cv2
 
+LONGEST = 30_000
+"""Pixels of a page's longer side that are looked at; OpenCV maps 32,767 at most."""
+
 _MOST = 4_000_000  # pixels of a page that are looked at; a larger one is made smaller
 _LEAST = 60  # pixels of a staff's height, at least
 _TURNED = 0.2  # slope of lines, at most: a page turned by 6 degrees and seen from the side
 _COARSE = 500  # pixels of a page's longer side where its lines' slopes are looked for first
+_NARROW = 150  # pixels of its shorter side there, at least
 _COVERED = 0.85  # share of a line that shows ink, at least
 
 Image = NDArray[np.uint8]
@@ -89,7 +93,7 @@ def staves(page: Image) -> list[Staff]:
     CaptureError
         If there is no staff of Labanotation.
     """
-    shrink = min((_MOST / max(page.size, 1)) ** 0.5, 1.0)
+    shrink = min((_MOST / max(page.size, 1)) ** 0.5, LONGEST / max(*page.shape, 1), 1.0)
     if shrink < 1:
         small = cv2.resize(page, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
         page = np.asarray(small, np.uint8)
@@ -153,8 +157,8 @@ def _upright(ink: Ink) -> Ink:
 def _flat(ink: Ink) -> NDArray[np.float32]:
     """Return where the pixels (h, w) of a flat page lie on a page (H, W): (h, w, 2)."""
     grid, seen = _grid(ink.shape[0], ink.shape[1]), ink
-    for most, step in ((_TURNED, 0.005), (0.012, 1 / max(ink.shape))):
-        shrink = min(_COARSE / max(seen.shape), 1.0) if most == _TURNED else 1.0
+    for most, step in ((_TURNED, 0.005), (0.012, 0.0)):
+        shrink = min(max(_COARSE / max(seen.shape), _NARROW / min(seen.shape)), 1.0) if step else 1
         upright, level = (
             _slopes(cv2.resize(it, None, fx=shrink, fy=shrink, interpolation=3), most, step)
             for it in (_thin(seen), _thin(_upright(seen)))
@@ -186,9 +190,11 @@ def _through(grid: NDArray[np.float32], places: Ink) -> NDArray[np.float32]:
 def _slopes(thin: Ink, most: float, step: float) -> tuple[float, float]:
     """Return the slopes of nearly upright lines at the left and at the right edge of an image.
 
-    Those that most of the lines agree in; between the edges slopes change evenly.
+    Those that most of the lines agree in; between the edges slopes change evenly. They are tried in
+    steps, or so that lines end a pixel apart. No line leaves the image by its sides.
     """
     height, width = thin.shape
+    most, step = min(most, width / height), step or 1 / height
     low = cv2.resize(thin, (width, max(height // 3, 1)), interpolation=cv2.INTER_AREA)
     slopes = np.arange(-round(most / step), round(most / step) + 1) * step
     sums = np.zeros((len(slopes), width), np.float32)

@@ -1,6 +1,7 @@
 """Staves of made pages, whose lines are known."""
 
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from lanindex.draw.picture import PIXEL
 from lanindex.draw.plain import plain
 from lanindex.draw.svg import rendered
 from lanindex.errors import CaptureError
-from lanindex.model import Score
+from lanindex.model import Meter, Score
 
 cv2 = pytest.importorskip("cv2")
 pytest.importorskip("resvg_py")
@@ -22,6 +23,9 @@ reader = pytest.importorskip("lanindex.reader.staff")
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 
 import reader_pages  # noqa: E402
+import reader_scores  # noqa: E402
+
+from lanindex.reader.layout import layout  # noqa: E402
 
 SCALE = 2.0
 
@@ -181,3 +185,19 @@ def test_counts_are_found_where_a_page_does_not_begin_with_the_score(
     beat = staff.inner / (2 * drawing.PITCH) * drawing.BEAT
     wanted = np.arange(first, stop - start - 0.2)
     assert np.array(lines) / beat == pytest.approx(wanted, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("counts", "scale"), [(160, 1.5), pytest.param(320, 2.5, marks=pytest.mark.slow)]
+)
+def test_a_staff_that_is_much_longer_than_wide_is_found(counts: int, scale: float) -> None:
+    rng = np.random.default_rng(1)
+    ticks = counts * reader_scores.GRID
+    tracks = {it: reader_scores.random_track(it, ticks, rng) for it in ("r_arm", "l_arm")}
+    score = Score(Fraction(4), ticks, Meter(Fraction(60), 4, 4, 16), tracks)
+    drawn = np.frombuffer(rendered(drawing.draw(score, bars=None), "png", scale), np.uint8)
+    image = cv2.imdecode(drawn, cv2.IMREAD_GRAYSCALE)
+    (staff,) = reader.staves(image)
+    assert len(staff.bars) == counts // 4 - 1
+    assert len(staff.ticks) == counts - counts // 4
+    assert layout([staff]).counts[-1] == pytest.approx(counts, abs=0.1)
