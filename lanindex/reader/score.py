@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 
@@ -29,6 +29,9 @@ GRID = 4
 DOUBTFUL = 0.75
 """Confidence below which a sign is doubtful."""
 
+_REPEAT = "again"
+"""The kind of a sign that says that what is before it goes on."""
+
 
 @dataclass(frozen=True, slots=True)
 class Record:
@@ -50,6 +53,8 @@ class Record:
         """What it says, in order, as the fields of its line in LND."""
         if not self.part:
             return []
+        if self.kind == _REPEAT:
+            return ["repeat"]
         kind = KINDS[kind_of(self.part)]
         amount = kind.amounts[self.amount or 0] if kind.amounts else str(self.amount)
         said = {"direction": self.direction, "level": self.level, "amount": amount}
@@ -98,6 +103,9 @@ def read_signs(image: NDArray[np.uint8]) -> Read:
     ]
     known += stances(circles, known, spots, round(page.counts[-1]))
     known = [jumped(it, known) if it.kind == "jump" else it for it in known]
+    idle = [it for it in known if it.kind == _REPEAT and not _before(it, known)]
+    known = [it for it in known if it not in idle]
+    unknown += [replace(it, kind="") for it in idle]  # nothing is before that they could repeat
     for xs, counts in strange(found, page, signs):
         start, end = (max(round(it * GRID) / GRID, 0.0) for it in counts)
         staff = sum(it <= start for it in page.counts[1:-1])
@@ -124,11 +132,40 @@ def _record(found: Sequence[Staff], page: Layout, sign: Sign, before: float) -> 
         start -= 1 / GRID
     if "amount" in kind.fields and (what.direction == "place" or kind.name == "travel"):
         what = what._replace(amount=0)  # no degrees are written in it
-    # one that repeats, and one whose degrees cannot be read, have no line in LND
+    # one whose degrees cannot be read has no line in LND
     whole = None not in [getattr(what, it) for it in kind.fields]
-    name = kind.name if whole and (below or start < end) else ""
-    name = what.kind if what.kind in CIRCLES else name
+    own = what.kind if what.kind in (*CIRCLES, _REPEAT) else kind.name if whole else ""
+    name = own if below or start < end or own in CIRCLES else ""
     return Record(staff, part, name, *what[1:], start, end, sign.confidence, box)
+
+
+def _before(repeat: Record, records: Sequence[Record]) -> list[Record]:
+    """Return what a sign repeats: the movement before it, or the two that follow each other.
+
+    If there is none, it is the starting position.
+    """
+    own = [it for it in records if it.part == repeat.part and it.kind != _REPEAT]
+    own = sorted((it for it in own if it.end <= repeat.start), key=lambda it: it.end)[-2:]
+    flush = len(own) == 2 and own[0].start < own[0].end == own[1].start < own[1].end
+    return own if flush else own[-1:]
+
+
+def written_out(records: Sequence[Record]) -> Iterator[Record]:
+    """Yield signs, but for each that repeats the movements before it, in turn as often as fits."""
+    for record in records:
+        if record.kind != _REPEAT:
+            yield record
+            continue
+        turns = _before(record, records)
+        length = record.end - record.start
+        shares = [it.end - it.start or length for it in turns]
+        times = max(int(length / sum(shares)), 1)
+        turns, ends = turns * times, np.cumsum([0.0, *shares * times])
+        places = np.rint((record.start + ends / ends[-1] * length) * GRID) / GRID
+        for it, (start, end) in zip(turns, pairwise(places.tolist()), strict=True):
+            if start < end:
+                found = replace(record, kind=it.kind, direction=it.direction, level=it.level)
+                yield replace(found, amount=it.amount, start=start, end=end)
 
 
 def score_of(pages: Sequence[Read], speed: Fraction) -> Score:
@@ -137,7 +174,7 @@ def score_of(pages: Sequence[Read], speed: Fraction) -> Score:
     rows: dict[str, list[NDArray[np.void]]] = {}
     before = 0
     for page in pages:
-        for it in sorted(page.records, key=lambda it: (it.part, it.start, it.end)):
+        for it in sorted(written_out(page.records), key=lambda it: (it.part, it.start, it.end)):
             if before and it.end == 0:
                 continue  # the position at the top of the page before
             row = blank(())

@@ -88,13 +88,14 @@ def _score(printed: Printed) -> dict[str, Any]:
 def _signs(printed: Printed, grain: int) -> Iterator[dict[str, Any]]:
     """Yield each sign of the pages, with its ticks and its box; there are `grain` to a count."""
     from lanindex.reader.boxes import around
+    from lanindex.reader.score import DOUBTFUL, written_out
 
-    unsure = {sign for _, sign, _ in printed.unsure()}
     before = 0
     for number, page in printed.read.items():
         image = printed.images[number - 1]
         order = attrgetter("staff", "start", "end", "part")
-        for sign in sorted((*page.records, *page.unknown), key=order):
+        for sign in sorted((*written_out(page.records), *page.unknown), key=order):
+            sure = "known" if sign.confidence >= DOUBTFUL else "doubtful"
             yield {
                 "part": sign.part,
                 "start": round((before + sign.start) * grain),
@@ -103,7 +104,7 @@ def _signs(printed: Printed, grain: int) -> Iterator[dict[str, Any]]:
                 "page": number - 1,
                 "box": sign.box,
                 "around": around(image, sign.box),
-                "kind": "unknown" if not sign.kind else "doubtful" if sign in unsure else "known",
+                "kind": sure if sign.kind else "unknown",
                 "sure": round(sign.confidence, 2),
             }
         before += page.counts

@@ -19,7 +19,7 @@ from printed_page import scribbled  # noqa: E402
 from reader import matched, wrong  # noqa: E402
 from reader_pages import made  # noqa: E402
 
-from lanindex.reader.score import read_signs, score_of  # noqa: E402
+from lanindex.reader.score import Record, read_signs, score_of, written_out  # noqa: E402
 
 CORPUS = Path(lanindex.__file__).parents[1] / "corpus"
 
@@ -83,16 +83,44 @@ def test_what_is_read_is_read_back_from_lnd(seed: int) -> None:
     page = read_signs(made(seed).image)
     written = lnd.read(lnd.write(score_of([page], Fraction(60))), place="LND")
     symbols = [it for part in written.tracks for it in written.symbols(part) if part != "step"]
-    told = sorted((it.part, it.direction, it.level, it.amount) for it in page.records)
+    told = sorted((it.part, it.direction, it.level, it.amount) for it in written_out(page.records))
     kept = sorted((it.part, it.direction, it.level, it.amount) for it in symbols)
     assert [it[:3] for it in kept] == [it[:3] for it in told]
     assert {it[3] for it in told if "bend" in it[0] or "twist" in it[0]} <= {it[3] for it in kept}
 
 
-def test_what_lnd_has_no_line_for_is_told() -> None:
-    page = read_signs(made(10).image)  # has two signs that repeat what is before
-    repeats = [it for it in page.unknown if it.part == "l_arm"]
+def record(kind: str, way: str | None, start: float, end: float) -> Record:
+    level = "mid" if way else None
+    return Record(0, "r_arm", kind, way, level, None, start, end, 0.9, (0, 0, 1, 1))
+
+
+@pytest.mark.parametrize(
+    ("before", "repeat", "expected"),
+    [
+        ("right 0 1, left 1 2", (2, 6), "right 2 3, left 3 4, right 4 5, left 5 6"),
+        ("right 0 0.5, left 0.5 1", (1, 2.75), "right 1 2, left 2 2.75"),
+        ("right 0 0, left 0 1", (1, 3), "left 1 2, left 2 3"),  # not the starting position
+        ("right 0 0", (1, 3), "right 1 3"),  # as it was
+        ("right 0 1, left 2 3", (3, 5), "left 3 4, left 4 5"),  # not what is before a pause
+        ("right 0 1, left 1 4", (4, 5), "right 4 4.25, left 4.25 5"),  # in less time
+        ("right 0 1, left 1 2, right 6 7", (3, 5), "right 3 4, left 4 5"),
+    ],
+)
+def test_a_repeat_is_written_out(before: str, repeat: tuple[float, float], expected: str) -> None:
+    own = [it.split() for it in before.split(", ")]
+    signs = [record("gesture", it[0], float(it[1]), float(it[2])) for it in own]
+    found = [*written_out([*signs, record("again", None, *repeat)])]
+    assert found[: len(signs)] == signs
+    told = [f"{it.direction} {it.start:g} {it.end:g}" for it in found[len(signs) :]]
+    assert ", ".join(told) == expected
+
+
+def test_repeats_of_a_page_are_read() -> None:
+    page = read_signs(made(10).image)  # has two
+    repeats = [it for it in page.records if it.kind == "again"]
     assert [(it.start, it.end) for it in repeats] == [(9.25, 10.75), (11.25, 11.75)]
+    rows = score_of([page], Fraction(60)).tracks["l_arm"].symbols
+    assert not (rows["direction"] < 0).any()
 
 
 @pytest.mark.parametrize("kind", ["blank", "none", "text"])
