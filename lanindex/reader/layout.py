@@ -27,6 +27,8 @@ NEAR = SIZE // 2
 WIDEST = 12
 """Widths of a symbol on either side of the centre line that are looked at."""
 
+_BLACK = 0.6  # darkness of a line across from which on nothing is seen through it
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layout:
@@ -91,7 +93,7 @@ def _without_lines(staff: Staff, unit: float) -> Floats:
     left, right = (round(staff.centre + side * (staff.inner + half)) for side in (-1, 1))
     for y in (*staff.bars, staff.base, staff.top, *seconds):
         _bridge(ink, y, half, max(left, 0), min(right, width))
-    short = staff.inner / 4
+    short = unit * staff.inner / 4
     for y in staff.ticks:
         _bridge(ink, y, half, round(staff.centre - short), round(staff.centre + short))
     places = np.arange(width)
@@ -102,14 +104,20 @@ def _without_lines(staff: Staff, unit: float) -> Floats:
 
 
 def _bridge(ink: Floats, y: float, half: float, first: int, last: int) -> None:
-    """Replace a line across by what lies above and below it."""
-    low, high = round(y - half), round(y + half) + 1
+    """Take a line across out of ink (H, W); where it is black, by what lies above and below it."""
+    low, high = round(y - half) - 1, round(y + half) + 2
     if low < 1 or high >= len(ink):
         return
-    above, below = ink[low - 1, first:last], ink[high, first:last]
-    share = np.linspace(0, 1, high - low, dtype=np.float32)[:, None]
-    between = above * (1 - share) + below * share
-    ink[low:high, first:last] = np.minimum(between, ink[low:high, first:last])
+    own = ink[low:high, first:last]
+    line = np.percentile(own, 30, axis=1, keepdims=True)
+    clear = ((own - line) / (1 - line).clip(0.2)).clip(0, 1)
+    seen = np.flatnonzero(line[:, 0] < _BLACK)
+    for at in np.flatnonzero(line[:, 0] >= _BLACK):
+        above, below = seen[seen < at][-1:], seen[seen > at][:1]
+        if len(above) and len(below):
+            share = np.float32((at - above[0]) / (below[0] - above[0]))
+            clear[at] = np.minimum(clear[above[0]] * (1 - share) + clear[below[0]] * share, own[at])
+    ink[low:high, first:last] = clear
 
 
 def _beat(staves: Sequence[Staff]) -> float:
