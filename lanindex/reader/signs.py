@@ -11,8 +11,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from math import erf, log2, sqrt
-from typing import Any
+from math import erf, inf, log2, sqrt
+from operator import itemgetter
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -45,6 +46,8 @@ from lanindex.reader.templates import (
     fits,
     image,
     ring,
+    usual,
+    usual_across,
 )
 
 _SHIFT = 2  # pixels by which a sign may lie elsewhere than its column or its ink says
@@ -53,11 +56,20 @@ _LOST = 4  # rows at the lower end of a circle that are not compared
 _ROUND = 0.7  # likeness from which on it is a circle
 _SURE = 0.5  # likeness below which a piece is unknown
 _OURS = 0.55  # likeness of a page to our signs, below which it may be in another style
-_COST = 3.0  # worth that each sign costs, so that one is not read as two by chance
+_COST = 4.0  # worth that each sign costs, so that one is not read as two by chance
 _SEAM = 8.0  # the same for each cut in ink without a gap that is seen
+_GOES_ON = 4.0  # the same where a staff ends, of signs that are drawn anew on the next one
 _CLEAR = 1.0  # blur up to which gaps are seen
-_POOR = 0.27  # worth of a row below which a piece is cut anew, where a quarter of a count begins
-_MOST = 20  # cuts that a sign may span
+_POOR = 0.2  # worth of a row below which a piece is cut anew, where a quarter of a count begins
+_AROUND = 1.5  # quarters of a count above and below it at which it is
+_SOME = 0.42  # likeness where signs are made small, below which it is not looked at more closely
+_NEAR = 30.0  # worth by which ways to cut a column may be less than the best and be looked at
+_FEW = 3  # signs that a piece is most like
+_LOW = SIZE // 4  # rows: what is lower is no sign, but left of a line or a sign beside
+_PALE = 0.4  # share of a sign's ink that a piece has at least
+_LONG = 2 * SIZE  # rows from which on the strokes of a sign may be nearer or farther than drawn
+_NEARER = (-0.045, -0.03, -0.015, 0.015, 0.03, 0.045)  # by these shares
+_MOST = 32  # cuts that a sign may span
 _STEPS = tuple(range(15, 375, 15))  # degrees that are written
 _CLOSE = 0.02  # likeness by which degrees must be told from others
 
@@ -81,6 +93,39 @@ class _Cut:
     foot: int
     name: Name | None
     worth: float
+
+
+class _Edge(NamedTuple):
+    """A piece between two of the rows at which a column may be cut."""
+
+    begin: int
+    end: int
+    value: float
+    name: Name | None
+    worth: float
+
+
+def _best(edges: Sequence[_Edge], places: int) -> list[_Edge]:
+    """Return the edges, in order of their ends, that lead along all places and are worth most."""
+    last: list[tuple[float, _Edge | None]] = [(0.0, None), *([(-inf, None)] * (places - 1))]
+    for it in edges:
+        last[it.end] = max(last[it.end], (last[it.begin][0] + it.value, it), key=itemgetter(0))
+    found, edge = list[_Edge](), last[-1][1]
+    while edge:
+        found.append(edge)
+        edge = last[edge.begin][1]
+    return found[::-1]
+
+
+def _nearly(edges: Sequence[_Edge], places: int, near: float) -> list[_Edge]:
+    """Return the edges that are on a way which is worth so much less than the best, at most."""
+    ahead, behind = [0.0] + [-inf] * (places - 1), [-inf] * (places - 1) + [0.0]
+    for it in edges:
+        ahead[it.end] = max(ahead[it.end], ahead[it.begin] + it.value)
+    for it in reversed(edges):
+        behind[it.begin] = max(behind[it.begin], behind[it.end] + it.value)
+    least = ahead[-1] - near
+    return [it for it in edges if ahead[it.begin] + it.value + behind[it.end] >= least]
 
 
 _Found = list[tuple[Column, Piece]]
@@ -130,13 +175,16 @@ def _blur(page: Layout) -> float:
     totals = dict.fromkeys(_BLURS, 0.0)
     for column in page.columns:
         reader = _Reader(page.ink, page, column, _BLURS[1])
-        places, inked, *_ = reader.places()
+        places, inked, _ = reader.places()
         spans = [
             it for it, ink in zip(pairwise(places), inked, strict=True)
             if ink and 0.7 * SIZE < it[1] - it[0] < 5 * SIZE
         ]  # fmt: skip
         for top, foot in spans[: 24 // len(page.columns) + 1]:
-            if name := reader.named(top, foot, whole=True)[1]:
+            worth, name = reader.named(top, foot, whole=True)
+            if name and worth > 0:
+                if name.kind in DEGREES:  # what is written in it is sharper than any mean of it
+                    name, _ = reader.with_degrees(top, foot, name)
                 for blur in _BLURS:
                     totals[blur] += reader.fitted(top, foot, name, blur)[0]
     return max(_BLURS, key=totals.__getitem__)
@@ -161,17 +209,19 @@ def _turns(page: Layout, ink: Floats, blur: float) -> Iterator[Piece]:
     ]
     thick = np.ones((5, 1))
     inked = runs(np.minimum(*(cv2.dilate(it, thick)[:, 0] for it in sides)) > 0.25)
-    at = 0
-    while at + 1 < len(inked):
-        ends = [sum(it) // 2 for it in inked[at : at + 6]]
-        found = [it for end in ends[1:] if (it := _turn(page, ink, ends[0], end, blur))]
-        at += 1
-        if found:
-            piece, own = max(found, key=lambda it: it[0].likeness)
-            yield piece
-            _erase(ink, own, round(piece.top) - PAD)
-            while at < len(inked) and inked[at][1] < piece.foot:
-                at += 1
+    ends = [(top + foot) // 2 for top, foot in inked]
+    edges, found = list[_Edge](), dict[tuple[int, int], Piece]()
+    for at, end in enumerate(ends):
+        edges += [_Edge(at - 1, at, 0.0, None, 0.0)] * (at > 0)
+        for before in range(max(at - 5, 0), at):
+            if it := _turn(page, ink, ends[before], end, blur):
+                found[before, at] = it
+                worth = _worth(it.likeness, it.foot - it.top)
+                split = any(abs(it - end) <= 2 * SEAM for it in page.ends)
+                edges.append(_Edge(before, at, worth - _COST - _GOES_ON * split, it.name, worth))
+    for edge in _best(edges, len(ends)) if ends else ():
+        if edge.name:
+            yield _turned(page, ink, found[edge.begin, edge.end], blur)
 
 
 def _circles(ink: Floats, place: Column, size: int, blur: float) -> Iterator[Piece]:
@@ -188,25 +238,45 @@ def _circles(ink: Floats, place: Column, size: int, blur: float) -> Iterator[Pie
         likeness[max(y - SIZE // 2, 0) : y + SIZE // 2] = 0
 
 
-def _turn(
-    page: Layout, ink: Floats, high: int, low: int, blur: float
-) -> tuple[Piece, Floats] | None:
-    """Return the turn whose edges cross the centre line at two rows, and its image; or None."""
+def _turn(page: Layout, ink: Floats, high: int, low: int, blur: float) -> Piece | None:
+    """Return the turn whose edges cross the centre line at two rows, without degrees; or None."""
     slant = min((low - high) // 2, SIZE // 2)  # by a third of its height, or by a half width
     top, foot = high - slant // 2 - 2, low + slant // 2 + 2
-    if foot - top < SIZE // 2 or top < _SHIFT or foot > len(ink) - _SHIFT:
+    if foot - top < SIZE // 2 or foot > len(ink) - _SHIFT:
         return None
-    strip = _strip(ink[top - _SHIFT : foot + _SHIFT], 0, SPREAD + 2 * _SHIFT)
+    above = max(top - _SHIFT, 0)
+    strip = _strip(ink[above : foot + _SHIFT], 0, SPREAD + 2 * _SHIFT)
     cuts = _cuts(page, top, foot)
     options = [(name, foot - top - less) for name in ACROSS for less in range(5)]
-    values = [_like(strip, across(*it, cuts, blur)) for it in options]
-    value, row = max(values)
-    name, size = options[values.index((value, row))]
-    name, value = _with_degrees(name, lambda it: _like(strip, across(it, size, cuts, blur))[0])
+    plain = {it: _like(strip, across(*it, cuts, blur))[0] for it in options}
+    likely = sorted(plain, key=plain.__getitem__)[-_FEW:]
+    if plain[likely[-1]] < _SURE - 0.2:  # too few to draw what may be written in it
+        return None
+    (value, row), (name, size) = max(
+        ((_like(strip, usual_across(*it, cuts, blur)), it) for it in likely), key=itemgetter(0)
+    )
     if value < _SURE:
         return None
-    begin = top - _SHIFT + row + PAD
-    return Piece(begin, begin + size, name, value), across(name, size, cuts, blur)
+    begin = above + row + PAD
+    return Piece(begin, begin + size, name, value)
+
+
+def _turned(page: Layout, ink: Floats, turn: Piece, blur: float) -> Piece:
+    """Return a turn across the centre line with its degrees, and take it out of ink (H, W)."""
+    top, foot = round(turn.top), round(turn.foot)
+    strip = _strip(ink[max(top - PAD - _SHIFT, 0) : foot + PAD + _SHIFT], 0, SPREAD + 2 * _SHIFT)
+    cuts = _cuts(page, top, foot)
+    assert turn.name
+    name, value = _with_degrees(
+        turn.name, lambda it: _like(strip, across(it, foot - top, cuts, blur))[0]
+    )
+    _erase(ink, across(name, foot - top, cuts, blur), top - PAD)
+    return replace(turn, name=name, likeness=max(value, 0.0))
+
+
+def _worth(likeness: float, rows: float) -> float:
+    """Return what it is worth that a piece of so many rows is so much like a sign."""
+    return (likeness * abs(likeness) - _SURE**2) * rows / 2
 
 
 def _with_degrees(name: Name, likeness: Callable[[Name], float]) -> tuple[Name, float]:
@@ -251,48 +321,43 @@ class _Reader:
         self.small = np.pad(small, ((_EDGE, _EDGE), (0, 0)))
         self.names = NAMES[kind_of(column.part)]
         self.page, self.left, self.blur = page, column.x < 0, blur
-        self.known = dict[tuple[int, int], tuple[float, Name | None]]()
+        self.known = dict[tuple[int, int], list[tuple[float, Name]]]()
         self.hidden = page.ends  # gaps that are not seen
         if column.inside:
             self.hidden = [*page.ends, *page.bars]
         self.gaps = any(it.kind in APART for it in self.names)
+        self.drawn_anew = kind_of(column.part) not in ("gesture", "support")  # on each staff
 
     def pieces(self) -> Iterator[Piece]:
-        """Yield signs, upwards, and pieces of ink that are none."""
-        found, stretches = self._cut([])
+        """Yield signs, upwards, and then pieces of ink that are none."""
+        found = self._cut([])
         poor = [it for it in found if it.worth < _POOR * (it.foot - it.top)]
-        if poor and self.blur > _CLEAR:
-            base = len(self.strip) - BELOW
-            quarters = np.rint(base - np.arange(4 * base / self.page.rows) * self.page.rows / 4)
-            again = [run for run in stretches if any(run[0] <= it.top < run[1] for it in poor)]
-            rows = [int(it) for it in quarters if any(top < it < foot for top, foot in again)]
-            found, _ = self._cut(rows)
-        unknown = None
+        if poor:
+            base, quarter = len(self.strip) - BELOW, self.page.rows / 4
+            quarters = np.rint(base - np.arange(base / quarter) * quarter).astype(int).tolist()
+            ends = [(it.top - _AROUND * quarter, it.foot + _AROUND * quarter) for it in poor]
+            found = self._cut([it for it in quarters if any(low < it < high for low, high in ends)])
+        unknown = list[Piece]()
         for it in found:
             if it.name:
                 yield self._settled(it.top, it.foot, it.name)
-            elif unknown and unknown.top == it.foot:
-                unknown = replace(unknown, top=it.top)
+            elif unknown and unknown[-1].top == it.foot:
+                unknown[-1] = replace(unknown[-1], top=it.top)
             else:
-                if unknown:
-                    yield unknown
-                unknown = Piece(it.top, it.foot, None, 0.0)
-        if unknown:
-            yield unknown
+                unknown.append(Piece(it.top, it.foot, None, 0.0))
+        yield from (it for it in unknown if it.foot - it.top >= _LOW)
 
-    def _cut(self, more: list[int]) -> tuple[list[_Cut], list[tuple[int, int]]]:
-        """Return pieces of ink, upwards, cut so that they are worth most, and stretches of ink.
+    def _cut(self, more: list[int]) -> list[_Cut]:
+        """Return pieces of ink, upwards, cut so that they are worth most.
 
-        There may be cuts at so many rows `more`.
+        There may be cuts at so many rows `more`. Pieces of nearly the best ways to cut it are
+        looked at more closely, and the best is chosen once more.
         """
-        places, inked, seams, stretches = self.places(more)
-        best: list[tuple[float, int, float, Name | None]] = [(0.0, -1, 0.0, None)]
+        places, inked, seams = self.places(more)
+        edges = list[_Edge]()
         for end in range(1, len(places)):
-            rows = places[end] - places[end - 1]
-            cost = 0.02 * rows if inked[end - 1] else 0.0
-            options: list[tuple[float, int, float, Name | None]] = [
-                (best[end - 1][0] - cost, end - 1, 0.0, None)
-            ]
+            cost = 0.02 * (places[end] - places[end - 1]) if inked[end - 1] else 0.0
+            edges.append(_Edge(end - 1, end, -cost, None, 0.0))
             first = max(end - _MOST, 0) if inked[end - 1] else end
             for begin in range(end - 1, first - 1, -1):
                 whole = all(inked[begin:end])
@@ -301,16 +366,20 @@ class _Reader:
                 if inked[begin]:
                     worth, name = self.named(places[begin], places[end], whole=whole)
                     if name is not None:
-                        value = best[begin][0] + worth - _COST - seams[begin]
-                        options.append((value, begin, worth, name))
-            best.append(max(options, key=lambda it: it[0]))
-        at, found = len(places) - 1, list[_Cut]()
-        while at > 0:
-            _, before, worth, name = best[at]
-            if name or inked[before]:
-                found.append(_Cut(places[before], places[at], name, worth))
-            at = before
-        return found, stretches
+                        value = worth - _COST - seams[begin]
+                        edges.append(_Edge(begin, end, value, name, worth))
+        close = list[_Edge]()
+        for it in _nearly(edges, len(places), _NEAR):
+            if it.name:
+                worth, name = self.closely(places[it.begin], places[it.end])
+                it = _Edge(it.begin, it.end, worth - _COST - seams[it.begin], name, worth)
+            close.append(it)
+        found = [
+            _Cut(places[it.begin], places[it.end], it.name, it.worth)
+            for it in _best(close, len(places))
+            if it.name or inked[it.begin]
+        ]
+        return found[::-1]
 
     def outlined(self) -> Iterator[Piece]:
         """Yield signs in another style than ours, upwards, and pieces of ink that are none."""
@@ -321,13 +390,11 @@ class _Reader:
                 found = named(self.strip[top:foot], kind, left=self.left)
             yield Piece(top, foot, *found)
 
-    def places(
-        self, more: Sequence[int] = ()
-    ) -> tuple[list[int], list[bool], list[float], list[tuple[int, int]]]:
+    def places(self, more: Sequence[int] = ()) -> tuple[list[int], list[bool], list[float]]:
         """Return the rows at which signs may begin or end, and whether there is ink between.
 
-        And what it costs that one ends there though no gap is seen where one would be; and the
-        stretches of ink. There may be cuts at so many rows `more`.
+        And what it costs that one ends there though no gap is seen where one would be. There may be
+        cuts at so many rows `more`.
         """
         rows = self.strip[:, 2:-2].max(axis=1)
         stroke = erf(STROKE * UNIT / 2 / (self.blur * sqrt(2)))  # darkness of a blurred one
@@ -350,10 +417,12 @@ class _Reader:
             places += [top, *inside, foot]
             seams += [0.0, *(self._seam(rows, it) for it in inside), 0.0]
             inked += [True] * (len(inside) + 1)
-        return places, inked, seams, stretches
+        return places, inked, seams
 
     def _seam(self, rows: Floats, row: int) -> float:
         """Return what it costs that signs meet at a row, by how dark rows (H,) are around it."""
+        if self.drawn_anew and any(abs(it - row) <= SEAM for it in self.page.ends):
+            return _GOES_ON
         if any(abs(it - row) <= SEAM for it in self.hidden):
             return 0.0
         sides = min(rows[row - 6 : row - 1].max(), rows[row + 2 : row + 7].max())
@@ -364,59 +433,97 @@ class _Reader:
         """Return the sign that a piece is most like, and its worth: more, the higher and surer."""
         if (top, foot) not in self.known:
             self.known[top, foot] = self._named(top, foot, whole=whole)
-        return self.known[top, foot]
+        known = self.known[top, foot]
+        return known[0] if known else (0.0, None)
 
-    def _named(self, top: int, foot: int, *, whole: bool) -> tuple[float, Name | None]:
-        high = (foot - top) / SIZE
-        names = tuple(it for it in self.names if (whole or it.kind in APART) and fits(it, high))
-        best: tuple[float, Name | None] = 0.0, None
-        cuts = tuple(it // 2 for it in _cuts(self.page, top, foot))
-        low = top // 2 + _EDGE - PAD - 1
+    def closely(self, top: int, foot: int) -> tuple[float, Name]:
+        """Return the same of a piece that is like a sign, where it is not made small."""
+        names = [it for _, it in self.known[top, foot]]
+        values = [self.fitted(top, foot, it, self.blur, (-2, 0, 1))[0] for it in names]
+        value = max(values)
+        return _worth(value, foot - top), names[values.index(value)]
+
+    def _named(self, top: int, foot: int, *, whole: bool) -> list[tuple[float, Name]]:
+        """Return the few signs that a piece is most like where both are made small, best first."""
+        tall = (foot - top) / SIZE
+        names = tuple(it for it in self.names if (whole or it.kind in APART) and fits(it, tall))
+        if not names:
+            return []
         if self.blur > _CLEAR and len(names) > _LIKELY and foot - top > SIZE // 2:
-            names = self._likely(names, top, foot)
-        for size in ((foot - top) // 2, (foot - top - 1) // 2) if names else ():
-            images = [image(it, size, self.left, cuts, self.blur, COARSE) for it in names]
-            known = np.array(images).reshape(len(names), -1)
-            near = self.small[low : low + size + 2 * PAD + 2]
-            windows = sliding_window_view(near, (size + 2 * PAD, COARSE + 2 * PAD))
-            likeness = _alike(windows.reshape(-1, known.shape[1]), known)
-            at = int(likeness.argmax())
-            value = float(likeness.flat[at])
-            worth = (value * abs(value) - _SURE**2) * size
-            if value > _SURE and worth > best[0]:
-                best = worth, names[at % len(names)]
-        return best
+            best = np.argsort(-self._roughly(names, top, foot))[:_LIKELY]
+            names = tuple(names[it] for it in np.sort(best).tolist())
+        cuts = tuple(it // 2 for it in _cuts(self.page, top, foot))
+        size = (foot - top + 1) // 4 * 2  # an even one: fewer images are drawn
+        images = [usual(it, size, self.left, cuts, self.blur, COARSE) for it in names]
+        known = np.array(images).reshape(len(names), -1)
+        low = top // 2 + _EDGE - PAD - 1
+        near = self.small[low : low + size + 2 * PAD + 2]
+        windows = sliding_window_view(near, (size + 2 * PAD, COARSE + 2 * PAD))
+        likeness = _alike(windows.reshape(-1, known.shape[1]), known).max(axis=0)
+        if foot - top > _LONG:  # however near to each other their strokes are
+            high = np.array([it.level == "high" for it in names])
+            rough = np.where(high, self._roughly(names, top, foot), 0)
+            likeness = np.maximum(likeness, rough)
+        best = [it for it in np.argsort(-likeness)[:_FEW].tolist() if likeness[it] > _SOME]
+        return [(_worth(float(likeness[it]), 2 * size), names[it]) for it in best]
 
-    def _likely(self, names: tuple[Name, ...], top: int, foot: int) -> tuple[Name, ...]:
-        """Return the names of signs that a piece is most like where both are made small."""
+    def _roughly(self, names: tuple[Name, ...], top: int, foot: int) -> Floats:
+        """Return how much a piece is like signs (N,), so small that their strokes are not seen."""
         height = round(COARSE * 2 ** (round(8 * log2((foot - top) / SIZE)) / 8))
         piece = self.small[top // 2 + _EDGE : foot // 2 + _EDGE, 2:-2]
         seen = cv2.resize(piece, _ROUGH, interpolation=cv2.INTER_AREA).reshape(1, -1)
-        likeness = _alike(seen, _rough(names, height, self.left, self.blur))[0]
-        return tuple(names[it] for it in np.sort(np.argsort(-likeness)[:_LIKELY]).tolist())
+        return _alike(seen, _rough(names, height, self.left, self.blur))[0]
 
-    def fitted(self, top: int, foot: int, name: Name, blur: float) -> tuple[float, int, int]:
-        """Return how much a piece is like a sign at the best of its places: its row and height."""
+    def fitted(
+        self,
+        top: int,
+        foot: int,
+        name: Name,
+        blur: float,
+        taller: Sequence[int] = (-3, -2, -1, 0, 1, 2),
+    ) -> tuple[float, int, int]:
+        """Return how much a piece is like a sign at the best of its places: its row and height.
+
+        It may be so many rows `taller`.
+        """
         low, high = max(top - 3, 0), min(foot + 3, len(self.strip))
         piece, cuts = self.strip[low:high], _cuts(self.page, top, foot)
         best = 0.0, 0, foot - top
-        for size in range(foot - top - 3, foot - top + 3):
-            value, y = _like(piece, image(name, size, self.left, cuts, blur))
-            best = max(best, (value, low + y + PAD, size))
+        for size in (foot - top + it for it in taller):
+            shown = usual(name, size, self.left, cuts, blur)
+            value, y = _like(piece, shown)
+            if value > best[0] and piece[y : y + len(shown)].sum() > _PALE * shown.sum():
+                best = value, low + y + PAD, size
+        value, _, size = best
+        if name.level == "high" and foot - top > _LONG and value:
+            for by in (1 + it for it in _NEARER):
+                ends = tuple(round(it * by) for it in cuts)
+                drawn = image(name, round(size * by), self.left, ends, blur)
+                whole = drawn.shape[1], size + 2 * PAD
+                shown = np.asarray(
+                    cv2.resize(drawn, whole, interpolation=cv2.INTER_AREA), np.float32
+                )
+                value, y = _like(piece, shown)
+                if value > best[0]:
+                    best = value, low + y + PAD, size
         return best
 
     def _settled(self, top: int, foot: int, name: Name) -> Piece:
         """Return a sign with its ends found more closely, and what is written in it."""
         value, row, size = self.fitted(top, foot, name, self.blur)
         if name.kind in DEGREES:
-            near = self.strip[max(row - PAD - 1, 0) : row + size + PAD + 1]
-            cuts = _cuts(self.page, top, foot)
-
-            def likeness(it: Name) -> float:
-                return _like(near, image(it, size, self.left, cuts, self.blur))[0]
-
-            name, value = _with_degrees(name, likeness)
+            name, value = self.with_degrees(row, row + size, name)
         return Piece(row, row + size, name, max(value, 0.0))
+
+    def with_degrees(self, top: int, foot: int, name: Name) -> tuple[Name, float]:
+        """Return a sign with the degrees that a piece is most like, and how much it is so."""
+        near = self.strip[max(top - PAD - 1, 0) : foot + PAD + 1]
+        cuts = _cuts(self.page, top, foot)
+
+        def likeness(it: Name) -> float:
+            return _like(near, image(it, foot - top, self.left, cuts, self.blur))[0]
+
+        return _with_degrees(name, likeness)
 
 
 _EDGE = 4  # rows of paper above and below a column that is made small
@@ -429,7 +536,7 @@ _LIKELY = 8  # signs that are compared closely
 @lru_cache(maxsize=256)
 def _rough(names: tuple[Name, ...], height: int, left: bool, blur: float) -> Floats:
     """Return rough images of signs at a height in pixels of `COARSE`, (N, H * W)."""
-    drawn = [image(it, height, left, (), blur, COARSE)[PAD:-PAD, PAD:-PAD] for it in names]
+    drawn = [usual(it, height, left, (), blur, COARSE)[PAD:-PAD, PAD:-PAD] for it in names]
     rows = [cv2.resize(it, _ROUGH, interpolation=cv2.INTER_AREA).ravel() for it in drawn]
     return np.array(rows, np.float32)
 

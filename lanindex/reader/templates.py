@@ -116,6 +116,22 @@ def image(
     return drawn
 
 
+@lru_cache(maxsize=8192)
+def usual(
+    name: Name, height: int, left: bool, cuts: tuple[int, ...], blur: float, size: int = SIZE
+) -> Floats:
+    """Return the same; of a sign in which degrees are written, and are not known, the mean."""
+    if name.kind not in DEGREES or name.amount is not None or name.direction == "place":
+        return image(name, height, left, cuts, blur, size)
+    drawn = [image(it, height, left, cuts, blur, size) for it in _with_any(name)]
+    return np.asarray(np.mean(drawn, axis=0), np.float32)
+
+
+def _with_any(name: Name) -> list[Name]:
+    """Return a sign with degrees of all kinds."""
+    return [name._replace(amount=it) for it in range(45, 375, 45)]
+
+
 @lru_cache(maxsize=512)
 def across(name: Name, height: int, cuts: tuple[int, ...], blur: float) -> Floats:
     """Return a turn across the centre line, (H, W) of darkness."""
@@ -127,6 +143,13 @@ def across(name: Name, height: int, cuts: tuple[int, ...], blur: float) -> Float
     for cut in cuts:
         mend(drawn, PAD + height - cut, SIZE)
     return drawn
+
+
+@lru_cache(maxsize=512)
+def usual_across(name: Name, height: int, cuts: tuple[int, ...], blur: float) -> Floats:
+    """Return the same with the mean of degrees."""
+    drawn = [across(it, height, cuts, blur) for it in _with_any(name)]
+    return np.asarray(np.mean(drawn, axis=0), np.float32)
 
 
 @lru_cache(maxsize=8)
