@@ -387,7 +387,7 @@ def _measured(
     height, width = flat.shape
     stroke = _thickness(ink, trios)
     marks = [_across(ink, it, stroke) for it in trios]
-    if all(len(it.rows) < 2 for it in marks):
+    if sum(len(it.rows) for it in marks) < 2:
         return [], np.zeros(0)
     inner = trios[0].inner
     feet = [it.foot - stroke / 2 for it in trios]

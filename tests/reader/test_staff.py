@@ -201,3 +201,9 @@ def test_a_staff_that_is_much_longer_than_wide_is_found(counts: int, scale: floa
     assert len(staff.bars) == counts // 4 - 1
     assert len(staff.ticks) == counts - counts // 4
     assert layout([staff]).counts[-1] == pytest.approx(counts, abs=0.1)
+
+
+def test_staves_are_found_that_show_a_line_across_each() -> None:
+    page = reader_pages.made(10029, "hard")  # the base of one is seen, and the end of the other
+    found = reader.staves(page.image)
+    assert [(it.first, it.last) for it in found] == [(True, False), (False, True)]
