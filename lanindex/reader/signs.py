@@ -450,8 +450,8 @@ class _Reader:
         if not names:
             return []
         if self.blur > _CLEAR and len(names) > _LIKELY and foot - top > SIZE // 2:
-            best = np.argsort(-self._roughly(names, top, foot))[:_LIKELY]
-            names = tuple(names[it] for it in np.sort(best).tolist())
+            likely = np.argsort(-self._roughly(names, top, foot))[:_LIKELY]
+            names = tuple(names[it] for it in np.sort(likely).tolist())
         cuts = tuple(it // 2 for it in _cuts(self.page, top, foot))
         size = (foot - top + 1) // 4 * 2  # an even one: fewer images are drawn
         images = [usual(it, size, self.left, cuts, self.blur, COARSE) for it in names]
@@ -472,7 +472,7 @@ class _Reader:
         height = round(COARSE * 2 ** (round(8 * log2((foot - top) / SIZE)) / 8))
         piece = self.small[top // 2 + _EDGE : foot // 2 + _EDGE, 2:-2]
         seen = cv2.resize(piece, _ROUGH, interpolation=cv2.INTER_AREA).reshape(1, -1)
-        return _alike(seen, _rough(names, height, self.left, self.blur))[0]
+        return np.asarray(_alike(seen, _rough(names, height, self.left, self.blur))[0])
 
     def fitted(
         self,
