@@ -60,6 +60,10 @@ class Record:
         said = {"direction": self.direction, "level": self.level, "amount": amount}
         return [said[it] for it in kind.fields]
 
+    def later(self, counts: float) -> Record:
+        """Return it so many counts later."""
+        return replace(self, start=self.start + counts, end=self.end + counts)
+
     @property
     def place(self) -> str:
         """Where it stands, in words."""
@@ -150,45 +154,55 @@ def _before(repeat: Record, records: Sequence[Record]) -> list[Record]:
     return own if flush else own[-1:]
 
 
-def written_out(records: Sequence[Record]) -> Iterator[Record]:
-    """Yield signs, but for each that repeats the movements before it, in turn as often as fits."""
-    for record in records:
-        if record.kind != _REPEAT:
-            yield record
-            continue
-        turns = _before(record, records)
-        length = record.end - record.start
-        shares = [it.end - it.start or length for it in turns]
-        times = max(int(length / sum(shares)), 1)
-        turns, ends = turns * times, np.cumsum([0.0, *shares * times])
-        places = np.rint((record.start + ends / ends[-1] * length) * GRID) / GRID
-        for it, (start, end) in zip(turns, pairwise(places.tolist()), strict=True):
-            if start < end:
-                found = replace(record, kind=it.kind, direction=it.direction, level=it.level)
-                yield replace(found, amount=it.amount, start=start, end=end)
+def _written_out(repeat: Record, records: Sequence[Record]) -> Iterator[Record]:
+    """Yield the movements that a sign repeats, in turn as often as they fit."""
+    turns, length = _before(repeat, records), repeat.end - repeat.start
+    shares = [it.end - it.start or length for it in turns]
+    times = max(int(length / sum(shares)), 1)
+    turns, ends = turns * times, np.cumsum([0.0, *shares * times])
+    places = np.rint((repeat.start + ends / ends[-1] * length) * GRID) / GRID
+    for it, (start, end) in zip(turns, pairwise(places.tolist()), strict=True):
+        if start < end:
+            own = replace(repeat, kind=it.kind, direction=it.direction, level=it.level)
+            yield replace(own, amount=it.amount, start=start, end=end)
+
+
+def joined(pages: Sequence[Read]) -> Iterator[tuple[int, Record]]:
+    """Yield the signs of pages that follow each other, each with the number of its page, from 0.
+
+    Their times count from the first page on. A repeat is what it stands for, perhaps on the page
+    before; positions at the top of later pages are passed over.
+    """
+    every, before = list[tuple[int, Record]](), 0
+    for number, page in enumerate(pages):
+        own = [it for it in page.records if it.end > 0 or not number]
+        every += [(number, it.later(before)) for it in own]
+        before += page.counts
+    records = [it for _, it in every]
+    for number, it in every:
+        if it.kind != _REPEAT:
+            yield number, it
+        else:
+            yield from ((number, one) for one in _written_out(it, records))
 
 
 def score_of(pages: Sequence[Read], speed: Fraction) -> Score:
     """Return a score of pages that follow each other, at so many counts a minute."""
     beats = pages[0].beats
     rows: dict[str, list[NDArray[np.void]]] = {}
-    before = 0
-    for page in pages:
-        for it in sorted(written_out(page.records), key=lambda it: (it.part, it.start, it.end)):
-            if before and it.end == 0:
-                continue  # the position at the top of the page before
-            row = blank(())
-            row["start"] = row["tick"] = round((before + it.start) * GRID)
-            row["stop"] = round((before + it.end) * GRID)
-            row["ticks"], row["margin"] = row["stop"] - row["start"], 1
-            row["direction"] = DIRECTION_CODES.get(it.direction or "", -1)
-            row["level"] = LEVEL_CODES.get(it.level or "", -1)
-            row["amount"] = -1 if it.amount is None else it.amount
-            rows.setdefault(it.part, []).append(row)
-        before += page.counts
+    signs = sorted((it for _, it in joined(pages)), key=lambda it: (it.part, it.start, it.end))
+    for it in signs:
+        row = blank(())
+        row["start"] = row["tick"] = round(it.start * GRID)
+        row["stop"] = round(it.end * GRID)
+        row["ticks"], row["margin"] = row["stop"] - row["start"], 1
+        row["direction"] = DIRECTION_CODES.get(it.direction or "", -1)
+        row["level"] = LEVEL_CODES.get(it.level or "", -1)
+        row["amount"] = -1 if it.amount is None else it.amount
+        rows.setdefault(it.part, []).append(row)
     if not rows:
         raise CaptureError("no sign that is known", wanted="signs of Labanotation")
-    ticks = -(-before // beats) * beats * GRID
+    ticks = -(-sum(it.counts for it in pages) // beats) * beats * GRID
     known = (Span(0, ticks),)
     tracks = {part: Track(part, np.array(own, SYMBOL), known) for part, own in rows.items()}
     meter = Meter(speed, beats, 4, GRID * beats)

@@ -88,26 +88,29 @@ def _score(printed: Printed) -> dict[str, Any]:
 def _signs(printed: Printed, grain: int) -> Iterator[dict[str, Any]]:
     """Yield each sign of the pages, with its ticks and its box; there are `grain` to a count."""
     from lanindex.reader.boxes import around
-    from lanindex.reader.score import DOUBTFUL, written_out
+    from lanindex.reader.score import DOUBTFUL, joined
 
-    before = 0
+    numbers, before = [*printed.read], 0
+    signs = [(numbers[at], it) for at, it in joined([*printed.read.values()])]
     for number, page in printed.read.items():
-        image = printed.images[number - 1]
-        order = attrgetter("staff", "start", "end", "part")
-        for sign in sorted((*written_out(page.records), *page.unknown), key=order):
-            sure = "known" if sign.confidence >= DOUBTFUL else "doubtful"
-            yield {
-                "part": sign.part,
-                "start": round((before + sign.start) * grain),
-                "stop": round((before + sign.end) * grain),
-                "words": sign.words,
-                "page": number - 1,
-                "box": sign.box,
-                "around": around(image, sign.box),
-                "kind": sure if sign.kind else "unknown",
-                "sure": round(sign.confidence, 2),
-            }
+        signs += [(number, it.later(before)) for it in page.unknown]
         before += page.counts
+    for number, sign in sorted(signs, key=lambda it: (it[0], _ORDER(it[1]))):
+        sure = "known" if sign.confidence >= DOUBTFUL else "doubtful"
+        yield {
+            "part": sign.part,
+            "start": round(sign.start * grain),
+            "stop": round(sign.end * grain),
+            "words": sign.words,
+            "page": number - 1,
+            "box": sign.box,
+            "around": around(printed.images[number - 1], sign.box),
+            "kind": sure if sign.kind else "unknown",
+            "sure": round(sign.confidence, 2),
+        }
+
+
+_ORDER = attrgetter("staff", "start", "end", "part")
 
 
 def _picture(image: NDArray[np.uint8]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from printed_page import scribbled  # noqa: E402
 from reader import matched, wrong  # noqa: E402
 from reader_pages import made  # noqa: E402
 
-from lanindex.reader.score import Record, read_signs, score_of, written_out  # noqa: E402
+from lanindex.reader.score import Read, Record, joined, read_signs, score_of  # noqa: E402
 
 CORPUS = Path(lanindex.__file__).parents[1] / "corpus"
 
@@ -83,7 +83,7 @@ def test_what_is_read_is_read_back_from_lnd(seed: int) -> None:
     page = read_signs(made(seed).image)
     written = lnd.read(lnd.write(score_of([page], Fraction(60))), place="LND")
     symbols = [it for part in written.tracks for it in written.symbols(part) if part != "step"]
-    told = sorted((it.part, it.direction, it.level, it.amount) for it in written_out(page.records))
+    told = sorted((it.part, it.direction, it.level, it.amount) for _, it in joined([page]))
     kept = sorted((it.part, it.direction, it.level, it.amount) for it in symbols)
     assert [it[:3] for it in kept] == [it[:3] for it in told]
     assert {it[3] for it in told if "bend" in it[0] or "twist" in it[0]} <= {it[3] for it in kept}
@@ -109,10 +109,19 @@ def record(kind: str, way: str | None, start: float, end: float) -> Record:
 def test_a_repeat_is_written_out(before: str, repeat: tuple[float, float], expected: str) -> None:
     own = [it.split() for it in before.split(", ")]
     signs = [record("gesture", it[0], float(it[1]), float(it[2])) for it in own]
-    found = [*written_out([*signs, record("again", None, *repeat)])]
+    page = Read([*signs, record("again", None, *repeat)], [], 4, 8, [])
+    found = [it for _, it in joined([page])]
     assert found[: len(signs)] == signs
     told = [f"{it.direction} {it.start:g} {it.end:g}" for it in found[len(signs) :]]
     assert ", ".join(told) == expected
+
+
+def test_a_repeat_may_stand_for_what_is_on_the_page_before() -> None:
+    first = Read([record("gesture", "right", 2, 3), record("gesture", "left", 3, 4)], [], 4, 4, [])
+    position, repeat = record("gesture", "left", 0, 0), record("again", None, 0, 2)
+    found = [*joined([first, Read([position, repeat], [], 4, 4, [])])]
+    told = [(number, it.direction, it.start, it.end) for number, it in found[2:]]
+    assert told == [(1, "right", 4, 5), (1, "left", 5, 6)]
 
 
 def test_repeats_of_a_page_are_read() -> None:
