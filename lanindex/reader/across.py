@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from lanindex.alphabet import CONTACTS, FEET, TOUCHED, amounts_of, kind_of
 from lanindex.draw.picture import BOW, GAP, C
 from lanindex.draw.staff import DOUBLE, PITCH, staff_columns
-from lanindex.reader.layout import BELOW, NEAR, WIDEST, Layout, Piece
-from lanindex.reader.names import Column
+from lanindex.reader.layout import BELOW, NEAR, Layout, Piece
+from lanindex.reader.names import WIDEST, Column
 from lanindex.reader.staff import runs
 from lanindex.reader.templates import SEAM, SIZE, STROKE, UNIT, Floats, Name
 

@@ -15,8 +15,8 @@ import numpy as np
 from lanindex.draw.picture import C
 from lanindex.draw.staff import MARGIN, NAME, NUMBERS, PITCH
 from lanindex.errors import counted
-from lanindex.reader.layout import BELOW, WIDEST, Layout
-from lanindex.reader.names import SCALE, names_below, unlike
+from lanindex.reader.layout import BELOW, Layout
+from lanindex.reader.names import SCALE, WIDEST, names_below, unlike
 from lanindex.reader.signs import Sign
 from lanindex.reader.staff import Staff
 from lanindex.reader.templates import SIZE

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lanindex.draw.picture import C
 from lanindex.draw.staff import DOUBLE
-from lanindex.reader.names import Column, columns
+from lanindex.reader.names import WIDEST, Column, columns
 from lanindex.reader.staff import LONGEST, Staff
 from lanindex.reader.templates import SIZE, Floats, Name, mend
 
@@ -23,9 +23,6 @@ BELOW = 6 * SIZE
 
 NEAR = SIZE // 2
 """Rows of ink above and below the base of a staff that are kept as they are."""
-
-WIDEST = 12
-"""Widths of a symbol on either side of the centre line that are looked at."""
 
 _BLACK = 0.6  # darkness of a line across from which on nothing is seen through it
 

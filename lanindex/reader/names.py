@@ -31,12 +31,15 @@ Floats = NDArray[np.float32]
 SCALE = 0.3
 """Pixels of a unit where names are compared."""
 
+WIDEST = 18
+"""Widths of a symbol on either side of the centre line that are looked at."""
+
 _COLUMNS = shipped("draw/signs.toml")["columns"]
 _ALWAYS = {"r_support", "r_leg"}  # they and their twins have columns, named or not
 _DARK = 0.7  # of names, 1: black
 _SURE = 0.25  # share of a name's ink that must be told better by it than by paper
 _UNLIKE = 0.86  # of the likeness of other names on the page: below it, one is another name
-_WIDEST = 12 * C  # units on either side of the centre line that are looked at
+_WIDEST = WIDEST * C  # units
 _SHIFT = 5  # pixels by which a name may lie elsewhere
 _ASKEW = 0.08  # by how much a page that was made flat may be higher or lower than wide
 _BLURS = (0.5, 0.8, 1.1, 1.5)  # pixels of the page by which names may be blurred

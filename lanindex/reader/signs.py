@@ -24,8 +24,8 @@ from lanindex.alphabet import kind_of
 from lanindex.draw.picture import C
 from lanindex.draw.staff import BOTH, ONE, PITCH
 from lanindex.reader.across import flights, touches
-from lanindex.reader.layout import BELOW, WIDEST, Layout, Piece
-from lanindex.reader.names import Column
+from lanindex.reader.layout import BELOW, Layout, Piece
+from lanindex.reader.names import WIDEST, Column
 from lanindex.reader.outlines import named
 from lanindex.reader.staff import runs
 from lanindex.reader.templates import (

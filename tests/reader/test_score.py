@@ -143,3 +143,34 @@ def test_what_is_no_score_is_refused(tmp_path: Path, kind: str) -> None:
     assert done.stderr.startswith("lanindex: page.png: ")
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "page.lnd").exists()
+
+
+WIDE = """\
+#speed=60
+#rhythm 4/4
+#unit_total 2
+#unit0
+direction r_arm place low 0 0
+direction l_arm place low 0 0
+#unit1
+direction r_support forward mid 0 1
+direction r_leg right low 1 2
+incline torso_incline forward 30 0 2
+direction r_arm right mid 0 1
+bend r_arm_bend bend3 1 2
+direction r_hand right high 0 1
+twist head_turn left 45 0 2
+incline head_incline right 60 0 2
+turn body_turn left 90 0 3
+travel body_travel forward 10 2 4
+#unit2
+direction l_arm left mid 0 1
+"""
+
+
+def test_columns_far_from_the_staff_are_read(tmp_path: Path) -> None:
+    (tmp_path / "wide.lnd").write_text(WIDE)
+    command.run("score", "wide.lnd", "-o", "page.png", cwd=tmp_path)
+    command.run("read-score", "page.png", cwd=tmp_path)
+    drawn, read = (lnd.read(tmp_path / name).tracks for name in ("wide.lnd", "page.lnd"))
+    assert drawn.keys() <= read.keys()
