@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -149,9 +150,10 @@ def _before(repeat: Record, records: Sequence[Record]) -> list[Record]:
     If there is none, it is the starting position.
     """
     own = [it for it in records if it.part == repeat.part and it.kind != _REPEAT]
-    own = sorted((it for it in own if it.end <= repeat.start), key=lambda it: it.end)[-2:]
-    flush = len(own) == 2 and own[0].start < own[0].end == own[1].start < own[1].end
-    return own if flush else own[-1:]
+    own = sorted((it for it in own if it.end <= repeat.start), key=lambda it: it.end)
+    moves = [it for it in own if it.start < it.end][-2:]
+    flush = len(moves) == 2 and moves[0].end == moves[1].start
+    return moves if flush else moves[-1:] or own[-1:]
 
 
 def _written_out(repeat: Record, records: Sequence[Record]) -> Iterator[Record]:
@@ -174,16 +176,17 @@ def joined(pages: Sequence[Read]) -> Iterator[tuple[int, Record]]:
     before; positions at the top of later pages are passed over.
     """
     every, before = list[tuple[int, Record]](), 0
+    columns = defaultdict[str, list[Record]](list)
     for number, page in enumerate(pages):
-        own = [it for it in page.records if it.end > 0 or not number]
-        every += [(number, it.later(before)) for it in own]
+        for it in (sign.later(before) for sign in page.records):
+            every.append((number, it))
+            columns[it.part].append(it)
         before += page.counts
-    records = [it for _, it in every]
     for number, it in every:
-        if it.kind != _REPEAT:
+        if it.kind == _REPEAT:
+            yield from ((number, one) for one in _written_out(it, columns[it.part]))
+        elif not number or it.start < it.end:
             yield number, it
-        else:
-            yield from ((number, one) for one in _written_out(it, records))
 
 
 def score_of(pages: Sequence[Read], speed: Fraction) -> Score:

@@ -250,7 +250,7 @@ def _turn(page: Layout, ink: Floats, high: int, low: int, blur: float) -> Piece 
     options = [(name, foot - top - less) for name in ACROSS for less in range(5)]
     plain = {it: _like(strip, across(*it, cuts, blur))[0] for it in options}
     likely = sorted(plain, key=plain.__getitem__)[-_FEW:]
-    if plain[likely[-1]] < _SURE - 0.2:  # too few to draw what may be written in it
+    if plain[likely[-1]] < _SURE - 0.2:  # not worth drawing with degrees
         return None
     (value, row), (name, size) = max(
         ((_like(strip, usual_across(*it, cuts, blur)), it) for it in likely), key=itemgetter(0)

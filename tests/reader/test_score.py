@@ -124,6 +124,12 @@ def test_a_repeat_may_stand_for_what_is_on_the_page_before() -> None:
     assert told == [(1, "right", 4, 5), (1, "left", 5, 6)]
 
 
+def test_a_repeat_in_a_column_of_a_later_page_alone_is_its_position() -> None:
+    position, repeat = record("gesture", "left", 0, 0), record("again", None, 0, 2)
+    found = [*joined([Read([], [], 4, 4, []), Read([position, repeat], [], 4, 4, [])])]
+    assert [(it.direction, it.start, it.end) for _, it in found] == [("left", 4, 6)]
+
+
 def test_repeats_of_a_page_are_read() -> None:
     page = read_signs(made(10).image)  # has two
     repeats = [it for it in page.records if it.kind == "again"]
