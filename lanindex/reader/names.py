@@ -31,8 +31,8 @@ Floats = NDArray[np.float32]
 SCALE = 0.3
 """Pixels of a unit where names are compared."""
 
-WIDEST = 18
-"""Widths of a symbol on either side of the centre line that are looked at."""
+WIDEST = 25
+"""Widths of a symbol on either side of the centre line that are looked at: our widest score's."""
 
 _COLUMNS = shipped("draw/signs.toml")["columns"]
 _ALWAYS = {"r_support", "r_leg"}  # they and their twins have columns, named or not

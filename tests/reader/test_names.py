@@ -17,6 +17,7 @@ from reader_pages import made
 from reader_scores import GRID, random_track
 
 import lanindex
+from lanindex.alphabet import TRACKS
 from lanindex.draw import svg
 from lanindex.draw.picture import C, Label
 from lanindex.draw.plain import plain
@@ -24,7 +25,7 @@ from lanindex.draw.staff import draw, staff_columns
 from lanindex.errors import CaptureError
 from lanindex.model import Meter, Score
 from lanindex.model.symbol import listed
-from lanindex.reader.names import columns
+from lanindex.reader.names import WIDEST, columns
 from lanindex.reader.score import read_signs
 from lanindex.reader.staff import staves
 
@@ -38,6 +39,11 @@ def test_columns_are_where_their_names_are(seed: int, damage: str) -> None:
     assert unit == pytest.approx(C / page.columns.inner)
     places = {it.part: it.x * C for it in found}
     assert places == pytest.approx(page.columns.places)
+
+
+def test_columns_of_the_widest_score_are_looked_at() -> None:
+    places = staff_columns(TRACKS).places.values()
+    assert max(abs(it) / C for it in places) + 1 < WIDEST
 
 
 def without_names(score: Score) -> NDArray[np.uint8]:
