@@ -70,8 +70,8 @@ _PALE = 0.4  # share of a sign's ink that a piece has at least
 _LONG = 2 * SIZE  # rows from which on the strokes of a sign may be nearer or farther than drawn
 _NEARER = (-0.045, -0.03, -0.015, 0.015, 0.03, 0.045)  # by these shares
 _MOST = 32  # cuts that a sign may span
-_STEPS = tuple(range(15, 375, 15))  # degrees that are written
-_CLOSE = 0.02  # likeness by which degrees must be told from others
+_STEPS = (5, *range(15, 375, 15))  # degrees that are tried first
+_CLOSE = 0.005  # likeness by which degrees must be told from others
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,14 +285,17 @@ def _with_degrees(name: Name, likeness: Callable[[Name], float]) -> tuple[Name, 
     If other degrees are nearly as like, it is doubtful.
     """
     plain = likeness(name)
-    found = sorted(
-        ((likeness(it), it) for it in (name._replace(amount=step) for step in _STEPS)),
-        key=lambda it: -it[0],
-    )
-    (value, best), (second, _) = found[:2]
-    if value < plain + 0.01:
+    values = {it: likeness(name._replace(amount=it)) for it in _STEPS}
+    if max(values.values()) < plain + 0.01:
         return name, plain
-    return best, value if value > second + _CLOSE else min(value, _SURE)
+    for place in (0, 1, 2) * 2:  # each digit in turn, twice: the pin turns with all of them
+        digits = str(max(values, key=values.__getitem__))
+        for digit in range(place == 0, 10) if place < len(digits) else ():
+            number = int(f"{digits[:place]}{digit}{digits[place + 1 :]}")
+            if number not in values:
+                values[number] = likeness(name._replace(amount=number))
+    (best, value), (_, second) = sorted(values.items(), key=lambda it: -it[1])[:2]
+    return name._replace(amount=best), value if value > second + _CLOSE else min(value, _SURE)
 
 
 def _like(strip: Floats, own: Floats) -> tuple[float, int]:

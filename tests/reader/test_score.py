@@ -174,6 +174,14 @@ direction l_arm left mid 0 1
 """
 
 
+def test_degrees_that_are_no_multiples_of_15_are_read(tmp_path: Path) -> None:
+    (tmp_path / "wide.lnd").write_text(WIDE.replace("left 45 0 2", "left 37 0 2"))
+    command.run("score", "wide.lnd", "-o", "page.png", cwd=tmp_path)
+    command.run("read-score", "page.png", cwd=tmp_path)
+    amounts = lnd.read(tmp_path / "page.lnd").tracks["head_turn"].symbols["amount"]
+    assert 37 in amounts
+
+
 def test_columns_far_from_the_staff_are_read(tmp_path: Path) -> None:
     (tmp_path / "wide.lnd").write_text(WIDE)
     command.run("score", "wide.lnd", "-o", "page.png", cwd=tmp_path)
