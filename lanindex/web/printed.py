@@ -96,7 +96,7 @@ def _signs(printed: Printed, grain: int) -> Iterator[dict[str, Any]]:
         signs += [(number, it.later(before)) for it in page.unknown]
         before += page.counts
     for number, sign in sorted(signs, key=lambda it: (it[0], _ORDER(it[1]))):
-        sure = "known" if sign.confidence >= DOUBTFUL else "doubtful"
+        state = "known" if sign.confidence >= DOUBTFUL else "doubtful"
         yield {
             "part": sign.part,
             "start": round(sign.start * grain),
@@ -105,7 +105,7 @@ def _signs(printed: Printed, grain: int) -> Iterator[dict[str, Any]]:
             "page": number - 1,
             "box": sign.box,
             "around": around(printed.images[number - 1], sign.box),
-            "kind": sure if sign.kind else "unknown",
+            "kind": state if sign.kind else "unknown",
             "sure": round(sign.confidence, 2),
         }
 
