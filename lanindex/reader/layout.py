@@ -41,7 +41,8 @@ class Layout:
     lines: list[int]  # Rows of bar lines and ticks, of the base and the tops
     bars: list[int]  # Of those, bar lines and the base
     ends: list[int]  # Rows at which a staff continues on the next one
-    # For each of these, (2 * `NEAR`, W) darkness around the base of that next staff
+    # For each of these, (2 * `NEAR`, W) darkness around the top of that staff, and the next's base
+    tops: list[Floats]
     bases: list[Floats]
     rows: float  # Rows of a count
 
@@ -64,7 +65,7 @@ def layout(staves: Sequence[Staff]) -> Layout:
     counts = [0.0]
     for staff in staves:
         counts.append(counts[-1] + (staff.base - staff.top) / staff.inner / beat)
-    tall, bases = _joined(staves, inks, unit, beat, counts)
+    tall, tops, bases = _joined(staves, inks, unit, beat, counts)
     rows = (len(tall) - BELOW) / counts[-1]
     bars, ticks = (
         [
@@ -78,7 +79,7 @@ def layout(staves: Sequence[Staff]) -> Layout:
         [round(len(tall) - BELOW - it * rows) for it in own]
         for own in ([*counts, *bars, *ticks], [*counts, *bars], counts[1:-1])
     )
-    return Layout(unit, counts, parts, named, tall, cuts, across, ends, bases, rows)
+    return Layout(unit, counts, parts, named, tall, cuts, across, ends, tops, bases, rows)
 
 
 def _without_lines(staff: Staff, unit: float) -> Floats:
@@ -106,6 +107,7 @@ def _bridge(ink: Floats, y: float, half: float, first: int, last: int) -> None:
     if low < 1 or high >= len(ink):
         return
     own = ink[low:high, first:last]
+    # signs cover less of a row than 70 %: what is darker anywhere is the line's own
     line = np.percentile(own, 30, axis=1, keepdims=True)
     clear = ((own - line) / (1 - line).clip(0.2)).clip(0, 1)
     seen = np.flatnonzero(line[:, 0] < _BLACK)
@@ -132,14 +134,14 @@ def _beat(staves: Sequence[Staff]) -> float:
 
 def _joined(
     staves: Sequence[Staff], inks: Sequence[Floats], unit: float, beat: float, counts: list[float]
-) -> tuple[Floats, list[Floats]]:
+) -> tuple[Floats, list[Floats], list[Floats]]:
     """Return the ink of all staves as of one, time upwards, `SIZE` to a symbol's width: (H, W).
 
     Its last `BELOW` rows lie below the first staff: there the starting position is. And the ink
-    around the bases of the other staves.
+    around the tops of staves that go on, and the bases of the next ones.
     """
     rows = beat / unit * SIZE  # of a count
-    pieces, bases = [], list[Floats]()
+    pieces, tops, bases = [], list[Floats](), list[Floats]()
     for number, (staff, ink) in enumerate(zip(staves, inks, strict=True)):
         factor = SIZE / (unit * staff.inner)
         if factor < 1:
@@ -155,12 +157,13 @@ def _joined(
             below[below > staff.foot] = len(ink) + 9
             ys = np.concatenate([ys, below])
         pieces.append(_seen(ink, xs, ys))
-        if number:
-            bases.append(_seen(ink, xs, staff.base + (np.arange(-NEAR, NEAR) + 0.5) / factor))
+        near = (np.arange(-NEAR, NEAR) + 0.5) / factor
+        tops.append(_seen(ink, xs, staff.top + near))
+        bases.append(_seen(ink, xs, staff.base + near))
     ink = np.concatenate(pieces[::-1]).astype(np.float32)
     for count in counts[1:-1]:
         mend(ink, len(ink) - BELOW - round(count * rows), SIZE)
-    return ink, bases
+    return ink, tops[:-1], bases[1:]
 
 
 def _seen(ink: Floats, xs: NDArray[Any], ys: NDArray[Any]) -> Floats:

@@ -24,7 +24,7 @@ from lanindex.alphabet import kind_of
 from lanindex.draw.picture import C
 from lanindex.draw.staff import BOTH, ONE, PITCH
 from lanindex.reader.across import flights, touches
-from lanindex.reader.layout import BELOW, Layout, Piece
+from lanindex.reader.layout import BELOW, NEAR, Layout, Piece
 from lanindex.reader.names import WIDEST, Column
 from lanindex.reader.outlines import named
 from lanindex.reader.staff import runs
@@ -45,25 +45,29 @@ from lanindex.reader.templates import (
     across,
     fits,
     image,
+    mean_across,
+    mean_image,
     ring,
-    usual,
-    usual_across,
 )
 
 _SHIFT = 2  # pixels by which a sign may lie elsewhere than its column or its ink says
 _INK = 0.3  # darkness of a row from which on it belongs to a sign; less, if signs are blurred
+_DARK = 92  # percentile of the darkness of a row that tells where ink begins: a thin line's, too
+_APART = -0.4  # pixels into a staff from which on what begins there does not go on from the last
 _LOST = 4  # rows at the lower end of a circle that are not compared
 _ROUND = 0.7  # likeness from which on it is a circle
 _SURE = 0.5  # likeness below which a piece is unknown
 _OURS = 0.55  # likeness of a page to our signs, below which it may be in another style
 _COST = 4.0  # worth that each sign costs, so that one is not read as two by chance
 _SEAM = 8.0  # the same for each cut in ink without a gap that is seen
+_GAP = 0.3  # share of its worth that it costs that a sign goes on where a gap is seen
 _GOES_ON = 4.0  # the same where a staff ends, of signs that are drawn anew on the next one
 _CLEAR = 1.0  # blur up to which gaps are seen
+_SKIP = 0.02  # what a row of ink costs that is not known
 _POOR = 0.2  # worth of a row below which a piece is cut anew, where a quarter of a count begins
 _AROUND = 1.5  # quarters of a count above and below it at which it is
 _SOME = 0.42  # likeness where signs are made small, below which it is not looked at more closely
-_NEAR = 30.0  # worth by which ways to cut a column may be less than the best and be looked at
+_MARGIN = 30.0  # worth by which ways to cut a column may be less than the best and be looked at
 _FEW = 3  # signs that a piece is most like
 _LOW = SIZE // 4  # rows: what is lower is no sign, but left of a line or a sign beside
 _PALE = 0.4  # share of a sign's ink that a piece has at least
@@ -85,47 +89,54 @@ class Sign:
     confidence: float  # 0 to 1
 
 
-@dataclass(frozen=True, slots=True)
-class _Cut:
-    """A stretch of ink as it is cut, rows half-open from its top."""
+class _Place(NamedTuple):
+    """A row at which signs may begin or end."""
+
+    row: int
+    inked: bool = False  # Whether there is ink from there to the next place below
+    seam: float = 0.0  # What it costs that signs meet there though no gap is seen
+    gap: float = 0.0  # How surely a gap is seen there, 0 to 1
+
+
+class _Candidate(NamedTuple):
+    """A piece between two of the rows at which a column may be cut, half-open from its top."""
 
     top: int
     foot: int
     name: Name | None
     worth: float
+    cost: float
+
+    @property
+    def value(self) -> float:
+        return self.worth - self.cost
 
 
-class _Edge(NamedTuple):
-    """A piece between two of the rows at which a column may be cut."""
+def _best(candidates: Sequence[_Candidate]) -> list[_Candidate]:
+    """Return the candidates that follow each other and are worth most.
 
-    begin: int
-    end: int
-    value: float
-    name: Name | None
-    worth: float
-
-
-def _best(edges: Sequence[_Edge], places: int) -> list[_Edge]:
-    """Return the edges, in order of their ends, that lead along all places and are worth most."""
-    last: list[tuple[float, _Edge | None]] = [(0.0, None), *([(-inf, None)] * (places - 1))]
-    for it in edges:
-        last[it.end] = max(last[it.end], (last[it.begin][0] + it.value, it), key=itemgetter(0))
-    found, edge = list[_Edge](), last[-1][1]
-    while edge:
-        found.append(edge)
-        edge = last[edge.begin][1]
+    Candidates are in the order of their feet, and lead from the first one's top to the last foot.
+    """
+    last: dict[int, tuple[float, _Candidate | None]] = {candidates[0].top: (0.0, None)}
+    for it in candidates:
+        so_far = last.get(it.foot, (-inf, None))
+        last[it.foot] = max(so_far, (last[it.top][0] + it.value, it), key=itemgetter(0))
+    found, candidate = list[_Candidate](), last[candidates[-1].foot][1]
+    while candidate:
+        found.append(candidate)
+        candidate = last[candidate.top][1]
     return found[::-1]
 
 
-def _nearly(edges: Sequence[_Edge], places: int, near: float) -> list[_Edge]:
-    """Return the edges that are on a way which is worth so much less than the best, at most."""
-    ahead, behind = [0.0] + [-inf] * (places - 1), [-inf] * (places - 1) + [0.0]
-    for it in edges:
-        ahead[it.end] = max(ahead[it.end], ahead[it.begin] + it.value)
-    for it in reversed(edges):
-        behind[it.begin] = max(behind[it.begin], behind[it.end] + it.value)
-    least = ahead[-1] - near
-    return [it for it in edges if ahead[it.begin] + it.value + behind[it.end] >= least]
+def _near_best(candidates: Sequence[_Candidate], margin: float) -> list[_Candidate]:
+    """Return the candidates on ways that are worth less than the best one by a margin, at most."""
+    ahead, behind = {candidates[0].top: 0.0}, {candidates[-1].foot: 0.0}
+    for it in candidates:
+        ahead[it.foot] = max(ahead.get(it.foot, -inf), ahead[it.top] + it.value)
+    for it in reversed(candidates):
+        behind[it.top] = max(behind.get(it.top, -inf), behind[it.foot] + it.value)
+    least = ahead[candidates[-1].foot] - margin
+    return [it for it in candidates if ahead[it.top] + it.value + behind[it.foot] >= least]
 
 
 _Found = list[tuple[Column, Piece]]
@@ -175,11 +186,11 @@ def _blur(page: Layout) -> float:
     totals = dict.fromkeys(_BLURS, 0.0)
     for column in page.columns:
         reader = _Reader(page.ink, page, column, _BLURS[1])
-        places, inked, _ = reader.places()
         spans = [
-            it for it, ink in zip(pairwise(places), inked, strict=True)
-            if ink and 0.7 * SIZE < it[1] - it[0] < 5 * SIZE
-        ]  # fmt: skip
+            (top.row, foot.row)
+            for top, foot in pairwise(reader.places())
+            if top.inked and 0.7 * SIZE < foot.row - top.row < 5 * SIZE
+        ]
         for top, foot in spans[: 24 // len(page.columns) + 1]:
             worth, name = reader.named(top, foot, whole=True)
             if name and worth > 0:
@@ -196,6 +207,16 @@ def _strip(ink: Floats, x: float, wide: int) -> Floats:
     return np.ascontiguousarray(ink[:, first : first + wide])
 
 
+def _edge(near: Floats) -> float:
+    """Return how far into a staff ink begins, in pixels from its end, by what is around that."""
+    rows = np.percentile(near[NEAR - SEAM : NEAR + 2 * SEAM], _DARK, axis=1)
+    half = max(float(rows.max()), _INK) / 2
+    first = int(np.argmax(rows > half))
+    if first:
+        first -= (rows[first] - half) / (rows[first] - rows[first - 1])
+    return float(first - SEAM) if rows.max() > half else SEAM
+
+
 def _cuts(page: Layout, top: int, foot: int) -> tuple[int, ...]:
     """Return the heights at which a piece continues on the next staff."""
     return tuple(foot - it for it in page.ends if top + 3 < it < foot - 3)
@@ -210,18 +231,18 @@ def _turns(page: Layout, ink: Floats, blur: float) -> Iterator[Piece]:
     thick = np.ones((5, 1))
     inked = runs(np.minimum(*(cv2.dilate(it, thick)[:, 0] for it in sides)) > 0.25)
     ends = [(top + foot) // 2 for top, foot in inked]
-    edges, found = list[_Edge](), dict[tuple[int, int], Piece]()
-    for at, end in enumerate(ends):
-        edges += [_Edge(at - 1, at, 0.0, None, 0.0)] * (at > 0)
-        for before in range(max(at - 5, 0), at):
-            if it := _turn(page, ink, ends[before], end, blur):
-                found[before, at] = it
-                worth = _worth(it.likeness, it.foot - it.top)
-                split = any(abs(it - end) <= 2 * SEAM for it in page.ends)
-                edges.append(_Edge(before, at, worth - _COST - _GOES_ON * split, it.name, worth))
-    for edge in _best(edges, len(ends)) if ends else ():
-        if edge.name:
-            yield _turned(page, ink, found[edge.begin, edge.end], blur)
+    candidates, found = list[_Candidate](), dict[tuple[int, int], Piece]()
+    for at, foot in enumerate(ends):
+        candidates += [_Candidate(it, foot, None, 0.0, 0.0) for it in ends[at - 1 : at]]
+        cost = _COST + _GOES_ON * any(abs(it - foot) <= 2 * SEAM for it in page.ends)
+        for top in ends[max(at - 5, 0) : at]:
+            if turn := _turn(page, ink, top, foot, blur):
+                found[top, foot] = turn
+                worth = _worth(turn.likeness, turn.foot - turn.top)
+                candidates.append(_Candidate(top, foot, turn.name, worth, cost))
+    for it in _best(candidates) if candidates else ():
+        if it.name:
+            yield _turned(page, ink, found[it.top, it.foot], blur)
 
 
 def _circles(ink: Floats, place: Column, size: int, blur: float) -> Iterator[Piece]:
@@ -253,7 +274,7 @@ def _turn(page: Layout, ink: Floats, high: int, low: int, blur: float) -> Piece 
     if plain[likely[-1]] < _SURE - 0.2:  # not worth drawing with degrees
         return None
     (value, row), (name, size) = max(
-        ((_like(strip, usual_across(*it, cuts, blur)), it) for it in likely), key=itemgetter(0)
+        ((_like(strip, mean_across(*it, cuts, blur)), it) for it in likely), key=itemgetter(0)
     )
     if value < _SURE:
         return None
@@ -318,16 +339,22 @@ class _Reader:
     """The reading of a column."""
 
     def __init__(self, ink: Floats, page: Layout, column: Column, blur: float) -> None:
-        self.strip = _strip(ink, column.x * SIZE, SIZE + 2 * PAD + 2 * _SHIFT)
+        wide = SIZE + 2 * PAD + 2 * _SHIFT
+        self.strip = _strip(ink, column.x * SIZE, wide)
+        self.names = NAMES[kind_of(column.part)]
+        self.hidden = [*page.ends, *(page.bars if column.inside else ())]  # gaps that are not seen
+        if self.names[0].kind == "gesture" and not column.inside:  # no lines of the staff are there
+            for end, *near in zip(page.ends, page.tops, page.bases, strict=True):
+                top, base = (_strip(it, column.x * SIZE, wide) for it in near)
+                if _edge(top) + _edge(base[::-1]) > 2 * _APART:  # the gap was drawn over
+                    self.strip[end - SEAM : end] = base[NEAR - SEAM : NEAR]
+                    self.strip[end : end + SEAM] = top[NEAR : NEAR + SEAM]
+                    self.hidden.remove(end)
         half = self.strip.shape[1] // 2, len(self.strip) // 2
         small = cv2.resize(self.strip[: 2 * half[1]], half, interpolation=cv2.INTER_AREA)
         self.small = np.pad(small, ((_EDGE, _EDGE), (0, 0)))
-        self.names = NAMES[kind_of(column.part)]
         self.page, self.left, self.blur = page, column.x < 0, blur
         self.known = dict[tuple[int, int], list[tuple[float, Name]]]()
-        self.hidden = page.ends  # gaps that are not seen
-        if column.inside:
-            self.hidden = [*page.ends, *page.bars]
         self.gaps = any(it.kind in APART for it in self.names)
         self.drawn_anew = kind_of(column.part) not in ("gesture", "support")  # on each staff
 
@@ -350,39 +377,41 @@ class _Reader:
                 unknown.append(Piece(it.top, it.foot, None, 0.0))
         yield from (it for it in unknown if it.foot - it.top >= _LOW)
 
-    def _cut(self, more: list[int]) -> list[_Cut]:
+    def _cut(self, more: list[int]) -> list[_Candidate]:
         """Return pieces of ink, upwards, cut so that they are worth most.
 
         There may be cuts at so many rows `more`. Pieces of nearly the best ways to cut it are
         looked at more closely, and the best is chosen once more.
         """
-        places, inked, seams = self.places(more)
-        edges = list[_Edge]()
-        for end in range(1, len(places)):
-            cost = 0.02 * (places[end] - places[end - 1]) if inked[end - 1] else 0.0
-            edges.append(_Edge(end - 1, end, -cost, None, 0.0))
-            first = max(end - _MOST, 0) if inked[end - 1] else end
-            for begin in range(end - 1, first - 1, -1):
-                whole = all(inked[begin:end])
+        places, candidates = self.places(more), list[_Candidate]()
+        for end, (above, foot) in enumerate(pairwise(places), 1):
+            cost = _SKIP * (foot.row - above.row) if above.inked else 0.0
+            candidates.append(_Candidate(above.row, foot.row, None, 0.0, cost))
+            whole = True
+            near = places[max(end - _MOST, 0) : end]
+            for top in near[::-1] if above.inked else ():
+                whole &= top.inked
                 if not (whole or self.gaps):
                     break
-                if inked[begin]:
-                    worth, name = self.named(places[begin], places[end], whole=whole)
-                    if name is not None:
-                        value = worth - _COST - seams[begin]
-                        edges.append(_Edge(begin, end, value, name, worth))
-        close = list[_Edge]()
-        for it in _nearly(edges, len(places), _NEAR):
+                if top.inked:
+                    worth, name = self.named(top.row, foot.row, whole=whole)
+                    if name:
+                        cost = _COST + top.seam
+                        if name.kind not in APART:
+                            low, high = top.row + SEAM, foot.row - SEAM
+                            gaps = [it.gap for it in near if low < it.row < high]
+                            cost += _GAP * worth * max(gaps, default=0.0)
+                        candidates.append(_Candidate(top.row, foot.row, name, worth, cost))
+        if not candidates:
+            return []
+        close = list[_Candidate]()
+        for it in _near_best(candidates, _MARGIN):
             if it.name:
-                worth, name = self.closely(places[it.begin], places[it.end])
-                it = _Edge(it.begin, it.end, worth - _COST - seams[it.begin], name, worth)
+                worth, name = self.closely(it.top, it.foot)
+                it = it._replace(worth=worth, name=name)
             close.append(it)
-        found = [
-            _Cut(places[it.begin], places[it.end], it.name, it.worth)
-            for it in _best(close, len(places))
-            if it.name or inked[it.begin]
-        ]
-        return found[::-1]
+        inked = {it.row for it in places if it.inked}
+        return [it for it in _best(close)[::-1] if it.top in inked]
 
     def outlined(self) -> Iterator[Piece]:
         """Yield signs in another style than ours, upwards, and pieces of ink that are none."""
@@ -393,15 +422,11 @@ class _Reader:
                 found = named(self.strip[top:foot], kind, left=self.left)
             yield Piece(top, foot, *found)
 
-    def places(self, more: Sequence[int] = ()) -> tuple[list[int], list[bool], list[float]]:
-        """Return the rows at which signs may begin or end, and whether there is ink between.
-
-        And what it costs that one ends there though no gap is seen where one would be. There may be
-        cuts at so many rows `more`.
-        """
+    def places(self, more: Sequence[int] = ()) -> list[_Place]:
+        """Return where signs may begin or end, also at so many rows `more`."""
         rows = self.strip[:, 2:-2].max(axis=1)
         stroke = erf(STROKE * UNIT / 2 / (self.blur * sqrt(2)))  # darkness of a blurred one
-        places, inked, seams = list[int](), list[bool](), list[float]()
+        places = list[_Place]()
         stretches = [it for it in runs(rows > min(_INK, stroke / 2)) if it[1] - it[0] >= 3]
         for top, foot in stretches:
             own = rows[top:foot]
@@ -415,22 +440,23 @@ class _Reader:
             cuts |= {it for it in self.page.lines if ends[0] < it < ends[1]}
             near = [it for it in more if all(abs(it - cut) > SIZE // 5 for cut in cuts)]
             cuts |= {it for it in near if ends[0] < it < ends[1]}
-            inked += [False] * bool(places)
-            inside = sorted(cuts)
-            places += [top, *inside, foot]
-            seams += [0.0, *(self._seam(rows, it) for it in inside), 0.0]
-            inked += [True] * (len(inside) + 1)
-        return places, inked, seams
+            inside = [_Place(it, True, *self._seam(rows, it)) for it in sorted(cuts)]
+            places += [_Place(top, True), *inside, _Place(foot)]
+        return places
 
-    def _seam(self, rows: Floats, row: int) -> float:
-        """Return what it costs that signs meet at a row, by how dark rows (H,) are around it."""
+    def _seam(self, rows: Floats, row: int) -> tuple[float, float]:
+        """Return what it costs that signs meet at a row, and how surely a gap is seen there.
+
+        By how dark rows (H,) are around it.
+        """
         if self.drawn_anew and any(abs(it - row) <= SEAM for it in self.page.ends):
-            return _GOES_ON
+            return _GOES_ON, 0.0
         if any(abs(it - row) <= SEAM for it in self.hidden):
-            return 0.0
+            return 0.0, 0.0
         sides = min(rows[row - 6 : row - 1].max(), rows[row + 2 : row + 7].max())
         gap = float(rows[row - 2 : row + 3].min() / max(sides, 0.01))
-        return _SEAM * min(max((gap - 0.8) / 0.2, 0.0), 1.0)
+        none, seen = (float(np.clip(it, 0, 1)) for it in ((gap - 0.8) / 0.2, (0.6 - gap) / 0.3))
+        return _SEAM * none, seen
 
     def named(self, top: int, foot: int, *, whole: bool) -> tuple[float, Name | None]:
         """Return the sign that a piece is most like, and its worth: more, the higher and surer."""
@@ -453,11 +479,13 @@ class _Reader:
         if not names:
             return []
         if self.blur > _CLEAR and len(names) > _LIKELY and foot - top > SIZE // 2:
-            likely = np.argsort(-self._roughly(names, top, foot))[:_LIKELY]
+            likeness = self._roughly(names, top, foot)
+            likeness[[it[1:3] == ("place", "low") for it in names]] = 1  # black: nothing is like it
+            likely = np.argsort(-likeness)[:_LIKELY]
             names = tuple(names[it] for it in np.sort(likely).tolist())
         cuts = tuple(it // 2 for it in _cuts(self.page, top, foot))
         size = (foot - top + 1) // 4 * 2  # an even one: fewer images are drawn
-        images = [usual(it, size, self.left, cuts, self.blur, COARSE) for it in names]
+        images = [mean_image(it, size, self.left, cuts, self.blur, COARSE) for it in names]
         known = np.array(images).reshape(len(names), -1)
         low = top // 2 + _EDGE - PAD - 1
         near = self.small[low : low + size + 2 * PAD + 2]
@@ -493,7 +521,7 @@ class _Reader:
         piece, cuts = self.strip[low:high], _cuts(self.page, top, foot)
         best = 0.0, 0, foot - top
         for size in (foot - top + it for it in taller):
-            shown = usual(name, size, self.left, cuts, blur)
+            shown = mean_image(name, size, self.left, cuts, blur)
             value, y = _like(piece, shown)
             if value > best[0] and piece[y : y + len(shown)].sum() > _PALE * shown.sum():
                 best = value, low + y + PAD, size
@@ -539,7 +567,7 @@ _LIKELY = 8  # signs that are compared closely
 @lru_cache(maxsize=256)
 def _rough(names: tuple[Name, ...], height: int, left: bool, blur: float) -> Floats:
     """Return rough images of signs at a height in pixels of `COARSE`, (N, H * W)."""
-    drawn = [usual(it, height, left, (), blur, COARSE)[PAD:-PAD, PAD:-PAD] for it in names]
+    drawn = [mean_image(it, height, left, (), blur, COARSE)[PAD:-PAD, PAD:-PAD] for it in names]
     rows = [cv2.resize(it, _ROUGH, interpolation=cv2.INTER_AREA).ravel() for it in drawn]
     return np.array(rows, np.float32)
 

@@ -117,7 +117,7 @@ def image(
 
 
 @lru_cache(maxsize=8192)
-def usual(
+def mean_image(
     name: Name, height: int, left: bool, cuts: tuple[int, ...], blur: float, size: int = SIZE
 ) -> Floats:
     """Return the same; of a sign in which degrees are written, and are not known, the mean."""
@@ -146,7 +146,7 @@ def across(name: Name, height: int, cuts: tuple[int, ...], blur: float) -> Float
 
 
 @lru_cache(maxsize=512)
-def usual_across(name: Name, height: int, cuts: tuple[int, ...], blur: float) -> Floats:
+def mean_across(name: Name, height: int, cuts: tuple[int, ...], blur: float) -> Floats:
     """Return the same with the mean of degrees."""
     drawn = [across(it, height, cuts, blur) for it in _with_any(name)]
     return np.asarray(np.mean(drawn, axis=0), np.float32)

@@ -190,3 +190,22 @@ def test_columns_far_from_the_staff_are_read(tmp_path: Path) -> None:
     names = ["direction", "level"]
     for part, track in drawn.items():
         assert read[part].symbols[names].tolist() == track.symbols[names].tolist()
+
+
+@pytest.mark.parametrize(
+    "signs",
+    [
+        ["place low 0 2", "place low 2 4"],  # long ones: there is little else than ink
+        ["l_forward low 0 1", "right mid 1 3", "place low 3 4"],  # also where a staff ends
+    ],
+)
+def test_low_signs_that_meet_are_read_as_two(tmp_path: Path, signs: list[str]) -> None:
+    lines = ["#speed=60", "#rhythm 4/4", "#unit_total 6", "#unit0", "direction r_arm left mid 0 0"]
+    for bar in range(6):
+        lines += [f"#unit{bar + 1}", *(f"direction r_arm {it}" for it in signs)]
+    (tmp_path / "low.lnd").write_text("\n".join(lines))
+    command.run("score", "low.lnd", "-o", "page.png", "--bars", "2", cwd=tmp_path)
+    command.run("read-score", "page.png", cwd=tmp_path)
+    names = ["direction", "level", "start", "stop"]
+    drawn, read = (lnd.read(tmp_path / it).tracks["r_arm"] for it in ("low.lnd", "page.lnd"))
+    assert read.symbols[names].tolist() == drawn.symbols[names].tolist()
