@@ -70,6 +70,7 @@ _SOME = 0.42  # likeness where signs are made small, below which it is not looke
 _MARGIN = 30.0  # worth by which ways to cut a column may be less than the best and be looked at
 _FEW = 3  # signs that a piece is most like
 _LOW = SIZE // 4  # rows: what is lower is no sign, but left of a line or a sign beside
+_PAPER = 0.05  # share of a sign's ink below which there is none of it
 _PALE = 0.4  # share of a sign's ink that a piece has at least
 _LONG = 2 * SIZE  # rows from which on the strokes of a sign may be nearer or farther than drawn
 _NEARER = (-0.045, -0.03, -0.015, 0.015, 0.03, 0.045)  # by these shares
@@ -252,7 +253,7 @@ def _circles(ink: Floats, place: Column, size: int, blur: float) -> Iterator[Pie
     """
     circle = ring(size, blur)
     strip = _strip(ink, place.x * SIZE, SIZE + 2 * PAD)
-    likeness = cv2.matchTemplate(strip, circle[:-_LOST], cv2.TM_CCOEFF_NORMED)[:, 0]
+    likeness = _likenesses(strip, circle[:-_LOST])[:, 0]
     while (y := int(likeness.argmax())) >= 0 and likeness[y] > _ROUND:
         yield Piece(y + PAD, y + len(circle) - PAD, Name("hold"), float(likeness[y]))
         _erase(ink, circle, y, place.x * SIZE)
@@ -323,9 +324,18 @@ def _like(strip: Floats, own: Floats) -> tuple[float, int]:
     """Return how much a strip is like an image, at best, and at which row."""
     if len(own) > len(strip):
         return 0.0, 0
-    likeness = cv2.matchTemplate(strip, own, cv2.TM_CCOEFF_NORMED)
-    _, value, _, (_, y) = cv2.minMaxLoc(likeness)
+    _, value, _, (_, y) = cv2.minMaxLoc(_likenesses(strip, own))
     return float(value), y
+
+
+def _likenesses(strip: Floats, own: Floats) -> Floats:
+    """Return how much a strip is like an image at each place, (rows, columns); paper never is."""
+    likeness = cv2.matchTemplate(strip, own, cv2.TM_CCOEFF_NORMED)
+    height, width = own.shape
+    sums = cv2.integral(strip)  # of paper alone OpenCV tells any likeness
+    ink = sums[height:, width:] - sums[:-height, width:] - sums[height:, :-width]
+    likeness[ink + sums[:-height, :-width] < _PAPER * own.sum()] = 0
+    return np.asarray(likeness, np.float32)
 
 
 def _erase(ink: Floats, own: Floats, top: int, x: float = 0) -> None:
