@@ -50,13 +50,17 @@ class Printed:
                 told = f"{' '.join(map(str, sign.words))}, {sign.confidence:.0%} sure"
                 yield number, sign, told if sign.kind else "not known, left out"
 
-    def notes(self) -> Iterator[str]:
-        """Yield what is not known, what is doubtful, and which pages have no staff."""
+    def about_pages(self) -> Iterator[str]:
+        """Yield which pages have no staff, and what of others is not known but no sign."""
         for number in range(1, len(self.images) + 1):
             if number not in self.read:
                 yield f"page {number}: no staff of Labanotation, left out"
             else:
                 yield from (f"page {number}: {it}" for it in self.read[number].notes)
+
+    def notes(self) -> Iterator[str]:
+        """Yield the same, and which signs are not known or doubtful."""
+        yield from self.about_pages()
         for number, sign, told in self.unsure():
             yield f"page {number}, {sign.place}: {told}"
 

@@ -70,6 +70,7 @@ def _read(name: str, content: bytes) -> dict[str, Any]:
     return {
         "score": score,
         "title": name,
+        "notes": list(printed.about_pages()),
         "pages": [_picture(image) for image in printed.images],
         "signs": list(_signs(printed, score["division"] // score["beats"])),
     }

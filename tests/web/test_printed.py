@@ -23,6 +23,8 @@ cv2 = pytest.importorskip("cv2")
 
 from printed_page import clean, scribbled  # noqa: E402
 
+from lanindex.reader.staff import staves  # noqa: E402
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -106,6 +108,19 @@ def test_a_page_without_a_sign_that_is_known_is_opened(library: lanindex.Library
     assert ask.post("/api/scores/draw", json={"score": found["score"]}).status_code == 200
 
 
+def test_what_is_not_known_of_pages_is_told(library: lanindex.Library, tmp_path: Path) -> None:
+    (staff,), unnamed = staves(clean()), clean().copy()
+    unnamed[round(staff.foot) :] = 255
+    white = np.full((90, 90), 255, np.uint8)
+    cv2.imwritemulti(str(tmp_path / "pages.tiff"), [unnamed, white])
+    sent = (tmp_path / "pages.tiff").read_bytes()
+    found = asking(library).post("/api/scores/printed", content=sent).json()
+    assert found["notes"] == [
+        "page 1: no names of columns, taken by their places for r_arm l_arm",
+        "page 2: no staff of Labanotation, left out",
+    ]
+
+
 def test_a_picture_that_has_changed_is_told(library: lanindex.Library, tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "page.png"), clean())
     library.ingest(tmp_path / "page.png")
@@ -145,6 +160,7 @@ def test_a_picture_is_checked_beside_its_score(
         found = route.fetch().json()
         found["signs"][-2]["kind"] = "doubtful"
         found["signs"].append({**found["signs"][-1], "part": "column 5"})
+        found["notes"].append("page 2: no staff of Labanotation, left out")
         route.fulfill(json=found)
 
     page.route("**/api/scores/printed?*", doubted)
@@ -158,6 +174,9 @@ def test_a_picture_is_checked_beside_its_score(
     state, chosen = page.locator(".edit-state"), page.locator("rect.edit-seen-chosen")
     checks = page.get_by_role("region", name="To be checked")
     expect(checks.locator("h2")).to_have_text("To be checked: 2 signs not known, 1 doubtful")
+    expect(checks.get_by_role("listitem")).to_have_text(
+        "page 2: no staff of Labanotation, left out"
+    )
     expect(page.locator(".edit-gap")).to_have_count(1)
     expect(page.locator(".edit-doubtful")).to_have_count(1)
     assert violations(page) == []

@@ -21,6 +21,7 @@ import { placeOf } from "./score.js";
  * @property {number} sure 0 to 1
  *
  * @typedef {object} Printed
+ * @property {string[]} notes what of its pages is not known but no sign
  * @property {{image: string, width: number, height: number}[]} pages
  * @property {Seen[]} signs
  */
@@ -69,7 +70,8 @@ export class Picture {
       this.checked = new Set(printed.signs.map(key));
       changed();
     } }, "Check off all");
-    this.list.append(this.#count, cards, this.#all);
+    const notes = el("ul", { hidden: !printed.notes.length }, ...printed.notes.map((it) => el("li", {}, it)));
+    this.list.append(this.#count, notes, cards, this.#all);
   }
 
   /** @param {Printed["pages"][number]} page @param {number} at */
