@@ -76,7 +76,7 @@ _LONG = 2 * SIZE  # rows from which on the strokes of a sign may be nearer or fa
 _NEARER = (-0.045, -0.03, -0.015, 0.015, 0.03, 0.045)  # by these shares
 _MOST = 32  # cuts that a sign may span
 _STEPS = (5, *range(15, 375, 15))  # degrees that are tried first
-_CLOSE = 0.005  # likeness by which degrees must be told from others
+_CLOSE = 0.004  # likeness by which degrees must be told from others
 
 
 @dataclass(frozen=True, slots=True)
