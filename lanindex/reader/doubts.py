@@ -29,6 +29,7 @@ def written(printed: Printed) -> str:
     return template.substitute(
         title=escape(Path(printed.path).name),
         summary=f"{counted(unknown, 'sign')} not known, {len(unsure) - unknown} doubtful",
+        notes="".join(f"<li>{escape(it)}</li>" for it in printed.about_pages()),
         pages="\n".join(
             _section(printed, page, [it[1:] for it in signs])
             for page, signs in groupby(numbered, key=itemgetter(0))

@@ -16,6 +16,7 @@ sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 from printed_page import clean, scribbled  # noqa: E402
 from reader_pages import made  # noqa: E402
 
+from lanindex.reader import doubts  # noqa: E402
 from lanindex.reader.boxes import around  # noqa: E402
 from lanindex.reader.printed import open_printed  # noqa: E402
 from lanindex.reader.score import read_signs  # noqa: E402
@@ -50,8 +51,8 @@ def test_what_is_not_known_is_a_doubt_of_the_capture(tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "page.png"), scribbled())
     with open_library(tmp_path / "l.db", create=True) as library:
         (outcome,) = library.ingest(tmp_path / "page.png")
-        doubts = library.capture(outcome.path).warnings
-    assert doubts == ("page 1, staff 1, l_arm, count 4 to 6: not known, left out",)
+        warnings = library.capture(outcome.path).warnings
+    assert warnings == ("page 1, staff 1, l_arm, count 4 to 6: not known, left out",)
 
 
 def test_what_is_not_known_is_shown(tmp_path: Path) -> None:
@@ -77,8 +78,10 @@ def test_folders_are_not_searched_for_pictures(folder: Path, tmp_path: Path) -> 
 def test_a_page_without_a_staff_is_told_beside_one_that_has(folder: Path, tmp_path: Path) -> None:
     page = cv2.imread(str(folder / "page.png"), cv2.IMREAD_GRAYSCALE)
     cv2.imwritemulti(str(tmp_path / "score.tiff"), [np.full_like(page, 255), page])
-    score = open_printed(str(tmp_path / "score.tiff")).score()
-    assert score.warnings[0] == "page 1: no staff of Labanotation, left out"
+    printed = open_printed(str(tmp_path / "score.tiff"))
+    score, told = printed.score(), "page 1: no staff of Labanotation, left out"
+    assert score.warnings[0] == told
+    assert f"<ul><li>{told}</li></ul>" in doubts.written(printed)
     assert lanindex.write_lnd(score).count("r_arm") == 3
 
 
