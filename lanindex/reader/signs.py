@@ -53,7 +53,7 @@ from lanindex.reader.templates import (
 _SHIFT = 2  # pixels by which a sign may lie elsewhere than its column or its ink says
 _INK = 0.3  # darkness of a row from which on it belongs to a sign; less, if signs are blurred
 _DARK = 92  # percentile of the darkness of a row that tells where ink begins: a thin line's, too
-_APART = -0.4  # pixels into a staff from which on what begins there does not go on from the last
+_ANEW = -0.4  # pixels into a staff from which on a sign that begins there is another one
 _LOST = 4  # rows at the lower end of a circle that are not compared
 _ROUND = 0.7  # likeness from which on it is a circle
 _SURE = 0.5  # likeness below which a piece is unknown
@@ -208,7 +208,7 @@ def _strip(ink: Floats, x: float, wide: int) -> Floats:
     return np.ascontiguousarray(ink[:, first : first + wide])
 
 
-def _edge(near: Floats) -> float:
+def _begins(near: Floats) -> float:
     """Return how far into a staff ink begins, in pixels from its end, by what is around that."""
     rows = np.percentile(near[NEAR - SEAM : NEAR + 2 * SEAM], _DARK, axis=1)
     half = max(float(rows.max()), _INK) / 2
@@ -356,7 +356,7 @@ class _Reader:
         if self.names[0].kind == "gesture" and not column.inside:  # no lines of the staff are there
             for end, *near in zip(page.ends, page.tops, page.bases, strict=True):
                 top, base = (_strip(it, column.x * SIZE, wide) for it in near)
-                if _edge(top) + _edge(base[::-1]) > 2 * _APART:  # the gap was drawn over
+                if _begins(top) + _begins(base[::-1]) > 2 * _ANEW:  # the gap was drawn over
                     self.strip[end - SEAM : end] = base[NEAR - SEAM : NEAR]
                     self.strip[end : end + SEAM] = top[NEAR : NEAR + SEAM]
                     self.hidden.remove(end)
@@ -375,8 +375,10 @@ class _Reader:
         if poor:
             base, quarter = len(self.strip) - BELOW, self.page.rows / 4
             quarters = np.rint(base - np.arange(base / quarter) * quarter).astype(int).tolist()
-            ends = [(it.top - _AROUND * quarter, it.foot + _AROUND * quarter) for it in poor]
-            found = self._cut([it for it in quarters if any(low < it < high for low, high in ends)])
+            around, near = round(_AROUND * quarter), np.zeros(len(self.strip), bool)
+            for it in poor:
+                near[max(it.top - around, 0) : it.foot + around] = True
+            found = self._cut([it for it in quarters if near[it]])
         unknown = list[Piece]()
         for it in found:
             if it.name:
@@ -448,8 +450,8 @@ class _Reader:
             }
             ends = top + SIZE // 3, foot - SIZE // 3
             cuts |= {it for it in self.page.lines if ends[0] < it < ends[1]}
-            near = [it for it in more if all(abs(it - cut) > SIZE // 5 for cut in cuts)]
-            cuts |= {it for it in near if ends[0] < it < ends[1]}
+            taken = {it + by for it in cuts for by in range(-(SIZE // 5), SIZE // 5 + 1)}
+            cuts |= {it for it in more if ends[0] < it < ends[1] and it not in taken}
             inside = [_Place(it, True, *self._seam(rows, it)) for it in sorted(cuts)]
             places += [_Place(top, True), *inside, _Place(foot)]
         return places
