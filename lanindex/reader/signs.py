@@ -492,7 +492,8 @@ class _Reader:
             return []
         if self.blur > _CLEAR and len(names) > _LIKELY and foot - top > SIZE // 2:
             likeness = self._roughly(names, top, foot)
-            likeness[[it[1:3] == ("place", "low") for it in names]] = 1  # black: nothing is like it
+            # a sign that is black all over has no likeness: there is nothing in it that varies
+            likeness[[it[1:3] == ("place", "low") for it in names]] = 1
             likely = np.argsort(-likeness)[:_LIKELY]
             names = tuple(names[it] for it in np.sort(likely).tolist())
         cuts = tuple(it // 2 for it in _cuts(self.page, top, foot))
